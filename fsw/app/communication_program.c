@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/member.h"
+#include "fsw/app/program.h"
+#include "fsw/subsystems/communication/communication.h"
+#include "osal/include/osal/console.h"
+
+#define OWED_PATIENCE_MS 100U
+#define OWED_TRIES 50U ///< Five seconds of wall-clock time for octets that were announced.
+
+typedef struct {
+    member_t member;
+    communication_t communication;
+} communication_program_t;
+
+static communication_program_t storage;
+
+static void sent(void* const context, const uint16_t peer_port, const uint32_t octets)
+{
+    seat_t* const seat = (seat_t*)context;
+    const unsigned operator= run_operator(seat->run);
+    if ((seat->clock.mode == OSAL_CLOCK_STEPPED) &&
+        (osal_calendar_stream_port(seat->clock.calendar, operator) == peer_port)) {
+        osal_clock_deliver(&seat->clock, operator, 0U, octets);
+    }
+}
+
+static uint16_t participant_port(void* const context)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    return (seat->clock.mode == OSAL_CLOCK_STEPPED)
+               ? osal_calendar_stream_port(seat->clock.calendar, run_operator(seat->run))
+               : 0U;
+}
+
+static void intruded(void* const context)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    __atomic_store_n(&seat->run->is_intruded, 1U, __ATOMIC_RELAXED);
+}
+
+/// Octets that were announced may still be on their way through the kernel.
+static void take_in(communication_program_t* const self, const uint32_t octets_due)
+{
+    bool is_missing = communication_take_in(&self->communication, octets_due);
+    for (unsigned attempt = 0U; is_missing && (attempt < OWED_TRIES); attempt++) {
+        osal_socket_t* sockets[SEAT_SOCKETS_MAX];
+        const size_t count = communication_sockets(&self->communication, sockets, SEAT_SOCKETS_MAX);
+        for (size_t i = 1U; i < count; i++) { // The first is the listener.
+            if (osal_socket_wait_readable(sockets[i], OWED_PATIENCE_MS) == STATUS_OK) {
+                break;
+            }
+        }
+        is_missing = communication_take_in(&self->communication, 0U);
+    }
+    if (is_missing) {
+        osal_console_complain(
+            "octets that the operator announced have not arrived; the run is not reproducible");
+    }
+}
+
+static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
+{
+    communication_program_t* const self = (communication_program_t*)context;
+    component_tell_time(&self->member.component, now_ns);
+    take_in(self, octets_due);
+    const uint64_t wake_ns = member_step(&self->member, now_ns);
+    communication_send_out(&self->communication);
+    return wake_ns;
+}
+
+static size_t sockets_of(void* const context, osal_socket_t** const out_sockets, const size_t capacity)
+{
+    return communication_sockets(&((communication_program_t*)context)->communication, out_sockets, capacity);
+}
+
+bool communication_open(seat_t* const seat, program_t* const out_program)
+{
+    const communication_hooks_t hooks = {seat, sent, participant_port, intruded};
+    if (!member_load(&storage.member, seat, COMMUNICATION_INTERFACE_HASH)) {
+        return false;
+    }
+    communication_init(&storage.communication, &storage.member.component, &seat->uplink, &hooks,
+                       seat->run->ground_descriptor);
+    member_begin(&storage.member, communication_callbacks(), &storage.communication);
+    *out_program =
+        (program_t){&storage, step, sockets_of, member_link_datagram, NULL, &storage.member.component};
+    return true;
+}

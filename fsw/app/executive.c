@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/executive.h"
+
+#include "fsw/app/loop_tasks.h"
+#include "fsw/app/program.h"
+#include "fsw/framework/base/text.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "osal/include/osal/console.h"
+#include "osal/include/osal/process.h"
+#include "osal/include/osal/task.h"
+
+#include <string.h>
+
+#define REAL_WAIT_MAX_NS 50000000ULL ///< Real time: look at least so often whether the run has ended.
+
+typedef struct { // All storage that the program itself needs, beside its component's.
+    seat_t seat;
+    mission_descriptor_t mission;
+    subsystem_descriptor_t scratch;
+    descriptor_loader_t loader;
+    osal_shm_t run_shm;
+    osal_shm_t calendar_shm;
+    loop_tasks_t loop_tasks;
+} executive_t;
+
+static executive_t storage;
+
+static int complain(const char* const executable, const char* const what)
+{
+    char line[SEAT_ERROR_MAX + 64U];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, executable);
+    text_add(&text, ": ");
+    text_add(&text, what);
+    osal_console_complain(line);
+    return 1;
+}
+
+/// Number of decimal text, or UINT32_MAX.
+static unsigned number_of(const char* const digits)
+{
+    unsigned number = 0U;
+    for (const char* next = digits; *next != '\0'; next++) {
+        if ((*next < '0') || (*next > '9') || (number > 9999U)) {
+            return UINT32_MAX;
+        }
+        number = (number * 10U) + (unsigned)(*next - '0');
+    }
+    return number;
+}
+
+static const char* open_run(const char* const name, const unsigned component,
+                            osal_calendar_t** const out_calendar)
+{
+    run_block_t* run = NULL;
+    char calendar_name[RUN_NAME_MAX];
+    *out_calendar = NULL;
+    if (run_block_attach(&storage.run_shm, name, &run) != STATUS_OK) {
+        return "there is no such run; programs of a mission are started by `hirosco run`";
+    }
+    if (component >= run->component_count) {
+        return "the run has no such component";
+    }
+    if (run->is_stepped) {
+        if (!run_name(run, "calendar", 0U, calendar_name, sizeof calendar_name) ||
+            (osal_shm_open(&storage.calendar_shm, calendar_name) != STATUS_OK)) {
+            return "the run's calendar is gone";
+        }
+        *out_calendar = osal_calendar_attach(osal_shm_address(&storage.calendar_shm));
+    }
+    descriptor_loader_init(&storage.loader);
+    if (descriptor_load_mission(&storage.loader, run->mission_path, &storage.mission, &storage.scratch) !=
+        STATUS_OK) {
+        return descriptor_error(&storage.loader);
+    }
+    return (seat_take(&storage.seat, run, &storage.mission, component, *out_calendar, NULL) == STATUS_OK)
+               ? NULL
+               : storage.seat.error;
+}
+
+/// Where time is real, services that have a loop of their own have a task of their own.
+static bool start_loop_tasks(const program_t* const program)
+{
+    const seat_t* const seat = &storage.seat;
+    return (seat->clock.mode != OSAL_CLOCK_REAL) || (program->component == NULL) ||
+           (loop_tasks_start(&storage.loop_tasks, program->component, seat->run->origin_ns) == STATUS_OK);
+}
+
+/// What the system has not granted to a loop in real time, for whoever reads the console.
+static void note_attributes(const char* const executable)
+{
+    const osal_clock_t* const clock = &storage.seat.clock;
+    if (clock->mode != OSAL_CLOCK_REAL) {
+        return;
+    }
+    if (!clock->attributes.is_memory_locked) {
+        (void)complain(executable, "note: its memory may not be locked here");
+    }
+    if (!clock->attributes.is_slack_minimal) {
+        (void)complain(executable, "note: its timers may be put together with later ones");
+    }
+}
+
+/// Where time is real, the loop runs at the priority of the applied configuration.
+static void follow_priority(const char* const executable, const program_t* const program,
+                            uint8_t* const priority)
+{
+    if ((storage.seat.clock.mode != OSAL_CLOCK_REAL) || (program->component == NULL)) {
+        return;
+    }
+    const descriptor_configuration_t* const applied = subsystem_configuration(program->component);
+    const uint8_t wanted                            = (applied != NULL) ? applied->priority : 0U;
+    if (wanted == *priority) {
+        return;
+    }
+    *priority = wanted;
+    if ((osal_task_set_priority((int)wanted) != STATUS_OK) && (wanted > 0U)) {
+        (void)complain(executable, "note: real-time priorities are not permitted here");
+    }
+}
+
+static void loop(const char* const executable, const program_t* const program)
+{
+    seat_t* const seat = &storage.seat;
+    uint64_t wake_ns   = 0U;
+    uint8_t priority   = 0U;
+    for (;;) {
+        osal_socket_t* sockets[SEAT_SOCKETS_MAX];
+        size_t count = seat_sockets(seat, sockets, SEAT_SOCKETS_MAX);
+        if (program->sockets != NULL) {
+            count += program->sockets(program->self, &sockets[count], SEAT_SOCKETS_MAX - count);
+        }
+        if (seat->clock.mode == OSAL_CLOCK_REAL) {
+            const uint64_t latest_ns = osal_clock_now_ns(&seat->clock) + REAL_WAIT_MAX_NS;
+            wake_ns                  = (wake_ns < latest_ns) ? wake_ns : latest_ns;
+        }
+        if ((osal_clock_wait(&seat->clock, wake_ns, sockets, count) != STATUS_OK) ||
+            (osal_process_stop_count() > 0U)) {
+            return;
+        }
+        seat_pump(seat, osal_clock_messages_due(&seat->clock), program->link_datagram, program->self);
+        wake_ns = program->step(program->self, osal_clock_now_ns(&seat->clock),
+                                osal_clock_octets_due(&seat->clock));
+        follow_priority(executable, program, &priority);
+    }
+}
+
+int executive_main(const int argument_count, char* const arguments[], const char* const executable,
+                   const program_open_t open)
+{
+    const bool is_well_called = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0) &&
+                                (strcmp(arguments[3], "--component") == 0);
+    if (!is_well_called) {
+        (void)complain(executable,
+                       "usage: --run NAME --component INDEX (the launcher `hirosco run` starts it)");
+        return 2;
+    }
+    osal_process_catch_stop();
+    osal_process_ignore_interrupt();
+    osal_calendar_t* calendar = NULL;
+    const char* const error   = open_run(arguments[2], number_of(arguments[4]), &calendar);
+    if (error != NULL) {
+        return complain(executable, error);
+    }
+    program_t program = {0};
+    if (!open(&storage.seat, &program)) {
+        return complain(executable, storage.seat.error);
+    }
+    if (!start_loop_tasks(&program)) {
+        return complain(executable, "cannot start the tasks of its loops");
+    }
+    note_attributes(executable);
+    loop(executable, &program);
+    loop_tasks_stop(&storage.loop_tasks);
+    if (program.close != NULL) {
+        program.close(program.self);
+    }
+    return 0;
+}

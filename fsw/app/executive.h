@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The loop of a program that holds one component: the only place where it waits.
+#ifndef FSW_APP_EXECUTIVE_H
+#define FSW_APP_EXECUTIVE_H
+
+#include "fsw/app/program.h"
+
+/// Command line `--run NAME --component INDEX`, as the launcher gives it. Returns the exit code: 0 the run
+/// ended, 1 could not start (one line on standard error), 2 usage.
+int executive_main(int argument_count, char* const arguments[], const char* executable, program_open_t open);
+
+#endif // FSW_APP_EXECUTIVE_H

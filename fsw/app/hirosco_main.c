@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// `hirosco run`: fly a mission. Exit codes: 0 flown to the end, 1 something failed, 2 usage.
+#include "fsw/app/launcher.h"
+
+#include "fsw/framework/base/text.h"
+#include "osal/include/osal/console.h"
+
+#include <string.h>
+
+static launcher_t launcher;
+
+static int complain(const char* const what)
+{
+    char line[LAUNCH_ERROR_MAX + 16U];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "hirosco: ");
+    text_add(&text, what);
+    osal_console_complain(line);
+    return 2;
+}
+
+/// Folder of this program with its trailing slash: the others lie beside it.
+static const char* folder_of(const char* const path)
+{
+    static char folder[LAUNCH_PATH_MAX];
+    const char* const slash = strrchr(path, '/');
+    text_t text             = text_in(folder, sizeof folder);
+    for (const char* next = path; (slash != NULL) && (next <= slash); next++) {
+        text_add_character(&text, *next);
+    }
+    return folder;
+}
+
+static void announce(void)
+{
+    char line[LAUNCH_PATH_MAX + 128U];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "mission ");
+    text_add(&text, launcher.mission.name);
+    text_add(&text, ", scenario ");
+    text_add(&text, launcher.options.scenario);
+    text_add(&text, launcher.options.is_image ? ", one image" : ", processes");
+    text_add(&text, launcher.options.is_stepped ? ", stepped time" : ", real time");
+    text_add(&text, ", ground port 127.0.0.1:");
+    text_add_unsigned(&text, launcher.run->ground_port);
+    text_add(&text, ", folder ");
+    text_add(&text, launcher.run->folder);
+    osal_console_say(line);
+}
+
+static void conclude(void)
+{
+    char line[LAUNCHER_REASON_MAX + LAUNCH_PATH_MAX];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, osal_console_is_terminal() ? "\n" : "");
+    text_add(&text, (launcher.exit_code == 0) ? "flown to the end: " : "failed: ");
+    text_add(&text, launcher.reason);
+    text_add(&text, (launcher.exit_code == 0) ? "" : "; ");
+    text_add(&text, launcher.run->folder);
+    text_add(&text, launcher.options.has_report ? "/report.html" : "/run.json");
+    osal_console_say(line);
+}
+
+int main(const int argument_count, char* arguments[])
+{
+    const bool is_run  = (argument_count >= 2) && (strcmp(arguments[1], "run") == 0);
+    const bool is_help = (argument_count < 2) || (strcmp(arguments[argument_count - 1], "--help") == 0);
+    if (is_help) {
+        osal_console_say(launch_options_help());
+        return 0;
+    }
+    if (!is_run) {
+        return complain("expected `hirosco run ...`; see hirosco --help");
+    }
+    launch_options_t options;
+    char error[LAUNCH_ERROR_MAX];
+    if (!launch_options_parse(argument_count - 2, &arguments[2], &options, error)) {
+        return complain(error);
+    }
+    osal_process_catch_stop();
+    if (!launcher_prepare(&launcher, &options, folder_of(arguments[0]))) {
+        (void)complain(launcher.reason);
+        launcher_clean_up(&launcher);
+        return 1;
+    }
+    announce();
+    launcher_fly(&launcher);
+    launcher_clean_up(&launcher);
+    conclude();
+    return launcher.exit_code;
+}

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+// The image: all flight components and the simulator in one address space, run in order by one loop, messages
+// by octet rings. The launcher starts it in place of the processes.
+#include "fsw/app/program.h"
+#include "fsw/framework/base/text.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/resource/take_check.h"
+#include "osal/include/osal/console.h"
+#include "osal/include/osal/process.h"
+#include "sim/app/simulator.h"
+#include "sim/clock/door.h"
+
+#include <string.h>
+
+#define DOOR_PATIENCE_MS 60000U ///< Longer than the launcher waits for simulated time to move.
+#define DOOR_ROUND_MS 100U
+#define DOOR_ROUNDS 300U
+
+typedef struct { // Everything the image holds beside its components' own storage.
+    run_block_t* run;
+    osal_shm_t run_shm;
+    osal_shm_t calendar_shm;
+    osal_calendar_t* calendar;
+    mission_descriptor_t mission;
+    subsystem_descriptor_t scratch;
+    descriptor_loader_t loader;
+    ring_carrier_t hub;
+    seat_t seats[MISSION_SUBSYSTEMS_MAX];
+    program_t programs[MISSION_SUBSYSTEMS_MAX];
+    simulator_t* simulator;
+    door_t door;
+    bool has_door;
+    unsigned communication; // Participant that the operator's stream goes to.
+    unsigned running;       // Participant that holds the grant.
+    char error[SIMULATOR_ERROR_MAX];
+} image_t;
+
+typedef struct {
+    const char* run;
+    const char* scenario;
+    const char* equipment;
+    const char* door;
+    uint64_t seed;
+} image_options_t;
+
+static image_t image;
+
+static int complain(const char* const what)
+{
+    char line[SIMULATOR_ERROR_MAX + 16U];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "image: ");
+    text_add(&text, what);
+    osal_console_complain(line);
+    return 1;
+}
+
+/// A frame was put into the inbox of `to` by the component that is running.
+static void delivered(void* const context, const uint16_t to)
+{
+    const image_t* const self = (const image_t*)context;
+    unsigned component        = 0U;
+    if (run_block_find(self->run, to, &component)) {
+        osal_calendar_deliver(self->calendar, self->running, run_participant(component), 1U, 0U);
+    }
+}
+
+// ---- Assembly ----
+
+static const char* attach(image_t* const self, const char* const run_name_text)
+{
+    char name[RUN_NAME_MAX];
+    if ((run_block_attach(&self->run_shm, run_name_text, &self->run) != STATUS_OK) ||
+        !run_name(self->run, "calendar", 0U, name, sizeof name) ||
+        (osal_shm_open(&self->calendar_shm, name) != STATUS_OK)) {
+        return "there is no such run; the image is started by `hirosco run FORM=image`";
+    }
+    self->calendar = osal_calendar_attach(osal_shm_address(&self->calendar_shm));
+    descriptor_loader_init(&self->loader);
+    if (descriptor_load_mission(&self->loader, self->run->mission_path, &self->mission, &self->scratch) !=
+        STATUS_OK) {
+        return descriptor_error(&self->loader);
+    }
+    return (self->calendar == NULL) ? "the run's calendar is gone" : NULL;
+}
+
+static const char* seat_all(image_t* const self)
+{
+    ring_carrier_init(&self->hub, (delivery_notice_t){self, delivered});
+    for (unsigned i = 0U; i < self->run->component_count; i++) {
+        if (seat_take(&self->seats[i], self->run, &self->mission, i, self->calendar, &self->hub) !=
+            STATUS_OK) {
+            return self->seats[i].error;
+        }
+        const program_open_t open = program_find(self->mission.subsystems[i].executable);
+        if (open == NULL) {
+            return "the image holds no program for one of the mission's executables";
+        }
+        if (!open(&self->seats[i], &self->programs[i])) {
+            return self->seats[i].error;
+        }
+        if (self->seats[i].apid == 2U) {
+            self->communication = run_participant(i);
+        }
+    }
+    return NULL;
+}
+
+static const char* open_simulator(image_t* const self, const image_options_t* const options)
+{
+    static char addresses[SIMULATOR_BUSES_MAX][RUN_NAME_MAX]; // The simulator keeps no copy.
+    simulator_config_t config = {.scenario_path  = options->scenario,
+                                 .equipment_path = options->equipment,
+                                 .output_path    = self->run->folder,
+                                 .seed           = options->seed};
+    for (uint16_t i = 0U; (i < self->mission.bus_count) && (i < SIMULATOR_BUSES_MAX); i++) {
+        text_t text = text_in(addresses[i], sizeof addresses[i]);
+        text_add(&text, "shm:");
+        text_add(&text, self->run->identity);
+        text_add(&text, ".can.");
+        text_add(&text, self->mission.buses[i].name);
+        config.bus[i] = (simulator_bus_t){self->mission.buses[i].name, addresses[i]};
+        config.bus_count++;
+    }
+    return (simulator_open(&config, &self->simulator, self->error) == STATUS_OK) ? NULL : self->error;
+}
+
+static bool is_stop_requested(const image_t* const self)
+{
+    return __atomic_load_n(&self->run->is_stop_requested, __ATOMIC_ACQUIRE) != 0U;
+}
+
+static const char* open_door(image_t* const self, const char* const path)
+{
+    const unsigned order = run_operator(self->run);
+    if (path == NULL) {
+        return NULL;
+    }
+    if (door_open(&self->door, path, "operator", self->calendar, DOOR_PATIENCE_MS) != STATUS_OK) {
+        return "cannot open the operator's door";
+    }
+    self->has_door  = true;
+    status_t status = STATUS_TIMEOUT;
+    for (unsigned i = 0U; (status == STATUS_TIMEOUT) && (i < DOOR_ROUNDS) && !is_stop_requested(self); i++) {
+        status = door_accept(&self->door, DOOR_ROUND_MS);
+    }
+    if ((status == STATUS_TIMEOUT) && is_stop_requested(self)) {
+        osal_calendar_end(self->calendar, order); // It has ended before it came: go down in order.
+        return NULL;
+    }
+    if (status != STATUS_OK) {
+        return "the operator did not come";
+    }
+    osal_calendar_set_stream_port(self->calendar, order, self->door.stream_port);
+    osal_calendar_done(self->calendar, order, 0U);
+    return NULL;
+}
+
+// ---- Loop ----
+
+static void run_operator_turn(image_t* const self, const osal_grant_t* const grant)
+{
+    const unsigned order = run_operator(self->run);
+    uint64_t wake_ns     = OSAL_CALENDAR_NEVER;
+    uint32_t octets      = 0U;
+    if (door_exchange(&self->door, grant, &wake_ns, &octets) != STATUS_OK) {
+        osal_calendar_end(self->calendar, order);
+        return;
+    }
+    if (octets > 0U) {
+        osal_calendar_deliver(self->calendar, order, self->communication, 0U, octets);
+    }
+    osal_calendar_done(self->calendar, order, wake_ns);
+}
+
+static void run_component(image_t* const self, const unsigned participant, const osal_grant_t* const grant)
+{
+    const unsigned component       = participant - 1U;
+    const program_t* const program = &self->programs[component];
+    seat_pump(&self->seats[component], grant->messages, program->link_datagram, program->self);
+    const uint64_t wake_ns = program->step(program->self, grant->now_ns, grant->octets);
+    osal_calendar_done(self->calendar, participant, wake_ns);
+}
+
+/// Until the supervisor has closed the calendar, or the launcher.
+static void loop(image_t* const self)
+{
+    osal_calendar_done(self->calendar, RUN_SIMULATOR, 0U);
+    for (unsigned i = 0U; i < self->run->component_count; i++) {
+        osal_calendar_done(self->calendar, run_participant(i), 0U);
+    }
+    osal_grant_t grant = {0U, 0U, 0U};
+    while ((osal_process_stop_count() == 0U) &&
+           (osal_calendar_next(self->calendar, &self->running, &grant) == STATUS_OK)) {
+        if (self->running == RUN_SIMULATOR) {
+            const uint64_t wake_ns = simulator_step(self->simulator, grant.now_ns);
+            osal_calendar_done(self->calendar, RUN_SIMULATOR, wake_ns);
+        } else if (self->running == run_operator(self->run)) {
+            run_operator_turn(self, &grant);
+        } else {
+            run_component(self, self->running, &grant);
+        }
+    }
+}
+
+static int close_all(image_t* const self)
+{
+    int code = 0;
+    for (unsigned i = 0U; i < self->run->component_count; i++) {
+        if (self->programs[i].close != NULL) {
+            self->programs[i].close(self->programs[i].self);
+        }
+    }
+    if (simulator_close(self->simulator) != STATUS_OK) {
+        code = complain("a log of the simulator is not complete");
+    }
+    if (self->has_door) {
+        door_close(&self->door);
+    }
+    return code;
+}
+
+// ---- Command line ----
+
+static uint64_t number_of(const char* const digits)
+{
+    uint64_t number = 0U;
+    for (const char* next = digits; (*next >= '0') && (*next <= '9'); next++) {
+        number = (number * 10U) + (uint64_t)(*next - '0');
+    }
+    return number;
+}
+
+static bool parse(const int argument_count, char* const arguments[], image_options_t* const options)
+{
+    for (int i = 1; (i + 1) < argument_count; i += 2) {
+        const char* const value = arguments[i + 1];
+        if (strcmp(arguments[i], "--run") == 0) {
+            options->run = value;
+        } else if (strcmp(arguments[i], "--scenario") == 0) {
+            options->scenario = value;
+        } else if (strcmp(arguments[i], "--equipment") == 0) {
+            options->equipment = value;
+        } else if (strcmp(arguments[i], "--door") == 0) {
+            options->door = value;
+        } else if (strcmp(arguments[i], "--seed") == 0) {
+            options->seed = number_of(value);
+        } else {
+            return false;
+        }
+    }
+    return (options->run != NULL) && ((argument_count % 2) == 1);
+}
+
+// ---- Refusals on demand, in test builds ----
+
+#ifdef RESOURCE_CHECKS
+static void arm_refusal(void)
+{
+    const char* const number = osal_process_environment("HIROSCO_REFUSE_TAKE");
+    take_check_refuse((number != NULL) ? (uint32_t)number_of(number) : 0U);
+}
+
+/// How many blocks and sockets were asked for: so many different refusals there are.
+static void tell_takes(void)
+{
+    char line[64];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "image: takes ");
+    text_add_unsigned(&text, take_check_count());
+    osal_console_say(line);
+}
+#else
+static void arm_refusal(void)
+{
+}
+
+static void tell_takes(void)
+{
+}
+#endif
+
+int main(const int argument_count, char* arguments[])
+{
+    image_options_t options = {.seed = 1U};
+    if (!parse(argument_count, arguments, &options)) {
+        (void)complain("usage: --run NAME [--scenario FILE] [--equipment FILE] [--seed N] [--door PATH] "
+                       "(started by `hirosco run`)");
+        return 2;
+    }
+    osal_process_catch_stop();
+    osal_process_ignore_interrupt();
+    arm_refusal();
+    const char* error = attach(&image, options.run);
+    error             = (error != NULL) ? error : seat_all(&image);
+    error             = (error != NULL) ? error : open_simulator(&image, &options);
+    error             = (error != NULL) ? error : open_door(&image, options.door);
+    if (error != NULL) {
+        return complain(error);
+    }
+    loop(&image);
+    tell_takes();
+    return close_all(&image);
+}

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/member.h"
+#include "fsw/app/program.h"
+#include "fsw/subsystems/joystick/joystick.h"
+
+typedef struct {
+    member_t member;
+    joystick_t joystick;
+} joystick_program_t;
+
+static joystick_program_t storage;
+
+static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
+{
+    (void)octets_due;
+    return member_step(&((joystick_program_t*)context)->member, now_ns);
+}
+
+bool joystick_open(seat_t* const seat, program_t* const out_program)
+{
+    if (!member_load(&storage.member, seat, JOYSTICK_INTERFACE_HASH)) {
+        return false;
+    }
+    joystick_init(&storage.joystick, &storage.member.component, &seat->flows);
+    member_begin(&storage.member, joystick_callbacks(), &storage.joystick);
+    *out_program = (program_t){&storage, step, NULL, member_link_datagram, NULL, &storage.member.component};
+    return true;
+}

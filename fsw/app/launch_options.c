@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/launch_options.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/text.h"
+
+#include <string.h>
+
+#define NS_PER_S 1000000000ULL
+#define SHOWN_MAX 120U ///< Characters of a wrong value that are repeated, so that the reason fits behind it.
+
+const char* launch_options_help(void)
+{
+    return "usage: hirosco run [--OPTION VALUE ...]\n"
+           "  --mission NAME     descriptors/missions/NAME.xml (default rokviss)\n"
+           "  --scenario NAME    sim/scenarios/NAME.scn, or a path to another file (default telepresence);\n"
+           "                     none: fly until Ctrl-C\n"
+           "  --seed N           of sensor noise and faults (default 1)\n"
+           "  --form processes|image   a process per subsystem (default), or all in one program\n"
+           "  --time stepped|real      discrete time (default), or the wall clock\n"
+           "  --bus shm          carrier of the CAN buses\n"
+           "  --transport udp    carrier of messages between processes\n"
+           "  --links shm|udp    transfer method of real-time links (default: the mission's)\n"
+           "  --port N           ground port on 127.0.0.1 (default: the first free from the mission's)\n"
+           "  --tools N          serve bus tools on 127.0.0.1 at this port (socketcand; python-can, "
+           "SavvyCAN)\n"
+           "  --out FOLDER       where the run leaves its logs (default: a new folder under runs/)\n"
+           "  --duration S       shut the mission down after S simulated seconds\n"
+           "  --report yes|no    draw the report at the end (default yes)";
+}
+
+static bool fail(char error[LAUNCH_ERROR_MAX], const char* const option, const char* const value,
+                 const char* const expected)
+{
+    text_t text = text_in(error, LAUNCH_ERROR_MAX);
+    text_add(&text, option);
+    text_add(&text, " ");
+    for (size_t i = 0U; (i < SHOWN_MAX) && (value[i] != '\0'); i++) {
+        text_add_character(&text, value[i]);
+    }
+    text_add(&text, (strlen(value) > SHOWN_MAX) ? "...: " : ": ");
+    text_add(&text, expected);
+    return false;
+}
+
+/// Decimal text as a number up to `limit`.
+static bool read_number(const char* const digits, const uint64_t limit, uint64_t* const out_number)
+{
+    uint64_t number = 0U;
+    for (const char* next = digits; *next != '\0'; next++) {
+        if ((*next < '0') || (*next > '9')) {
+            return false;
+        }
+        const uint64_t digit = (uint64_t)(*next - '0');
+        if (number > ((limit - digit) / 10U)) {
+            return false;
+        }
+        number = (number * 10U) + digit;
+    }
+    *out_number = number;
+    return *digits != '\0';
+}
+
+static bool is_name(const char* const text)
+{
+    for (const char* next = text; *next != '\0'; next++) {
+        const bool is_letter = ((*next >= 'a') && (*next <= 'z')) || ((*next >= 'A') && (*next <= 'Z')) ||
+                               ((*next >= '0') && (*next <= '9')) || (*next == '-') || (*next == '_');
+        if (!is_letter) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool launch_scenario_is_path(const char* const scenario)
+{
+    const size_t length = strlen(scenario);
+    return (strchr(scenario, '/') != NULL) ||
+           ((length > 4U) && (strcmp(&scenario[length - 4U], ".scn") == 0));
+}
+
+static bool one_of(const char* const value, const char* const first, const char* const second)
+{
+    return (strcmp(value, first) == 0) || (strcmp(value, second) == 0);
+}
+
+static bool take_number(launch_options_t* const options, const char* const option, const char* const value,
+                        char error[LAUNCH_ERROR_MAX])
+{
+    uint64_t number = 0U;
+    if (strcmp(option, "--seed") == 0) {
+        if (!read_number(value, UINT64_MAX - 9U, &options->seed)) {
+            return fail(error, option, value, "expected a number from 0");
+        }
+    } else if (strcmp(option, "--port") == 0) {
+        if (!read_number(value, 65535U, &number) || (number == 0U)) {
+            return fail(error, option, value, "expected a port number, 1 to 65535");
+        }
+        options->port = (uint16_t)number;
+    } else if (strcmp(option, "--tools") == 0) {
+        if (!read_number(value, 65535U, &number) || (number == 0U)) {
+            return fail(error, option, value, "expected a port number, 1 to 65535");
+        }
+        options->tools = (uint16_t)number;
+    } else {
+        if (!read_number(value, 10000000U, &number) || (number == 0U)) {
+            return fail(error, option, value, "expected whole seconds, at least 1");
+        }
+        options->duration_ns = number * NS_PER_S;
+    }
+    return true;
+}
+
+static bool take_word(launch_options_t* const options, const char* const option, const char* const value,
+                      char error[LAUNCH_ERROR_MAX])
+{
+    if (strcmp(option, "--form") == 0) {
+        options->is_image = (strcmp(value, "image") == 0);
+        return one_of(value, "processes", "image") ||
+               fail(error, option, value, "expected processes or image");
+    }
+    if (strcmp(option, "--time") == 0) {
+        options->is_stepped = (strcmp(value, "stepped") == 0);
+        return one_of(value, "stepped", "real") || fail(error, option, value, "expected stepped or real");
+    }
+    if (strcmp(option, "--links") == 0) {
+        options->links = value;
+        return one_of(value, "shm", "udp") || fail(error, option, value, "expected shm or udp");
+    }
+    if (strcmp(option, "--report") == 0) {
+        options->has_report = (strcmp(value, "yes") == 0);
+        return one_of(value, "yes", "no") || fail(error, option, value, "expected yes or no");
+    }
+    if (strcmp(option, "--bus") == 0) {
+        return one_of(value, "shm", "shm") ||
+               fail(error, option, value, "this build carries CAN in shared memory: shm");
+    }
+    return one_of(value, "udp", "udp") || fail(error, option, value, "this build carries messages by udp");
+}
+
+/// A mission or a scenario; nothing keeps the default.
+static bool take_name(launch_options_t* const options, const char* const option, const char* const value,
+                      char error[LAUNCH_ERROR_MAX])
+{
+    const bool is_scenario = (strcmp(option, "--scenario") == 0);
+    const bool is_path     = is_scenario && launch_scenario_is_path(value);
+    if (is_path && (strlen(value) >= LAUNCH_PATH_MAX)) {
+        return fail(error, option, value, "the path is too long");
+    }
+    if (!is_path && !is_name(value)) {
+        return fail(error, option, value,
+                    "expected a name of letters, digits, - and _, without path or ending");
+    }
+    if (value[0] != '\0') {
+        *(is_scenario ? &options->scenario : &options->mission) = value;
+    }
+    return true;
+}
+
+static bool take(launch_options_t* const options, const char* const option, const char* const value,
+                 char error[LAUNCH_ERROR_MAX])
+{
+    static const char* const numbers[] = {"--seed", "--port", "--tools", "--duration"};
+    static const char* const words[]   = {"--form", "--time", "--links", "--report", "--bus", "--transport"};
+    for (size_t i = 0U; i < (sizeof numbers / sizeof numbers[0]); i++) {
+        if (strcmp(option, numbers[i]) == 0) {
+            return (value[0] == '\0') || take_number(options, option, value, error);
+        }
+    }
+    for (size_t i = 0U; i < (sizeof words / sizeof words[0]); i++) {
+        if (strcmp(option, words[i]) == 0) {
+            return (value[0] == '\0') || take_word(options, option, value, error);
+        }
+    }
+    if ((strcmp(option, "--mission") == 0) || (strcmp(option, "--scenario") == 0)) {
+        return take_name(options, option, value, error);
+    }
+    if (strcmp(option, "--out") == 0) {
+        options->output = value;
+        return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) ||
+               fail(error, option, value, "the path is too long");
+    }
+    return fail(error, option, value, "unknown option; see hirosco run --help");
+}
+
+/// Combinations that make no sense, each with the reason.
+static bool is_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+{
+    if (options->is_image && !options->is_stepped) {
+        return fail(error, "--form image", "--time real",
+                    "the image runs all components in one loop, which no wall clock drives; take processes");
+    }
+    if (options->is_image && (options->tools != 0U)) {
+        return fail(error, "--form image", "--tools",
+                    "bus tools attach to the simulator's own process; take processes");
+    }
+    const bool is_endless = (strcmp(options->scenario, "none") == 0) && (options->duration_ns == 0U);
+    if (options->is_stepped && is_endless) {
+        return fail(error, "--scenario none", "--time stepped",
+                    "nobody would end it; take --time real (Ctrl-C ends it) or give --duration");
+    }
+    return true;
+}
+
+bool launch_options_parse(const int argument_count, char* const arguments[],
+                          launch_options_t* const out_options, char error[LAUNCH_ERROR_MAX])
+{
+    FSW_ASSERT((arguments != NULL) && (out_options != NULL) && (error != NULL));
+    *out_options = (launch_options_t){.mission    = "rokviss",
+                                      .scenario   = "telepresence",
+                                      .seed       = 1U,
+                                      .is_stepped = true,
+                                      .links      = "",
+                                      .output     = "",
+                                      .has_report = true};
+    error[0]     = '\0';
+    for (int i = 0; i < argument_count; i += 2) {
+        if ((i + 1) == argument_count) {
+            return fail(error, arguments[i], "", "a value is missing; see hirosco run --help");
+        }
+        if (!take(out_options, arguments[i], arguments[i + 1], error)) {
+            return false;
+        }
+    }
+    return is_sensible(out_options, error);
+}

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Command line of the launcher: `hirosco run` with its options, and which combinations make sense.
+#ifndef FSW_APP_LAUNCH_OPTIONS_H
+#define FSW_APP_LAUNCH_OPTIONS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define LAUNCH_PATH_MAX 256U
+#define LAUNCH_ERROR_MAX 384U
+
+typedef struct {
+    const char* mission;  ///< Name; the descriptor is descriptors/missions/<name>.xml.
+    const char* scenario; ///< Name; the file is sim/scenarios/<name>.scn. Or its path, known by a slash or
+                          ///< the ending .scn. "none": no operator, no hand, no faults.
+    uint64_t seed;
+    bool is_image;
+    bool is_stepped;
+    const char* links;    ///< "shm" or "udp"; "": as the mission says.
+    uint16_t port;        ///< Ground port; 0: the first free from the mission's.
+    uint16_t tools;       ///< Port of the simulator's socketcand server for bus tools; 0: none.
+    const char* output;   ///< Output folder; empty: one of its own under runs/.
+    uint64_t duration_ns; ///< Shut the mission down after this simulated time; 0: never.
+    bool has_report;
+} launch_options_t;
+
+/// Parse. Options that were given as empty text count as not given (a Makefile passes all of them).
+/// False with a line in `error`: unknown option, bad value, or a combination that makes no sense and why.
+bool launch_options_parse(int argument_count, char* const arguments[], launch_options_t* out_options,
+                          char error[LAUNCH_ERROR_MAX]);
+/// The scenario is named by its path.
+bool launch_scenario_is_path(const char* scenario);
+const char* launch_options_help(void);
+
+#endif // FSW_APP_LAUNCH_OPTIONS_H

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+// The life of a run: its children, and what their ends mean.
+#include "fsw/app/launcher_internal.h"
+
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/console.h"
+
+#include <string.h>
+
+#define PROGRESS_NS 1000000000ULL      ///< Wall-clock time between lines of progress on a terminal,
+#define PROGRESS_FILE_NS 5000000000ULL ///< and elsewhere.
+#define LEFT_NS 2000000000ULL   ///< Simulated time that a mission goes on without its operator, who left.
+#define STALL_NS 30000000000ULL ///< Wall-clock time without any progress of simulated time.
+/// Simulated time that members have to reach their safe state without supervisor.
+#define ABANDON_NS 5000000000ULL
+#define ABANDONED 1U ///< As abandon_ns: at once, even before time begins.
+
+void launcher_give_up(launcher_t* const launcher, const char* const what, const char* const detail)
+{
+    if (launcher->reason[0] == '\0') {
+        text_t text = text_in(launcher->reason, sizeof launcher->reason);
+        text_add(&text, what);
+        text_add(&text, detail);
+    }
+    launcher->exit_code = (launcher->exit_code == 0) ? 1 : launcher->exit_code;
+}
+
+static uint64_t simulated_ns(const launcher_t* const launcher)
+{
+    return osal_calendar_now_ns(launcher->calendar);
+}
+
+bool launcher_is_flag(const uint32_t* const flag)
+{
+    return __atomic_load_n(flag, __ATOMIC_ACQUIRE) != 0U;
+}
+
+static void request_stop(launcher_t* const launcher)
+{
+    __atomic_store_n(&launcher->run->is_stop_requested, 1U, __ATOMIC_RELEASE);
+}
+
+static void describe_end(const child_t* const child, text_t* const text)
+{
+    text_add(text, child->name);
+    text_add(text, child->result.was_signalled ? " was ended by signal " : " ended with exit code ");
+    text_add_unsigned(text, (uint64_t)child->result.code);
+}
+
+/// A part has ended that should not have: the run goes on as far as it can, and fails.
+void launcher_part_lost(launcher_t* const launcher, child_t* const child)
+{
+    char what[LAUNCHER_REASON_MAX];
+    text_t text = text_in(what, sizeof what);
+    describe_end(child, &text);
+    launcher->is_broken = true;
+    launcher_give_up(launcher, what, "; see console.log");
+    if (child->is_component) {
+        run_component_t* const component = &launcher->run->components[child->component];
+        __atomic_store_n(&component->is_wanted, 0U, __ATOMIC_RELEASE);
+        __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_LOST, __ATOMIC_RELEASE);
+        if (component->apid == 1U) { // Without supervisor the others reach their safe state by themselves.
+            launcher->abandon_ns = simulated_ns(launcher) + ABANDON_NS;
+        }
+    } else if (strcmp(child->name, "packet-archive-sqlite") != 0) {
+        request_stop(launcher);
+        const bool is_vital  = (strcmp(child->name, "simulator") == 0) || (strcmp(child->name, "image") == 0);
+        launcher->abandon_ns = is_vital ? ABANDONED : launcher->abandon_ns;
+    } else {
+        // The spool holds what it had to write; the merge at the end takes it.
+    }
+    if (child->participant != LAUNCHER_NO_PARTICIPANT) {
+        osal_calendar_end(launcher->calendar, child->participant);
+    }
+}
+
+static void child_ended(launcher_t* const launcher, child_t* const child)
+{
+    child->is_alive    = false;
+    const bool is_over = launcher_is_flag(&launcher->run->is_finished) || (launcher->abandon_ns == ABANDONED);
+    const bool is_good = !child->result.was_signalled && (child->result.code == 0);
+    if (child->is_component && !is_over) {
+        run_component_t* const component = &launcher->run->components[child->component];
+        if (!launcher_is_flag(&component->is_wanted) && is_good) { // Stopped by the supervisor's order.
+            __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_STOPPED, __ATOMIC_RELEASE);
+            osal_calendar_end(launcher->calendar, child->participant);
+            return;
+        }
+        launcher_part_lost(launcher, child);
+    } else if (!is_good) {
+        launcher_part_lost(launcher, child);
+    } else if (!is_over && (strcmp(child->name, "operator") != 0)) {
+        launcher_part_lost(launcher, child); // Ended in good order, but before its time.
+    } else if (strcmp(child->name, "operator") == 0) {
+        launcher->left_ns = simulated_ns(launcher) + 1U;
+        if (child->participant != LAUNCHER_NO_PARTICIPANT) {
+            osal_calendar_end(launcher->calendar, child->participant); // It may never have joined.
+        } else if (launcher->left_ns == 1U) { // The image waits for it before time begins.
+            launcher->is_cut_short = true;
+            request_stop(launcher);
+        } else {
+            // The image knows.
+        }
+    } else {
+        // As it should be.
+    }
+}
+
+static void reap(launcher_t* const launcher)
+{
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        child_t* const child = &launcher->children[i];
+        if (child->is_alive && (osal_process_poll(&child->process, &child->result) == STATUS_OK) &&
+            child->result.has_ended) {
+            child_ended(launcher, child);
+        }
+    }
+}
+
+/// What the supervisor asks for: processes to start again or to stop.
+static void obey_supervisor(launcher_t* const launcher)
+{
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        child_t* const child = &launcher->children[i];
+        if (!child->is_component) {
+            continue;
+        }
+        const bool is_wanted = launcher_is_flag(&launcher->run->components[child->component].is_wanted);
+        if (is_wanted && !child->is_alive) {
+            launcher_start_component(launcher, child);
+        } else if (!is_wanted && child->is_alive) {
+            (void)osal_process_stop(&child->process, false);
+        } else {
+            // As wanted.
+        }
+    }
+}
+
+static void show_progress(launcher_t* const launcher, const uint64_t wall_ns)
+{
+    const uint64_t simulated = simulated_ns(launcher);
+    if ((launcher->first_wall_ns == 0U) && (simulated > 0U)) {
+        launcher->first_wall_ns      = wall_ns;
+        launcher->first_simulated_ns = simulated;
+    }
+    const uint64_t wall_past = wall_ns - launcher->last_wall_ns;
+    if (wall_past < (osal_console_is_terminal() ? PROGRESS_NS : PROGRESS_FILE_NS)) {
+        return;
+    }
+    const uint64_t tenths = ((simulated - launcher->last_simulated_ns) * 10U) / wall_past;
+    char line[96];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, osal_console_is_terminal() ? "\r  " : "  ");
+    text_add_unsigned(&text, simulated / 1000000000U);
+    text_add(&text, ".");
+    text_add_digits(&text, (simulated / 100000000U) % 10U, 1U);
+    text_add(&text, " s flown, ");
+    text_add_unsigned(&text, tenths / 10U);
+    text_add(&text, ".");
+    text_add_digits(&text, tenths, 1U);
+    text_add(&text, " x real time   ");
+    text_add(&text, osal_console_is_terminal() ? "" : "\n");
+    osal_console_put(line);
+    launcher->last_wall_ns      = wall_ns;
+    launcher->last_simulated_ns = simulated;
+}
+
+/// Somebody holds the grant and does not hand it on, or has not come at all.
+static bool has_stalled(launcher_t* const launcher, const uint64_t simulated)
+{
+    const uint64_t wall_ns = osal_clock_monotonic_ns();
+    if ((simulated != launcher->moved_simulated_ns) || (launcher->moved_wall_ns == 0U)) {
+        launcher->moved_simulated_ns = simulated;
+        launcher->moved_wall_ns      = wall_ns;
+    }
+    const bool has = (wall_ns - launcher->moved_wall_ns) > STALL_NS;
+    if (has) {
+        launcher_give_up(launcher, "simulated time stands still", "; see console.log");
+    }
+    return has;
+}
+
+static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
+{
+    const unsigned stops = osal_process_stop_count();
+    if (stops > *stops_seen) {
+        *stops_seen            = stops;
+        launcher->is_cut_short = true;
+        request_stop(launcher);
+        if (stops >= 3U) {
+            launcher_give_up(launcher, "interrupted three times: ended at once", "");
+            return true;
+        }
+        osal_console_say("\nshutting the mission down (Ctrl-C twice more ends it at once)");
+    }
+    const uint64_t simulated = simulated_ns(launcher);
+    const bool is_due  = (launcher->options.duration_ns > 0U) && (simulated >= launcher->options.duration_ns);
+    const bool is_left = (launcher->options.duration_ns == 0U) && (launcher->left_ns > 0U) &&
+                         (simulated >= (launcher->left_ns + LEFT_NS));
+    if ((is_due || is_left) && !launcher->is_cut_short) {
+        launcher->is_cut_short = true;
+        request_stop(launcher);
+    }
+    const bool is_abandoned = (launcher->abandon_ns == ABANDONED) ||
+                              ((launcher->abandon_ns > 0U) && (simulated >= launcher->abandon_ns));
+    return launcher_is_flag(&launcher->run->is_finished) || is_abandoned || has_stalled(launcher, simulated);
+}
+
+void launcher_fly(launcher_t* const launcher)
+{
+    unsigned stops_seen    = 0U;
+    launcher->last_wall_ns = osal_clock_monotonic_ns();
+    launcher_start_all(launcher);
+    while (launcher->exit_code != 1 || launcher->is_broken) {
+        osal_process_t* processes[LAUNCHER_CHILDREN_MAX];
+        size_t count = 0U;
+        for (size_t i = 0U; i < launcher->child_count; i++) {
+            if (launcher->children[i].is_alive) {
+                processes[count] = &launcher->children[i].process;
+                count++;
+            }
+        }
+        (void)osal_process_wait_any(processes, count, LAUNCHER_LOOP_MS);
+        reap(launcher);
+        show_progress(launcher, osal_clock_monotonic_ns());
+        if (is_over(launcher, &stops_seen)) {
+            break;
+        }
+        obey_supervisor(launcher);
+    }
+    launcher->last_wall_ns      = osal_clock_monotonic_ns();
+    launcher->last_simulated_ns = simulated_ns(launcher);
+}

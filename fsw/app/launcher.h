@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The launcher: parent and reaper of all processes of a run, owner of its names and its folder. It makes
+/// what they share, starts them, starts again what the supervisor asks for, and leaves nothing behind.
+///
+/// Ownership  The program places launcher_t. Context: one task.
+#ifndef FSW_APP_LAUNCHER_H
+#define FSW_APP_LAUNCHER_H
+
+#include "fsw/app/launch_options.h"
+#include "fsw/app/run_block.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/process.h"
+#include "osal/include/osal/socket.h"
+
+#define LAUNCHER_CHILDREN_MAX (MISSION_SUBSYSTEMS_MAX + 3U)
+#define LAUNCHER_REASON_MAX 256U
+
+typedef struct { // Private: one child process.
+    const char* name;
+    osal_process_t process;
+    bool is_alive;
+    bool has_run;
+    bool is_component;
+    unsigned component;   // Index, if it is one.
+    unsigned participant; // Of the calendar; OSAL_CALENDAR_PARTICIPANTS_MAX: none.
+    osal_process_result_t result;
+} child_t;
+
+typedef struct { // Private, except `exit_code` and `reason`.
+    launch_options_t options;
+    const char* program_folder;
+    mission_descriptor_t mission;
+    subsystem_descriptor_t scratch;
+    descriptor_loader_t loader;
+    run_block_t* run;
+    osal_shm_t run_shm;
+    osal_shm_t calendar_shm;
+    osal_calendar_t* calendar;
+    osal_socket_t ground;
+    osal_socket_t messages[MISSION_SUBSYSTEMS_MAX];
+    osal_socket_t links[RUN_LINKS_MAX];
+    child_t children[LAUNCHER_CHILDREN_MAX];
+    size_t child_count;
+    char door[LAUNCH_PATH_MAX];
+    char scenario_path[LAUNCH_PATH_MAX];
+    bool has_operator;
+    char equipment_path[LAUNCH_PATH_MAX]; // What hangs on the buses beside the arm and the joystick.
+    bool has_equipment;
+    uint64_t first_wall_ns; // When simulated time was first seen to move.
+    uint64_t first_simulated_ns;
+    uint64_t last_wall_ns;
+    uint64_t last_simulated_ns;
+    uint64_t abandon_ns;         // Simulated time at which a run without supervisor is given up.
+    uint64_t left_ns;            // Simulated time at which the operator left in good order, + 1.
+    uint64_t moved_simulated_ns; // Simulated time when it was last seen to move, and when that was.
+    uint64_t moved_wall_ns;
+    bool is_cut_short; // Ended at an instant that simulated time does not determine.
+    bool is_broken;    // A part died.
+    int exit_code;
+    char reason[LAUNCHER_REASON_MAX];
+} launcher_t;
+
+/// Read the mission, make the folder and everything shared. False: `reason` says what is wrong and what to
+/// do.
+bool launcher_prepare(launcher_t* launcher, const launch_options_t* options, const char* program_folder);
+/// Start all and stay until the run has ended. exit_code and reason tell how.
+void launcher_fly(launcher_t* launcher);
+/// End what is left, remove every name of the run, complete the logs, write run.json and the report.
+void launcher_clean_up(launcher_t* launcher);
+
+#endif // FSW_APP_LAUNCHER_H

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// The end of a run: children ended, names removed, logs completed, report drawn.
+#include "fsw/app/launcher_internal.h"
+
+#include "fsw/app/run_summary.h"
+#include "osal/include/osal/can.h"
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/console.h"
+#include "osal/include/osal/file.h"
+
+#define END_PATIENCE_NS 10000000000ULL ///< Wall-clock time that children have to end by themselves.
+
+static bool is_any_alive(launcher_t* const launcher)
+{
+    bool is_any = false;
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        child_t* const child = &launcher->children[i];
+        if (child->is_alive && (osal_process_poll(&child->process, &child->result) == STATUS_OK) &&
+            child->result.has_ended) {
+            child->is_alive = false;
+            if (child->result.was_signalled || (child->result.code != 0)) {
+                launcher_part_lost(launcher, child);
+            }
+        }
+        is_any = is_any || child->is_alive;
+    }
+    return is_any;
+}
+
+static void stop_all(launcher_t* const launcher, const bool by_force)
+{
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        if (launcher->children[i].is_alive) {
+            (void)osal_process_stop(&launcher->children[i].process, by_force);
+        }
+    }
+}
+
+static void end_children(launcher_t* const launcher)
+{
+    __atomic_store_n(&launcher->run->is_finished, 1U, __ATOMIC_RELEASE);
+    if (launcher->calendar != NULL) {
+        osal_calendar_close(launcher->calendar);
+    }
+    bool is_asked           = false;
+    const uint64_t start_ns = osal_clock_monotonic_ns();
+    while (is_any_alive(launcher)) {
+        const uint64_t past_ns = osal_clock_monotonic_ns() - start_ns;
+        if (!is_asked && (past_ns > (END_PATIENCE_NS / 20U))) {
+            stop_all(launcher, false);
+            is_asked = true;
+        }
+        if (past_ns > END_PATIENCE_NS) {
+            stop_all(launcher, true);
+        }
+        (void)osal_process_wait_any(NULL, 0U, LAUNCHER_LOOP_MS);
+    }
+}
+
+static void remove_names(launcher_t* const launcher)
+{
+    char name[RUN_NAME_MAX];
+    for (unsigned link = 1U; link <= RUN_LINKS_MAX; link++) {
+        if (run_name(launcher->run, "link", link, name, sizeof name)) {
+            (void)osal_shm_remove(name);
+        }
+    }
+    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) {
+        text_t text = text_in(name, sizeof name);
+        text_add(&text, "shm:");
+        text_add(&text, launcher->run->identity);
+        text_add(&text, ".can.");
+        text_add(&text, launcher->mission.buses[i].name);
+        (void)osal_can_destroy(name);
+    }
+    static const char* const memories[] = {"calendar", "run"};
+    for (size_t i = 0U; i < (sizeof memories / sizeof memories[0]); i++) {
+        if (run_name(launcher->run, memories[i], 0U, name, sizeof name)) {
+            (void)osal_shm_remove(name);
+        }
+    }
+    (void)osal_file_remove(launcher->door);
+}
+
+/// Run a tool to its end. False if it failed.
+static bool run_tool(launcher_t* const launcher, const arguments_t* const arguments, const char* const name)
+{
+    child_t child = {
+        .name = name, .process = {.id = 0, .descriptor = -1}, .participant = LAUNCHER_NO_PARTICIPANT};
+    launcher_start_child(launcher, &child, arguments, NULL, 0U);
+    while (child.is_alive) {
+        osal_process_t* const process = &child.process;
+        (void)osal_process_wait_any(&process, 1U, 1000U);
+        if ((osal_process_poll(&child.process, &child.result) == STATUS_OK) && child.result.has_ended) {
+            child.is_alive = false;
+        }
+    }
+    return child.has_run && !child.result.was_signalled && (child.result.code == 0);
+}
+
+static void complete_logs(launcher_t* const launcher)
+{
+    arguments_t merge = {.count = 0U};
+    arguments_add_program(&merge, launcher, "packet-archive-sqlite");
+    arguments_add(&merge, "merge");
+    arguments_add(&merge, launcher->run->folder);
+    if (!run_tool(launcher, &merge, "packet-archive-sqlite")) {
+        launcher_give_up(launcher, "the packet log is not complete", "; see console.log");
+    }
+}
+
+static void draw_report(launcher_t* const launcher)
+{
+    arguments_t report = {.count = 0U};
+    arguments_add(&report, "/usr/bin/env");
+    arguments_add(&report, "PYTHONPATH=gse");
+    arguments_add(&report, launcher_python());
+    arguments_add(&report, "-m");
+    arguments_add(&report, "hirosco_gse.report");
+    arguments_add(&report, launcher->run->folder);
+    if (!run_tool(launcher, &report, "report")) {
+        osal_console_complain("the report could not be drawn; see console.log in the run's folder");
+    }
+}
+
+void launcher_clean_up(launcher_t* const launcher)
+{
+    if (launcher->run == NULL) {
+        return;
+    }
+    end_children(launcher);
+    remove_names(launcher);
+    if (launcher->child_count > 0U) {
+        complete_logs(launcher);
+        run_summary_write(launcher);
+        if (launcher->options.has_report) {
+            draw_report(launcher);
+        }
+    }
+    osal_socket_close(&launcher->ground);
+}

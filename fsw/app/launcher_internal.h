@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Between the source files of the launcher; for nobody else.
+#ifndef FSW_APP_LAUNCHER_INTERNAL_H
+#define FSW_APP_LAUNCHER_INTERNAL_H
+
+#include "fsw/app/launcher.h"
+#include "fsw/framework/base/text.h"
+
+#define LAUNCHER_LOOP_MS 20U
+#define LAUNCHER_NO_PARTICIPANT OSAL_CALENDAR_PARTICIPANTS_MAX
+#define LAUNCHER_ARGUMENTS_MAX 64U
+#define LAUNCHER_ARGUMENT_TEXT 4096U
+
+typedef struct { // Arguments of a child under construction.
+    const char* list[LAUNCHER_ARGUMENTS_MAX];
+    size_t count;
+    char storage[LAUNCHER_ARGUMENT_TEXT];
+    text_t text;
+} arguments_t;
+
+/// launcher_children.c: argument lists, and starting children.
+void arguments_add(arguments_t* arguments, const char* argument);
+/// The concatenation of two texts as one argument.
+void arguments_add_joined(arguments_t* arguments, const char* first, const char* second);
+void arguments_add_number(arguments_t* arguments, uint64_t number);
+/// A program that lies beside the launcher.
+void arguments_add_program(arguments_t* arguments, const launcher_t* launcher, const char* name);
+/// The project's own Python if it is there, else the system's.
+const char* launcher_python(void);
+void launcher_start_child(launcher_t* launcher, child_t* child, const arguments_t* arguments,
+                          const int* descriptors, size_t descriptor_count);
+void launcher_start_component(launcher_t* launcher, child_t* child);
+void launcher_start_all(launcher_t* launcher);
+
+/// launcher.c
+bool launcher_is_flag(const uint32_t* flag);
+/// The run fails; the first reason counts.
+void launcher_give_up(launcher_t* launcher, const char* what, const char* detail);
+/// A part has ended that should not have: the run goes on as far as it can, and fails.
+void launcher_part_lost(launcher_t* launcher, child_t* child);
+
+#endif // FSW_APP_LAUNCHER_INTERNAL_H

@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run needs before its first process: mission, folder, shared memory, buses, sockets.
+#include "fsw/app/launcher.h"
+
+#include "fsw/framework/base/text.h"
+#include "fsw/framework/rtlink/agreement.h"
+#include "osal/include/osal/can.h"
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/file.h"
+
+#include <string.h>
+
+#define FAMILY "/hirosco-" ///< How all names of runs begin.
+#define SLOT_NS 500000ULL
+#define PORT_TRIES 200U
+#define FOLDER_TRIES 1000U
+#define RECEIVE_OCTETS 425984U
+
+static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
+{
+    text_t text = text_in(launcher->reason, sizeof launcher->reason);
+    text_add(&text, what);
+    text_add(&text, detail);
+    launcher->exit_code = 1;
+    return false;
+}
+
+// ---- Mission and folder ----
+
+static bool load_mission(launcher_t* const launcher, char* const path, const size_t capacity)
+{
+    text_t text = text_in(path, capacity);
+    text_add(&text, "descriptors/missions/");
+    text_add(&text, launcher->options.mission);
+    text_add(&text, ".xml");
+    if (!osal_file_exists(path)) {
+        return fail(launcher, "no such mission (run hirosco in the project's folder): ", path);
+    }
+    descriptor_loader_init(&launcher->loader);
+    if (descriptor_load_mission(&launcher->loader, path, &launcher->mission, &launcher->scratch) !=
+        STATUS_OK) {
+        return fail(launcher, descriptor_error(&launcher->loader), "");
+    }
+    return true;
+}
+
+/// The transfer method of links that the mission prefers, unless the command line has one.
+static bool choose_links(launcher_t* const launcher, const char* const mission_path)
+{
+    const uint8_t method = launcher->mission.link_method;
+    if (launcher->options.links[0] != '\0') {
+        return true;
+    }
+    if ((method != RTLINK_METHOD_SHARED_MEMORY) && (method != RTLINK_METHOD_UDP)) {
+        return fail(launcher, mission_path,
+                    ": <Transports links>: expected SHARED_MEMORY or UDP, which this "
+                    "build carries; or give --links shm|udp");
+    }
+    launcher->options.links = (method == RTLINK_METHOD_UDP) ? "udp" : "shm";
+    return true;
+}
+
+static bool find_scenario(launcher_t* const launcher)
+{
+    launcher->has_operator     = (strcmp(launcher->options.scenario, "none") != 0);
+    launcher->scenario_path[0] = '\0';
+    if (!launcher->has_operator) {
+        return true;
+    }
+    const bool is_path = launch_scenario_is_path(launcher->options.scenario);
+    text_t text        = text_in(launcher->scenario_path, sizeof launcher->scenario_path);
+    text_add(&text, is_path ? "" : "sim/scenarios/");
+    text_add(&text, launcher->options.scenario);
+    text_add(&text, is_path ? "" : ".scn");
+    return osal_file_exists(launcher->scenario_path) ||
+           fail(launcher, "no such scenario: ", launcher->scenario_path);
+}
+
+/// Without folders and ending.
+static void add_scenario_name(text_t* const text, const char* const scenario)
+{
+    const char* const slash = strrchr(scenario, '/');
+    for (const char* next = (slash != NULL) ? &slash[1] : scenario; *next != '\0'; next++) {
+        if (strcmp(next, ".scn") == 0) {
+            break;
+        }
+        text_add_character(text, *next);
+    }
+}
+
+static bool is_used(const char* const folder)
+{
+    char path[LAUNCH_PATH_MAX + 16U];
+    text_t text = text_in(path, sizeof path);
+    text_add(&text, folder);
+    text_add(&text, "/run.json");
+    return osal_file_exists(path);
+}
+
+/// The folder that was asked for, or the first unused of this scenario, form and seed.
+static bool make_folder(launcher_t* const launcher, char* const folder, const size_t capacity)
+{
+    const launch_options_t* const options = &launcher->options;
+    text_t text                           = text_in(folder, capacity);
+    if (options->output[0] != '\0') {
+        text_add(&text, options->output);
+        if (is_used(folder)) {
+            return fail(launcher, "there is a run in this folder already; choose another --out: ", folder);
+        }
+    } else {
+        bool is_free = false;
+        for (unsigned number = 1U; !is_free && (number < FOLDER_TRIES); number++) {
+            text = text_in(folder, capacity);
+            text_add(&text, "runs/");
+            add_scenario_name(&text, options->scenario);
+            text_add(&text, options->is_image ? "-image-" : "-processes-");
+            text_add_unsigned(&text, options->seed);
+            text_add(&text, "-");
+            text_add_digits(&text, number, 3U);
+            is_free = !osal_file_exists(folder);
+        }
+    }
+    if (text.cut || (osal_directory_create(folder) != STATUS_OK)) {
+        return fail(launcher, "cannot make the output folder ", folder);
+    }
+    const char* const base = (strncmp(folder, "runs/", 5U) == 0) ? &folder[5] : NULL;
+    if (base != NULL) {
+        const status_t status = osal_file_link(base, "runs/latest");
+        (void)status; // A convenience: two runs at once may race for it.
+    }
+    return true;
+}
+
+// ---- Left by others ----
+
+/// Number behind "/hirosco-" in a name, 0 if there is none.
+static int32_t owner_of(const char* const name)
+{
+    int32_t owner = 0;
+    for (const char* next = &name[sizeof FAMILY - 1U];
+         (*next >= '0') && (*next <= '9') && (owner < 100000000); next++) {
+        owner = (owner * 10) + (int32_t)(*next - '0');
+    }
+    return owner;
+}
+
+/// Remove a name whose launcher is dead: one that was killed could not clean up.
+static void sweep(void* const context, const char* const name)
+{
+    (void)context;
+    osal_process_t owner  = {.id = 0, .descriptor = -1};
+    const int32_t id      = owner_of(name);
+    const status_t status = (id > 0) ? osal_process_watch(&owner, id) : STATUS_OK;
+    if (status == STATUS_NOT_FOUND) {
+        char door[LAUNCH_PATH_MAX];
+        text_t text = text_in(door, sizeof door);
+        text_add(&text, "/tmp");
+        text_add(&text, FAMILY);
+        text_add_unsigned(&text, (uint64_t)id);
+        text_add(&text, ".door");
+        (void)osal_shm_remove(name);
+        (void)osal_file_remove(door);
+    }
+    osal_process_release(&owner);
+}
+
+// ---- Shared memory ----
+
+static bool make_run_block(launcher_t* const launcher, const char* const mission_path,
+                           const char* const folder)
+{
+    char identity[RUN_IDENTITY_MAX];
+    text_t text = text_in(identity, sizeof identity);
+    text_add(&text, "hirosco-");
+    text_add_unsigned(&text, (uint64_t)osal_process_own_id());
+    if (run_block_create(&launcher->run_shm, identity, &launcher->run) != STATUS_OK) {
+        return fail(launcher, "cannot make shared memory for the run ", identity);
+    }
+    run_block_t* const run = launcher->run;
+    text                   = text_in(run->mission_path, sizeof run->mission_path);
+    text_add(&text, mission_path);
+    text = text_in(run->folder, sizeof run->folder);
+    text_add(&text, folder);
+    const bool is_udp = (strcmp(launcher->options.links, "udp") == 0);
+    run->is_stepped   = true; // Also in wall-clock time: simulated hardware belongs to the calendar.
+    run->link_methods = (uint8_t)(1U << (unsigned)(is_udp ? RTLINK_METHOD_UDP : RTLINK_METHOD_SHARED_MEMORY));
+    run->component_count = launcher->mission.subsystem_count;
+    for (uint16_t i = 0U; i < run->component_count; i++) {
+        run_component_t* const component           = &run->components[i];
+        const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
+        component->apid                            = subsystem->apid;
+        component->message_descriptor              = -1;
+        text                                       = text_in(component->name, sizeof component->name);
+        text_add(&text, subsystem->name);
+    }
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        run->link_descriptors[i] = -1;
+    }
+    return true;
+}
+
+static bool make_calendar(launcher_t* const launcher)
+{
+    char name[RUN_NAME_MAX];
+    if (!run_name(launcher->run, "calendar", 0U, name, sizeof name) ||
+        (osal_shm_create(&launcher->calendar_shm, name, OSAL_CALENDAR_BYTES) != STATUS_OK)) {
+        return fail(launcher, "cannot make shared memory for the calendar ", name);
+    }
+    launcher->calendar =
+        osal_calendar_create(osal_shm_address(&launcher->calendar_shm), SLOT_NS, !launcher->options.is_image);
+    if (launcher->calendar == NULL) {
+        return fail(launcher, "this system has no lock that survives the death of its holder", "");
+    }
+    const unsigned last = run_operator(launcher->run);
+    for (unsigned participant = 0U; participant <= last; participant++) {
+        if ((participant != last) || launcher->has_operator) {
+            osal_calendar_expect(launcher->calendar, participant);
+        }
+    }
+    return true;
+}
+
+static bool make_buses(launcher_t* const launcher)
+{
+    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) {
+        char address[RUN_NAME_MAX];
+        text_t text = text_in(address, sizeof address);
+        text_add(&text, "shm:");
+        text_add(&text, launcher->run->identity);
+        text_add(&text, ".can.");
+        text_add(&text, launcher->mission.buses[i].name);
+        if (text.cut || (osal_can_create(address) != STATUS_OK)) {
+            return fail(launcher, "cannot make the bus ", address);
+        }
+    }
+    return true;
+}
+
+// ---- Sockets ----
+
+static bool open_udp(launcher_t* const launcher, osal_socket_t* const socket, uint16_t* const out_port,
+                     int* const out_descriptor)
+{
+    osal_address_t local = {OSAL_IPV4_LOOPBACK, 0U};
+    if ((osal_udp_open(socket, local, RECEIVE_OCTETS) != STATUS_OK) ||
+        (osal_socket_local_address(socket, &local) != STATUS_OK)) {
+        return fail(launcher, "cannot open a UDP socket on 127.0.0.1", "");
+    }
+    *out_port       = local.port;
+    *out_descriptor = osal_socket_descriptor(socket);
+    return true;
+}
+
+static bool open_sockets(launcher_t* const launcher)
+{
+    run_block_t* const run = launcher->run;
+    bool is_open           = true;
+    for (uint16_t i = 0U; is_open && !launcher->options.is_image && (i < run->component_count); i++) {
+        is_open = open_udp(launcher, &launcher->messages[i], &run->components[i].message_port,
+                           &run->components[i].message_descriptor);
+    }
+    const bool has_links = (strcmp(launcher->options.links, "udp") == 0);
+    for (uint16_t i = 0U; is_open && has_links && (i < launcher->mission.link_count) && (i < RUN_LINKS_MAX);
+         i++) {
+        is_open = open_udp(launcher, &launcher->links[i], &run->link_ports[i], &run->link_descriptors[i]);
+    }
+    return is_open;
+}
+
+static bool listen_to_ground(launcher_t* const launcher)
+{
+    const bool is_asked  = (launcher->options.port != 0U);
+    const uint16_t first = is_asked ? launcher->options.port : launcher->mission.ground_port;
+    status_t status      = STATUS_EXISTS;
+    uint16_t port        = first;
+    for (unsigned i = 0U; (status == STATUS_EXISTS) && (i < (is_asked ? 1U : PORT_TRIES)); i++) {
+        port   = (uint16_t)(first + i);
+        status = osal_tcp_listen(&launcher->ground, (osal_address_t){OSAL_IPV4_LOOPBACK, port});
+    }
+    char digits[16];
+    text_t text = text_in(digits, sizeof digits);
+    text_add_unsigned(&text, first);
+    if (status != STATUS_OK) {
+        return fail(launcher,
+                    (status == STATUS_EXISTS) ? "the ground port is in use on 127.0.0.1: "
+                                              : "cannot listen on 127.0.0.1 at port ",
+                    digits);
+    }
+    launcher->run->ground_port       = port;
+    launcher->run->ground_descriptor = osal_socket_descriptor(&launcher->ground);
+    return true;
+}
+
+/// One line of text into a file of the run's folder.
+static bool write_line(launcher_t* const launcher, const char* const name, const char* const line)
+{
+    char path[LAUNCH_PATH_MAX + 32U];
+    osal_file_t file = {-1};
+    text_t text      = text_in(path, sizeof path);
+    text_add(&text, launcher->run->folder);
+    text_add(&text, name);
+    if (osal_file_create(&file, path) != STATUS_OK) {
+        return fail(launcher, "cannot write ", path);
+    }
+    const bool is_written = (osal_file_write(&file, line, strlen(line)) == STATUS_OK) &&
+                            (osal_file_write(&file, "\n", 1U) == STATUS_OK);
+    osal_file_close(&file);
+    return is_written || fail(launcher, "cannot write ", path);
+}
+
+/// Mission and port, for ground tools that look them up.
+static bool tell_ground(launcher_t* const launcher)
+{
+    char digits[16];
+    text_t text = text_in(digits, sizeof digits);
+    text_add_unsigned(&text, launcher->run->ground_port);
+    return write_line(launcher, "/ground.mission", launcher->options.mission) &&
+           write_line(launcher, "/ground.port", digits);
+}
+
+/// What hangs on the buses beside the arm and the joystick, where the mission has such a file.
+static void find_equipment(launcher_t* const launcher)
+{
+    text_t text = text_in(launcher->equipment_path, sizeof launcher->equipment_path);
+    text_add(&text, "sim/equipment/");
+    text_add(&text, launcher->options.mission);
+    text_add(&text, ".txt");
+    launcher->has_equipment = osal_file_exists(launcher->equipment_path);
+}
+
+static void name_door(launcher_t* const launcher)
+{
+    text_t text = text_in(launcher->door, sizeof launcher->door);
+    text_add(&text, "/tmp/");
+    text_add(&text, launcher->run->identity);
+    text_add(&text, ".door");
+}
+
+bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,
+                      const char* const program_folder)
+{
+    char mission_path[LAUNCH_PATH_MAX];
+    char folder[LAUNCH_PATH_MAX];
+    (void)memset(launcher, 0, sizeof *launcher);
+    launcher->options           = *options;
+    launcher->program_folder    = program_folder;
+    launcher->ground.descriptor = -1;
+    for (size_t i = 0U; i < MISSION_SUBSYSTEMS_MAX; i++) {
+        launcher->messages[i].descriptor = -1;
+    }
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        launcher->links[i].descriptor = -1;
+    }
+    (void)osal_shm_each(FAMILY, sweep, NULL);
+    const bool is_ready =
+        load_mission(launcher, mission_path, sizeof mission_path) && choose_links(launcher, mission_path) &&
+        find_scenario(launcher) && make_folder(launcher, folder, sizeof folder) &&
+        make_run_block(launcher, mission_path, folder) && make_calendar(launcher) && make_buses(launcher) &&
+        open_sockets(launcher) && listen_to_ground(launcher) && tell_ground(launcher);
+    if (is_ready) {
+        find_equipment(launcher);
+        name_door(launcher);
+        launcher->run->origin_ns = osal_clock_monotonic_ns() + 300000000U; // All are up by then.
+    }
+    return is_ready;
+}

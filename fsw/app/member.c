@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/member.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/text.h"
+
+#include <string.h>
+
+bool descriptor_path(const run_block_t* const run, const char* const relative, char* const out_path,
+                     const size_t capacity)
+{
+    const char* const slash = strrchr(run->mission_path, '/');
+    text_t text             = text_in(out_path, capacity);
+    for (const char* next = run->mission_path; (slash != NULL) && (next <= slash); next++) {
+        text_add_character(&text, *next);
+    }
+    text_add(&text, relative);
+    return !text.cut;
+}
+
+static status_t load(member_t* const member, subsystem_descriptor_t* const descriptor)
+{
+    const status_t status = descriptor_load_subsystem(&member->loader, member->path, descriptor);
+    return (status == STATUS_OK)
+               ? descriptor_check_interface(&member->loader, member->path, descriptor, member->interface_hash)
+               : status;
+}
+
+bool member_load(member_t* const member, seat_t* const seat, const uint64_t interface_hash)
+{
+    FSW_ASSERT((member != NULL) && (seat != NULL));
+    const mission_subsystem_t* const subsystem = mission_find_subsystem(seat->mission, seat->apid);
+    FSW_ASSERT(subsystem != NULL);
+    member->seat           = seat;
+    member->in_force       = 0U;
+    member->interface_hash = interface_hash;
+    descriptor_loader_init(&member->loader);
+    if (!descriptor_path(seat->run, subsystem->descriptor, member->path, sizeof member->path) ||
+        (load(member, &member->descriptors[0]) != STATUS_OK)) {
+        text_t text = text_in(seat->error, sizeof seat->error);
+        text_add(&text, descriptor_error(&member->loader));
+        return false;
+    }
+    return true;
+}
+
+/// TC[129,6]: a descriptor that is refused leaves the old one in force.
+static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
+{
+    member_t* const member = (member_t*)context;
+    const unsigned other   = 1U - member->in_force;
+    const status_t status  = load(member, &member->descriptors[other]);
+    if (status == STATUS_OK) {
+        member->in_force = other;
+        *out_descriptor  = &member->descriptors[other];
+    }
+    return status;
+}
+
+void member_begin(member_t* const member, const subsystem_callbacks_t* const callbacks, void* const self)
+{
+    seat_t* const seat              = member->seat;
+    const component_config_t config = {.descriptor          = &member->descriptors[member->in_force],
+                                       .is_descriptor_valid = true,
+                                       .callbacks           = callbacks,
+                                       .self                = self,
+                                       .mission_epoch_s     = seat->mission->epoch_s,
+                                       .start_count    = seat->run->components[seat->component].start_count,
+                                       .port           = seat->uplink,
+                                       .links          = &seat->links,
+                                       .link_methods   = seat->run->link_methods,
+                                       .has_supervisor = true,
+                                       .has_loop_tasks = (seat->clock.mode == OSAL_CLOCK_REAL),
+                                       .reload         = reload,
+                                       .reload_context = member};
+    component_init(&member->component, &config);
+}
+
+void member_take_in(member_t* const member, const uint64_t now_ns)
+{
+    uint16_t from   = 0U;
+    size_t size     = 0U;
+    status_t status = STATUS_OK;
+    while (status != STATUS_EMPTY) {
+        status =
+            message_receive(&member->seat->endpoint, &from, member->packet, sizeof member->packet, &size);
+        if ((status == STATUS_OK) && (size > 0U)) {
+            component_accept(&member->component, member->packet, size, now_ns);
+        }
+    }
+}
+
+uint64_t member_step(member_t* const member, const uint64_t now_ns)
+{
+    member_take_in(member, now_ns);
+    return component_step(&member->component, now_ns);
+}
+
+void member_link_datagram(void* const self, const uint8_t* const frame, const size_t size)
+{
+    component_link_datagram(&((member_t*)self)->component, frame, size);
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What every component but the supervisor needs around its generic subsystem: descriptor, wiring, intake.
+#ifndef FSW_APP_MEMBER_H
+#define FSW_APP_MEMBER_H
+
+#include "fsw/app/seat.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/subsystem/component.h"
+
+typedef struct { // Private, except `component`.
+    seat_t* seat;
+    component_t component;
+    subsystem_descriptor_t descriptors[2]; // In force, and the one being read.
+    unsigned in_force;
+    descriptor_loader_t loader;
+    uint64_t interface_hash;
+    char path[RUN_PATH_MAX];
+    uint8_t packet[PUS_PACKET_MAX];
+} member_t;
+
+/// Read and check the component's descriptor. False: seat->error says file, line, value and what was
+/// expected.
+bool member_load(member_t* member, seat_t* seat, uint64_t interface_hash);
+/// Begin life in OFFLINE with the loaded descriptor.
+void member_begin(member_t* member, const subsystem_callbacks_t* callbacks, void* self);
+/// Take in all messages, then step.
+void member_take_in(member_t* member, uint64_t now_ns);
+uint64_t member_step(member_t* member, uint64_t now_ns);
+void member_link_datagram(void* self, const uint8_t* frame, size_t size);
+
+/// Path of a descriptor named relative to the mission's file. False if it does not fit.
+bool descriptor_path(const run_block_t* run, const char* relative, char* out_path, size_t capacity);
+
+#endif // FSW_APP_MEMBER_H

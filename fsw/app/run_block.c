@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/run_block.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/text.h"
+
+#include <string.h>
+
+#define MAGIC 0x48524E32U
+
+bool run_name(const run_block_t* const block, const char* const what, const unsigned number,
+              char* const out_name, const size_t capacity)
+{
+    FSW_ASSERT((block != NULL) && (what != NULL));
+    text_t text = text_in(out_name, capacity);
+    text_add_character(&text, '/');
+    text_add(&text, block->identity);
+    text_add_character(&text, '.');
+    text_add(&text, what);
+    if (number > 0U) {
+        text_add_unsigned(&text, number);
+    }
+    return !text.cut;
+}
+
+status_t run_block_create(osal_shm_t* const shm, const char* const identity, run_block_t** const out_block)
+{
+    FSW_ASSERT((shm != NULL) && (identity != NULL) && (out_block != NULL));
+    run_block_t named;
+    (void)memset(&named, 0, sizeof named);
+    text_t text = text_in(named.identity, sizeof named.identity);
+    text_add(&text, identity);
+    char name[RUN_NAME_MAX];
+    FSW_ASSERT(!text.cut && run_name(&named, "run", 0U, name, sizeof name));
+    const status_t status = osal_shm_create(shm, name, sizeof(run_block_t));
+    if (status != STATUS_OK) {
+        return (status == STATUS_INVALID) ? STATUS_IO : status;
+    }
+    *out_block          = (run_block_t*)osal_shm_address(shm);
+    **out_block         = named;
+    (*out_block)->magic = MAGIC;
+    return STATUS_OK;
+}
+
+status_t run_block_attach(osal_shm_t* const shm, const char* const name, run_block_t** const out_block)
+{
+    FSW_ASSERT((shm != NULL) && (name != NULL) && (out_block != NULL));
+    const status_t status = osal_shm_open(shm, name);
+    if (status != STATUS_OK) {
+        return (status == STATUS_INVALID) ? STATUS_NOT_FOUND : status;
+    }
+    *out_block = (run_block_t*)osal_shm_address(shm);
+    if ((osal_shm_size(shm) < sizeof(run_block_t)) || ((*out_block)->magic != MAGIC)) {
+        osal_shm_close(shm);
+        return STATUS_INVALID;
+    }
+    return STATUS_OK;
+}
+
+bool run_block_find(const run_block_t* const block, const uint16_t apid, unsigned* const out_index)
+{
+    FSW_ASSERT((block != NULL) && (out_index != NULL));
+    for (unsigned i = 0U; i < block->component_count; i++) {
+        if (block->components[i].apid == apid) {
+            *out_index = i;
+            return true;
+        }
+    }
+    return false;
+}

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the processes of one run share: who takes part, where each is reached, and what the launcher and the
+/// supervisor ask of each other. Lies in shared memory "/<identity>.run", made by the launcher before anybody
+/// else starts. Nothing of it may enter a packet.
+///
+/// Participants of the calendar: 0 simulator, then the mission's subsystems in its order, then the operator.
+#ifndef FSW_APP_RUN_BLOCK_H
+#define FSW_APP_RUN_BLOCK_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/descriptor/mission_descriptor.h"
+#include "osal/include/osal/shm.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define RUN_LINKS_MAX 16U
+#define RUN_IDENTITY_MAX 24U
+#define RUN_PATH_MAX 256U
+#define RUN_NAME_MAX 64U
+#define RUN_SIMULATOR 0U ///< Participant.
+
+typedef enum {
+    RUN_PROCESS_STOPPED = 0,
+    RUN_PROCESS_RUNNING = 1,
+    RUN_PROCESS_LOST    = 2
+} run_process_t;
+
+typedef struct {
+    uint16_t apid;
+    char name[DESCRIPTOR_NAME_MAX + 1U];
+    int message_descriptor; ///< UDP socket that the process inherits; -1 in the image.
+    uint16_t message_port;
+    uint32_t start_count; ///< Written by the launcher before each start.
+    uint32_t process;     ///< run_process_t; written by the launcher.
+    uint32_t is_wanted;   ///< Written by the supervisor: should run.
+} run_component_t;
+
+typedef struct {
+    uint32_t magic;
+    char identity[RUN_IDENTITY_MAX]; ///< "hirosco-<number>": prefix of every name of this run.
+    bool is_stepped;
+    uint8_t link_methods; ///< Bit set of 1 << rtlink_method_t.
+    uint64_t origin_ns;   ///< Real time: mission time 0 on the machine's monotonic clock.
+    char mission_path[RUN_PATH_MAX];
+    char folder[RUN_PATH_MAX]; ///< Output folder.
+    int ground_descriptor;     ///< Listening TCP socket that `communication` inherits.
+    uint16_t ground_port;
+    uint16_t component_count;
+    run_component_t components[MISSION_SUBSYSTEMS_MAX];
+    int link_descriptors[RUN_LINKS_MAX]; ///< UDP socket of the consumer of link number i + 1; -1 without.
+    uint16_t link_ports[RUN_LINKS_MAX];
+    uint32_t is_stop_requested; ///< Ctrl-C: the supervisor shuts the mission down.
+    uint32_t is_finished;       ///< The supervisor has shut the mission down.
+    uint32_t is_intruded;       ///< A client outside the calendar has sent telecommands.
+} run_block_t;
+
+/// The block of a run that the launcher made. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (another version),
+/// STATUS_DENIED, STATUS_IO.
+MUST_USE status_t run_block_attach(osal_shm_t* shm, const char* name, run_block_t** out_block);
+/// Make it. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t run_block_create(osal_shm_t* shm, const char* identity, run_block_t** out_block);
+
+/// Component index of an APID. False if there is none.
+bool run_block_find(const run_block_t* block, uint16_t apid, unsigned* out_index);
+static inline unsigned run_participant(const unsigned component)
+{
+    return component + 1U;
+}
+static inline unsigned run_operator(const run_block_t* const block)
+{
+    return (unsigned)block->component_count + 1U;
+}
+/// "/<identity>.<what>" and, if number is not 0, the number after it. False if it does not fit.
+bool run_name(const run_block_t* block, const char* what, unsigned number, char* out_name, size_t capacity);
+
+#endif // FSW_APP_RUN_BLOCK_H

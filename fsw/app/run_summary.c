@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/run_summary.h"
+
+#include "fsw/framework/base/text.h"
+#include "osal/include/osal/console.h"
+#include "osal/include/osal/file.h"
+
+#include <string.h>
+
+#define SUMMARY_MAX 8192U
+
+/// A JSON string; what would need escaping becomes a space.
+static void add_string(text_t* const text, const char* const value)
+{
+    text_add_character(text, '"');
+    for (const char* next = value; *next != '\0'; next++) {
+        const bool is_plain = (*next >= ' ') && (*next != '"') && (*next != '\\');
+        text_add_character(text, is_plain ? *next : ' ');
+    }
+    text_add_character(text, '"');
+}
+
+static void add_key(text_t* const text, const char* const key)
+{
+    text_add(text, (text->length > 1U) ? ",\n \"" : "\n \"");
+    text_add(text, key);
+    text_add(text, "\": ");
+}
+
+static void add_word(text_t* const text, const char* const key, const char* const value)
+{
+    add_key(text, key);
+    add_string(text, value);
+}
+
+static void add_hash(text_t* const text, const char* const key, const uint64_t hash)
+{
+    add_key(text, key);
+    text_add_character(text, '"');
+    text_add_hex(text, hash, 16U);
+    text_add_character(text, '"');
+}
+
+/// value / 1000 with three decimals.
+static void add_thousandths(text_t* const text, const char* const key, const uint64_t value)
+{
+    add_key(text, key);
+    text_add_unsigned(text, value / 1000U);
+    text_add_character(text, '.');
+    text_add_digits(text, value % 1000U, 3U);
+}
+
+static void add_options(text_t* const text, const launch_options_t* const options)
+{
+    add_word(text, "mission", options->mission);
+    add_word(text, "scenario", options->scenario);
+    add_key(text, "seed");
+    text_add_unsigned(text, options->seed);
+    add_word(text, "form", options->is_image ? "image" : "processes");
+    add_word(text, "time", options->is_stepped ? "stepped" : "real");
+    add_word(text, "bus", "shm");
+    add_word(text, "transport", options->is_image ? "ring" : "udp");
+    add_word(text, "links", options->links);
+}
+
+static void add_children(text_t* const text, const launcher_t* const launcher)
+{
+    add_key(text, "processes");
+    text_add(text, "[");
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        const child_t* const child = &launcher->children[i];
+        text_add(text, (i > 0U) ? ",\n  {\"name\": " : "\n  {\"name\": ");
+        add_string(text, child->name);
+        text_add(text, child->result.was_signalled ? ", \"signal\": " : ", \"exit_code\": ");
+        text_add_signed(text, child->result.code);
+        if (child->is_component) {
+            text_add(text, ", \"starts\": ");
+            text_add_unsigned(text, launcher->run->components[child->component].start_count);
+        }
+        text_add(text, "}");
+    }
+    text_add(text, "]");
+}
+
+static void add_speed(text_t* const text, const launcher_t* const launcher)
+{
+    const uint64_t wall_ns      = launcher->last_wall_ns - launcher->first_wall_ns;
+    const uint64_t simulated_ns = launcher->last_simulated_ns - launcher->first_simulated_ns;
+    add_thousandths(text, "simulated_s", launcher->last_simulated_ns / 1000000U);
+    if (launcher->first_wall_ns == 0U) {
+        return; // Simulated time never moved.
+    }
+    add_thousandths(text, "wall_s", wall_ns / 1000000U);
+    if (wall_ns >= 1000000U) {
+        add_thousandths(text, "real_time_factor", simulated_ns / (wall_ns / 1000U));
+    }
+}
+
+void run_summary_write(const launcher_t* const launcher)
+{
+    static char summary[SUMMARY_MAX];
+    char path[LAUNCH_PATH_MAX + 16U];
+    text_t text = text_in(summary, sizeof summary);
+    text_add(&text, "{");
+    add_options(&text, &launcher->options);
+    add_hash(&text, "interface_hash", launcher->mission.interface_hash);
+    add_hash(&text, "configuration_hash", launcher->mission.configuration_hash);
+    add_speed(&text, launcher);
+    const bool is_reproducible = launcher->options.is_stepped && !launcher->is_broken &&
+                                 !launcher->is_cut_short && (launcher->run->is_intruded == 0U);
+    add_key(&text, "reproducible");
+    text_add(&text, is_reproducible ? "true" : "false");
+    add_key(&text, "exit_code");
+    text_add_signed(&text, launcher->exit_code);
+    add_word(&text, "exit_reason", launcher->reason);
+    add_key(&text, "versions");
+    text_add(&text, "{\"hirosco\": \"0.1.0\", \"compiler\": ");
+    add_string(&text, __VERSION__);
+    text_add(&text, "}");
+    add_children(&text, launcher);
+    text_add(&text, "\n}\n");
+    text_t name = text_in(path, sizeof path);
+    text_add(&name, launcher->run->folder);
+    text_add(&name, "/run.json");
+    osal_file_t file      = {-1};
+    const bool is_written = (osal_file_create(&file, path) == STATUS_OK) &&
+                            (osal_file_write(&file, summary, text.length) == STATUS_OK);
+    osal_file_close(&file);
+    if (!is_written || text.cut) {
+        osal_console_complain("cannot write run.json into the run's folder");
+    }
+}

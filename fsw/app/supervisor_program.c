@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/member.h"
+#include "fsw/app/program.h"
+#include "fsw/framework/base/text.h"
+#include "fsw/supervisor/supervisor.h"
+
+typedef struct {
+    seat_t* seat;
+    supervisor_t supervisor;
+    subsystem_descriptor_t descriptor;
+    descriptor_loader_t loader;
+} supervisor_program_t;
+
+static supervisor_program_t storage;
+
+// ---- Platform: processes, by way of the launcher ----
+
+static run_component_t* component_of(void* const context, const uint16_t apid)
+{
+    seat_t* const seat = (seat_t*)context;
+    unsigned index     = 0U;
+    return run_block_find(seat->run, apid, &index) ? &seat->run->components[index] : NULL;
+}
+
+static status_t start_process(void* const context, const uint16_t apid)
+{
+    seat_t* const seat               = (seat_t*)context;
+    run_component_t* const component = component_of(context, apid);
+    if (component == NULL) {
+        return STATUS_NOT_FOUND;
+    }
+    if (__atomic_load_n(&component->process, __ATOMIC_ACQUIRE) == (uint32_t)RUN_PROCESS_RUNNING) {
+        return STATUS_EXISTS;
+    }
+    if (seat->clock.mode == OSAL_CLOCK_STEPPED) { // Time stands still until it has joined.
+        osal_calendar_expect(seat->clock.calendar,
+                             run_participant((unsigned)(component - seat->run->components)));
+    }
+    __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_RUNNING, __ATOMIC_RELEASE);
+    __atomic_store_n(&component->is_wanted, 1U, __ATOMIC_RELEASE);
+    return STATUS_OK;
+}
+
+static status_t stop_process(void* const context, const uint16_t apid)
+{
+    run_component_t* const component = component_of(context, apid);
+    if (component == NULL) {
+        return STATUS_NOT_FOUND;
+    }
+    __atomic_store_n(&component->is_wanted, 0U, __ATOMIC_RELEASE);
+    return STATUS_OK;
+}
+
+static bool is_running(void* const context, const uint16_t apid)
+{
+    const run_component_t* const component = component_of(context, apid);
+    return (component != NULL) &&
+           (__atomic_load_n(&component->process, __ATOMIC_ACQUIRE) == (uint32_t)RUN_PROCESS_RUNNING);
+}
+
+static bool is_stop_requested(void* const context)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    return __atomic_load_n(&seat->run->is_stop_requested, __ATOMIC_ACQUIRE) != 0U;
+}
+
+static void finished(void* const context)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    __atomic_store_n(&seat->run->is_finished, 1U, __ATOMIC_RELEASE);
+    if (seat->clock.mode == OSAL_CLOCK_STEPPED) {
+        osal_calendar_close(seat->clock.calendar); // Here and now: the run ends at a defined simulated time.
+    }
+}
+
+// ---- Program ----
+
+static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
+{
+    (void)octets_due;
+    return supervisor_step(&((supervisor_program_t*)context)->supervisor, now_ns);
+}
+
+static void close_program(void* const context)
+{
+    supervisor_close(&((supervisor_program_t*)context)->supervisor);
+}
+
+static void no_link(void* const context, const uint8_t* const frame, const size_t size)
+{
+    (void)context;
+    (void)frame;
+    (void)size;
+}
+
+static bool load(seat_t* const seat)
+{
+    char path[RUN_PATH_MAX];
+    const mission_subsystem_t* const subsystem = mission_find_subsystem(seat->mission, seat->apid);
+    descriptor_loader_init(&storage.loader);
+    const bool is_loaded =
+        descriptor_path(seat->run, subsystem->descriptor, path, sizeof path) &&
+        (descriptor_load_subsystem(&storage.loader, path, &storage.descriptor) == STATUS_OK) &&
+        (descriptor_check_interface(&storage.loader, path, &storage.descriptor, SUPERVISOR_INTERFACE_HASH) ==
+         STATUS_OK);
+    if (!is_loaded) {
+        text_t text = text_in(seat->error, sizeof seat->error);
+        text_add(&text, descriptor_error(&storage.loader));
+    }
+    return is_loaded;
+}
+
+bool supervisor_open(seat_t* const seat, program_t* const out_program)
+{
+    if (!load(seat)) {
+        return false;
+    }
+    const supervisor_config_t config = {
+        .mission             = seat->mission,
+        .descriptor          = &storage.descriptor,
+        .is_descriptor_valid = true,
+        .endpoint            = &seat->endpoint,
+        .platform            = {seat, start_process, stop_process, is_running, is_stop_requested, finished},
+        .log_folder          = seat->run->folder,
+        .start_count         = seat->run->components[seat->component].start_count};
+    const status_t status = supervisor_init(&storage.supervisor, &config);
+    if (status != STATUS_OK) {
+        text_t text = text_in(seat->error, sizeof seat->error);
+        text_add(&text, "cannot open the packet log in ");
+        text_add(&text, seat->run->folder);
+        text_add(&text, ": ");
+        text_add(&text, status_text(status));
+        return false;
+    }
+    *out_program = (program_t){&storage, step, NULL, no_link, close_program, NULL};
+    return true;
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Power state machine of CiA 402 drives, seen from the master: which state a statusword tells, and which
+/// controlword leads one step closer to a goal.
+///
+/// Pure functions. Context: any. Time: O(1).
+#ifndef FSW_CANOPEN_CIA402_H
+#define FSW_CANOPEN_CIA402_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum {
+    CIA402_NOT_READY,
+    CIA402_SWITCH_ON_DISABLED, ///< 0x40: no power, brake holds.
+    CIA402_READY,              ///< 0x21
+    CIA402_SWITCHED_ON,        ///< 0x23: power, no torque, brake holds.
+    CIA402_OPERATION_ENABLED,  ///< 0x27
+    CIA402_QUICK_STOP_ACTIVE,  ///< 0x07
+    CIA402_FAULT_REACTION,     ///< 0x0F
+    CIA402_FAULT,              ///< 0x08
+    CIA402_UNKNOWN             ///< No such pattern.
+} cia402_state_t;
+
+typedef enum {
+    CIA402_GOAL_DISABLED,  ///< Down to 0x40, at once.
+    CIA402_GOAL_STANDBY,   ///< 0x23.
+    CIA402_GOAL_ENABLED,   ///< 0x27.
+    CIA402_GOAL_QUICK_STOP ///< Brake actively, then 0x40; where there is no motion to stop, 0x40.
+} cia402_goal_t;
+
+#define CIA402_CONTROL_DISABLE_VOLTAGE 0x0000U
+#define CIA402_CONTROL_QUICK_STOP 0x0002U
+#define CIA402_CONTROL_SHUTDOWN 0x0006U
+#define CIA402_CONTROL_SWITCH_ON 0x0007U
+#define CIA402_CONTROL_ENABLE 0x000FU
+#define CIA402_CONTROL_FAULT_RESET 0x0080U
+
+#define CIA402_STATUS_WARNING 0x0080U        ///< Bit 7.
+#define CIA402_STATUS_INTERNAL_LIMIT 0x0800U ///< Bit 11.
+#define CIA402_STATUS_FOLLOWS 0x1000U        ///< Bit 12, CSP and CST: the drive follows the command.
+
+/// Modes of operation, object 0x6060.
+#define CIA402_MODE_CSP 8
+#define CIA402_MODE_CSV 9
+#define CIA402_MODE_CST 10
+
+cia402_state_t cia402_state(uint16_t statusword);
+/// Controlword for the next cycle. `previous` is the last one sent: a fault reset is a rising edge of bit 7.
+/// Without `may_reset` a fault stays.
+uint16_t cia402_controlword(cia402_state_t state, cia402_goal_t goal, bool may_reset, uint16_t previous);
+/// True if the state is where the goal leads; for DISABLED and QUICK_STOP also a fault, which has no torque.
+bool cia402_is_at_goal(cia402_state_t state, cia402_goal_t goal);
+
+#endif // FSW_CANOPEN_CIA402_H

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Classes of CiA 402 devices: which objects their process data carry, and in which units.
+///
+/// The default mapping of a device class is part of its interface; commissioning reads the mapping back from
+/// each device and refuses one that differs. Node ids, modes and rates are no business of this table.
+#ifndef FSW_CANOPEN_DEVICE_PROFILE_H
+#define FSW_CANOPEN_DEVICE_PROFILE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define PROFILE_AXES_MAX 2U
+#define PROFILE_PDOS_MAX 2U ///< In each direction.
+#define PROFILE_ENTRIES_MAX 4U
+#define PROFILE_AXIS_STEP 0x800U ///< Objects of axis n lie n times this higher.
+
+typedef struct {
+    uint16_t index;
+    uint8_t subindex;
+    uint8_t octets; ///< 2 or 4.
+} profile_entry_t;
+
+typedef struct {
+    uint16_t cob_base; ///< Default identifier is this plus the node id.
+    bool is_valid;     ///< Exists unless a setting says otherwise.
+    bool is_each_sync; ///< Transmit PDO: comes with every SYNC, so that its absence shows a lost device.
+    uint8_t entry_count;
+    profile_entry_t entries[PROFILE_ENTRIES_MAX];
+} profile_pdo_t;
+
+typedef struct {
+    const char* type;     ///< Word in descriptors.
+    uint32_t device_type; ///< Object 0x1000.
+    uint8_t axis_count;
+    double position_rad;    ///< Position unit [rad].
+    double velocity_rad_s;  ///< Velocity unit [rad/s].
+    uint8_t transmit_count; ///< PDOs that the device transmits.
+    profile_pdo_t transmit[PROFILE_PDOS_MAX];
+    uint8_t receive_count; ///< PDOs that the device receives.
+    profile_pdo_t receive[PROFILE_PDOS_MAX];
+} device_profile_t;
+
+/// Profile of a class; null if there is none.
+const device_profile_t* device_profile_find(const char* type);
+/// Octets of all entries of a PDO together.
+uint8_t device_profile_pdo_octets(const profile_pdo_t* pdo);
+
+#endif // FSW_CANOPEN_DEVICE_PROFILE_H

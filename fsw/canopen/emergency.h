@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Emergency messages (CiA 301, 402): what a device reports by itself, and how severe it is.
+#ifndef FSW_CANOPEN_EMERGENCY_H
+#define FSW_CANOPEN_EMERGENCY_H
+
+#include <stdint.h>
+
+#define EMERGENCY_OCTETS 8U
+#define EMERGENCY_NO_ERROR 0x0000U
+
+typedef enum {
+    EMERGENCY_CLEARED, ///< Code 0x0000: no error is left.
+    EMERGENCY_LOW,     ///< To be logged.
+    EMERGENCY_MEDIUM,  ///< Actuators should be switched off.
+    EMERGENCY_HIGH     ///< The device cannot do its work any more.
+} emergency_class_t;
+
+typedef struct {
+    uint8_t node;
+    uint16_t code;
+    uint8_t error_register;
+    uint8_t axis;      ///< Manufacturer's octet 0: axis of the device.
+    int32_t raw_value; ///< Manufacturer's octets 1..4.
+} emergency_t;
+
+/// From the 8 octets of a frame.
+emergency_t emergency_decode(uint8_t node, const uint8_t octets[EMERGENCY_OCTETS]);
+/// Severity of a code. A code that is not known is MEDIUM: something is wrong that nobody has thought of.
+emergency_class_t emergency_class(uint16_t code);
+
+#endif // FSW_CANOPEN_EMERGENCY_H

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/canopen/master.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <stddef.h>
+
+#define NO_NODE 0xFFU
+
+void master_init(canopen_master_t* const master, const master_config_t* const config, flow_can_t* const flow)
+{
+    FSW_ASSERT((master != NULL) && (config != NULL) && (flow != NULL));
+    FSW_ASSERT((config->node_id >= 1U) && (config->node_id <= CANOPEN_NODE_MAX) &&
+               (config->heartbeat_ns > 0U));
+    *master = (canopen_master_t){.config = *config, .flow = flow};
+}
+
+void master_clear(canopen_master_t* const master)
+{
+    FSW_ASSERT(master != NULL);
+    master->node_count        = 0U;
+    master->route_count       = 0U;
+    master->emergency_count   = 0U;
+    master->is_sync_on        = false;
+    master->next_heartbeat_ns = 0U;
+}
+
+static uint8_t index_of(const canopen_master_t* const master, const uint8_t id)
+{
+    for (uint8_t i = 0U; i < master->node_count; i++) {
+        if (master->nodes[i].id == id) {
+            return i;
+        }
+    }
+    return NO_NODE;
+}
+
+status_t master_add_node(canopen_master_t* const master, const uint8_t id, uint8_t* const out_index)
+{
+    FSW_ASSERT((master != NULL) && (out_index != NULL));
+    if ((id < 1U) || (id > CANOPEN_NODE_MAX) || (id == master->config.node_id)) {
+        return STATUS_INVALID;
+    }
+    if (index_of(master, id) != NO_NODE) {
+        return STATUS_EXISTS;
+    }
+    if (master->node_count == MASTER_NODES_MAX) {
+        return STATUS_EXHAUSTED;
+    }
+    master_node_t* const node = &master->nodes[master->node_count];
+    *node                     = (master_node_t){.id = id, .state = NMT_STATE_UNKNOWN};
+    sdo_client_init(&node->sdo, master->config.sdo_timeout_ns);
+    *out_index = master->node_count;
+    master->node_count++;
+    return STATUS_OK;
+}
+
+static uint8_t route_of(const canopen_master_t* const master, const uint16_t cob)
+{
+    uint8_t route = 0U;
+    while ((route < master->route_count) && (master->routes[route].cob != cob)) {
+        route++;
+    }
+    return route;
+}
+
+status_t master_route(canopen_master_t* const master, const uint16_t cob, const master_taker_t take,
+                      void* const context)
+{
+    FSW_ASSERT((master != NULL) && (take != NULL));
+    if (route_of(master, cob) < master->route_count) {
+        return STATUS_EXISTS;
+    }
+    if (master->route_count == MASTER_ROUTES_MAX) {
+        return STATUS_EXHAUSTED;
+    }
+    master->routes[master->route_count] = (master_route_t){.cob = cob, .take = take, .context = context};
+    master->route_count++;
+    return STATUS_OK;
+}
+
+void master_unroute(canopen_master_t* const master, const uint16_t cob)
+{
+    FSW_ASSERT(master != NULL);
+    const uint8_t route = route_of(master, cob);
+    if (route < master->route_count) {
+        master->route_count--;
+        master->routes[route] = master->routes[master->route_count];
+    }
+}
+
+static void take_emergency(canopen_master_t* const master, const uint8_t node,
+                           const osal_can_frame_t* const frame)
+{
+    if (frame->length != EMERGENCY_OCTETS) {
+        master->counters.malformed++;
+    } else if (master->emergency_count == MASTER_EMERGENCIES_MAX) {
+        master->counters.emergencies_lost++;
+    } else {
+        const unsigned place =
+            (master->emergency_first + (unsigned)master->emergency_count) % MASTER_EMERGENCIES_MAX;
+        master->emergencies[place] = emergency_decode(node, frame->data);
+        master->emergency_count++;
+        master->counters.emergencies++;
+    }
+}
+
+static void take_heartbeat(canopen_master_t* const master, master_node_t* const node,
+                           const osal_can_frame_t* const frame, const uint64_t now_ns)
+{
+    const uint8_t state = frame->data[0] & 0x7FU;
+    const bool is_known = (state == NMT_STATE_BOOT_UP) || (state == NMT_STATE_STOPPED) ||
+                          (state == NMT_STATE_OPERATIONAL) || (state == NMT_STATE_PRE_OPERATIONAL);
+    if ((frame->length != 1U) || !is_known) {
+        master->counters.malformed++;
+        return;
+    }
+    if (state == NMT_STATE_BOOT_UP) {
+        node->boots++;
+        sdo_client_reset(&node->sdo);
+    }
+    // A node enters PRE-OPERATIONAL by itself after its boot-up.
+    node->state    = (state == NMT_STATE_BOOT_UP) ? NMT_STATE_PRE_OPERATIONAL : (nmt_state_t)state;
+    node->heard_ns = now_ns;
+}
+
+static void take_frame(canopen_master_t* const master, const osal_can_frame_t* const frame,
+                       const uint64_t now_ns)
+{
+    if ((frame->id & OSAL_CAN_REMOTE) != 0U) {
+        master->counters.remote++;
+        return;
+    }
+    if ((frame->id & OSAL_CAN_EXTENDED) != 0U) {
+        master->counters.unknown++;
+        return;
+    }
+    const uint16_t cob  = (uint16_t)(frame->id & 0x7FFU);
+    const uint8_t route = route_of(master, cob);
+    if (route < master->route_count) {
+        master->routes[route].take(master->routes[route].context, cob, frame->data, frame->length);
+        return;
+    }
+    const uint8_t id    = (uint8_t)(cob & COB_NODE_MASK);
+    const uint8_t index = index_of(master, id);
+    if (index == NO_NODE) {
+        master->counters.unknown++;
+        return;
+    }
+    switch (cob & COB_FUNCTION_MASK) {
+    case COB_EMERGENCY:
+        take_emergency(master, id, frame);
+        break;
+    case COB_HEARTBEAT:
+        take_heartbeat(master, &master->nodes[index], frame, now_ns);
+        break;
+    case COB_SDO_ANSWER:
+        sdo_client_answer(&master->nodes[index].sdo, frame->data, frame->length);
+        break;
+    default:
+        master->counters.unknown++;
+        break;
+    }
+}
+
+void master_receive(canopen_master_t* const master, const uint64_t now_ns)
+{
+    FSW_ASSERT(master != NULL);
+    osal_can_frame_t frame;
+    for (unsigned i = 0U; i < MASTER_FRAMES_PER_CYCLE; i++) {
+        if (flow_can_receive(master->flow, &frame) != STATUS_OK) {
+            break;
+        }
+        take_frame(master, &frame, now_ns);
+    }
+    for (uint8_t i = 0U; i < master->node_count; i++) {
+        master_node_t* const node = &master->nodes[i];
+        const uint64_t age_ns     = now_ns - node->heard_ns;
+        node->is_heartbeat_lost =
+            (node->state != NMT_STATE_UNKNOWN) && (age_ns > master->config.heartbeat_timeout_ns);
+    }
+}
+
+static status_t send(canopen_master_t* const master, const uint16_t cob, const uint8_t* const octets,
+                     const uint8_t length)
+{
+    const status_t status = flow_can_send(master->flow, cob, octets, length);
+    if (status != STATUS_OK) {
+        master->counters.refused++;
+    }
+    return status;
+}
+
+static void follow_command(master_node_t* const node, const nmt_command_t command)
+{
+    switch (command) {
+    case NMT_RESET_NODE:
+    case NMT_RESET_COMMUNICATION:
+        node->state = NMT_STATE_UNKNOWN;
+        sdo_client_reset(&node->sdo);
+        break;
+    case NMT_START:
+    case NMT_STOP:
+    case NMT_PRE_OPERATIONAL:
+    default: // The next heartbeat tells whether the node obeyed.
+        break;
+    }
+}
+
+status_t master_command(canopen_master_t* const master, const uint8_t id, const nmt_command_t command)
+{
+    FSW_ASSERT(master != NULL);
+    const uint8_t octets[2] = {(uint8_t)command, id};
+    const status_t status   = send(master, COB_NMT, octets, sizeof octets);
+    if (status == STATUS_OK) {
+        for (uint8_t i = 0U; i < master->node_count; i++) {
+            if ((id == 0U) || (id == master->nodes[i].id)) {
+                follow_command(&master->nodes[i], command);
+            }
+        }
+    }
+    return status;
+}
+
+status_t master_send_process_data(canopen_master_t* const master, const uint16_t cob,
+                                  const uint8_t* const octets, const uint8_t length)
+{
+    FSW_ASSERT(master != NULL);
+    if (master->flow->health.is_unacknowledged) {
+        return STATUS_CLOSED;
+    }
+    const status_t status = flow_can_send_process_data(master->flow, cob, octets, length);
+    if (status != STATUS_OK) {
+        master->counters.refused++;
+    }
+    return status;
+}
+
+void master_set_sync(canopen_master_t* const master, const bool is_on)
+{
+    FSW_ASSERT(master != NULL);
+    master->is_sync_on = is_on;
+}
+
+static void emit_requests(canopen_master_t* const master, const uint64_t now_ns)
+{
+    uint8_t request[SDO_FRAME_OCTETS];
+    for (uint8_t i = 0U; i < master->node_count; i++) {
+        if (sdo_client_request(&master->nodes[i].sdo, now_ns, request)) {
+            (void)send(master, (uint16_t)(COB_SDO_REQUEST + master->nodes[i].id), request, SDO_FRAME_OCTETS);
+        }
+    }
+}
+
+void master_emit(canopen_master_t* const master, const uint64_t now_ns)
+{
+    FSW_ASSERT(master != NULL);
+    if (!flow_can_is_open(master->flow) || master->flow->health.is_unacknowledged) {
+        return;
+    }
+    emit_requests(master, now_ns);
+    if (now_ns >= master->next_heartbeat_ns) {
+        const uint8_t state = NMT_STATE_OPERATIONAL;
+        (void)send(master, (uint16_t)(COB_HEARTBEAT + master->config.node_id), &state, 1U);
+        master->next_heartbeat_ns = now_ns + master->config.heartbeat_ns;
+    }
+    if (master->is_sync_on && (send(master, COB_SYNC, NULL, 0U) == STATUS_OK)) {
+        master->sync_count++;
+    }
+}
+
+status_t master_take_emergency(canopen_master_t* const master, emergency_t* const out_emergency)
+{
+    FSW_ASSERT((master != NULL) && (out_emergency != NULL));
+    if (master->emergency_count == 0U) {
+        return STATUS_EMPTY;
+    }
+    *out_emergency          = master->emergencies[master->emergency_first];
+    master->emergency_first = (uint8_t)((master->emergency_first + 1U) % MASTER_EMERGENCIES_MAX);
+    master->emergency_count--;
+    return STATUS_OK;
+}

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+/// CiA 301 master of one bus: NMT, SYNC, heartbeats in both directions, boot-up, SDO clients, emergencies,
+/// and the way of process data to whoever asked for it.
+///
+/// Once per cycle: master_receive takes in what the bus delivered; the owner does its work and sends its
+/// process data; master_emit sends SDO requests and the heartbeat, and SYNC as the last frame. The bus is not
+/// trusted: every frame that is not what it should be is counted and dropped.
+///
+/// Ownership  The caller places canopen_master_t; the flow is borrowed. Context: one task. Never blocks.
+/// Time       Pushed in. O(frames received + nodes).
+/// Errors     Each function lists its statuses.
+#ifndef FSW_CANOPEN_MASTER_H
+#define FSW_CANOPEN_MASTER_H
+
+#include "fsw/canopen/cob.h"
+#include "fsw/canopen/emergency.h"
+#include "fsw/canopen/sdo_client.h"
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/dataflow/flow_can.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define MASTER_NODES_MAX 8U
+#define MASTER_ROUTES_MAX 32U
+#define MASTER_EMERGENCIES_MAX 16U
+#define MASTER_FRAMES_PER_CYCLE 512U ///< More in one cycle wait for the next.
+
+typedef struct {
+    uint8_t node_id;               ///< Of the master, 1..127.
+    uint64_t heartbeat_ns;         ///< Period of its own heartbeat.
+    uint64_t heartbeat_timeout_ns; ///< A node that has begun to send heartbeats must repeat them within this.
+    uint64_t sdo_timeout_ns;
+} master_config_t;
+
+/// Taker of one process data frame.
+typedef void (*master_taker_t)(void* context, uint16_t cob, const uint8_t* octets, uint8_t length);
+
+typedef struct { // Read-only outside.
+    uint8_t id;
+    nmt_state_t state;
+    bool is_heartbeat_lost;
+    uint32_t boots;    ///< Boot-up messages since it was added.
+    uint64_t heard_ns; ///< Last heartbeat.
+    sdo_client_t sdo;
+} master_node_t;
+
+typedef struct { // Private.
+    uint16_t cob;
+    master_taker_t take;
+    void* context;
+} master_route_t;
+
+typedef struct {               // [wrap]
+    uint32_t unknown;          ///< Data frames that nobody here expects.
+    uint32_t malformed;        ///< Wrong length or format for their identifier.
+    uint32_t remote;           ///< Remote requests.
+    uint32_t refused;          ///< Frames the flow did not take.
+    uint32_t emergencies;      ///< Taken in.
+    uint32_t emergencies_lost; ///< Not taken in: queue full.
+} master_counters_t;
+
+typedef struct { // Private, except nodes, sync_count and counters: read-only.
+    master_config_t config;
+    flow_can_t* flow;
+    master_node_t nodes[MASTER_NODES_MAX];
+    uint8_t node_count;
+    master_route_t routes[MASTER_ROUTES_MAX];
+    uint8_t route_count;
+    emergency_t emergencies[MASTER_EMERGENCIES_MAX];
+    uint8_t emergency_first;
+    uint8_t emergency_count;
+    bool is_sync_on;
+    uint32_t sync_count; ///< SYNCs sent [wraps].
+    uint64_t next_heartbeat_ns;
+    master_counters_t counters;
+} canopen_master_t;
+
+/// No nodes, silent. Counters start at zero.
+void master_init(canopen_master_t* master, const master_config_t* config, flow_can_t* flow);
+/// Forget nodes, routes and emergencies; SYNC off. Counters stay.
+void master_clear(canopen_master_t* master);
+
+/// Watch a node. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID (id).
+MUST_USE status_t master_add_node(canopen_master_t* master, uint8_t id, uint8_t* out_index);
+/// Hand frames of an identifier to `take`, from master_receive. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED.
+MUST_USE status_t master_route(canopen_master_t* master, uint16_t cob, master_taker_t take, void* context);
+/// Forget the route of an identifier, if there is one.
+void master_unroute(canopen_master_t* master, uint16_t cob);
+
+/// Take in everything received, and watch heartbeats.
+void master_receive(canopen_master_t* master, uint64_t now_ns);
+/// NMT command to node `id`, 0 for all. Our picture of the nodes follows. STATUS_OK, STATUS_FULL,
+/// STATUS_CLOSED.
+status_t master_command(canopen_master_t* master, uint8_t id, nmt_command_t command);
+/// Process data frame. STATUS_OK, STATUS_FULL, STATUS_CLOSED.
+status_t master_send_process_data(canopen_master_t* master, uint16_t cob, const uint8_t* octets,
+                                  uint8_t length);
+void master_set_sync(canopen_master_t* master, bool is_on);
+/// End of the cycle: SDO requests, heartbeat, SYNC. Where nobody acknowledges, nothing is added to the frame
+/// that the controller keeps repeating, so that no old commands wait for a device that is plugged in; the
+/// first frame of a node ends that.
+void master_emit(canopen_master_t* master, uint64_t now_ns);
+
+/// Oldest emergency. STATUS_OK, STATUS_EMPTY.
+MUST_USE status_t master_take_emergency(canopen_master_t* master, emergency_t* out_emergency);
+
+#endif // FSW_CANOPEN_MASTER_H

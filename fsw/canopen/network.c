@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/canopen/network.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <stddef.h>
+
+#define ALL_NODES 0U
+
+void network_init(canopen_network_t* const network, const network_config_t* const config)
+{
+    FSW_ASSERT((network != NULL) && (config != NULL) && (config->lost_after_syncs >= 1U));
+    *network = (canopen_network_t){.config = *config};
+    flow_can_init(&network->flow);
+    master_init(&network->master, &config->master, &network->flow);
+}
+
+void network_clear(canopen_network_t* const network)
+{
+    FSW_ASSERT((network != NULL) && !flow_can_is_open(&network->flow));
+    master_clear(&network->master);
+    network->device_count = 0U;
+}
+
+status_t network_find(const canopen_network_t* const network, const uint8_t node, uint8_t* const out_index)
+{
+    FSW_ASSERT((network != NULL) && (out_index != NULL));
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        if (network->devices[i].device.node == node) {
+            *out_index = i;
+            return STATUS_OK;
+        }
+    }
+    return STATUS_NOT_FOUND;
+}
+
+status_t network_add(canopen_network_t* const network, const char* const type, const uint8_t node)
+{
+    FSW_ASSERT((network != NULL) && (type != NULL));
+    const device_profile_t* const profile = device_profile_find(type);
+    if (profile == NULL) {
+        return STATUS_NOT_FOUND;
+    }
+    if (network->device_count == NETWORK_DEVICES_MAX) {
+        return STATUS_EXHAUSTED;
+    }
+    network_device_t* const place = &network->devices[network->device_count];
+    const status_t status         = device_attach(&place->device, &network->master, profile, node);
+    if (status == STATUS_OK) {
+        place->is_lost       = false;
+        place->is_faulty     = false;
+        place->missed        = 0U;
+        place->setting_count = 0U;
+        network->device_count++;
+    }
+    return status;
+}
+
+static void enter(canopen_network_t* const network, const network_phase_t phase, const uint64_t now_ns)
+{
+    network->phase          = phase;
+    network->phase_start_ns = now_ns;
+}
+
+status_t network_open(canopen_network_t* const network, const flow_resolver_t* const resolver,
+                      const char* const bus)
+{
+    FSW_ASSERT((network != NULL) && (resolver != NULL) && (bus != NULL));
+    const status_t status = flow_can_open(&network->flow, resolver, bus);
+    if (status == STATUS_OK) {
+        network->phase          = NETWORK_RESTING;
+        network->is_booted      = false;
+        network->is_running     = false;
+        network->is_securing    = false;
+        network->told_bus_state = FLOW_CAN_ACTIVE;
+        network->fault_count    = 0U;
+    }
+    return status;
+}
+
+// ---- Commissioning ------------------------------------------------------------------------------
+
+static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
+{
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        network_device_t* const place = &network->devices[i];
+        device_reset(&place->device);
+        place->device.boots = network->master.nodes[place->device.index].boots;
+        place->is_lost      = false;
+        place->is_faulty    = false;
+    }
+    (void)master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
+    enter(network, NETWORK_BOOTING, now_ns);
+}
+
+/// True when every node has booted; tells those again that have not.
+static bool have_all_booted(canopen_network_t* const network, const uint64_t now_ns)
+{
+    const bool is_retry = (now_ns - network->phase_start_ns) >= network->config.boot_retry_ns;
+    bool have_all       = true;
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        const canopen_device_t* const device = &network->devices[i].device;
+        if (network->master.nodes[device->index].boots == device->boots) {
+            have_all = false;
+            if (is_retry && !network->flow.health.is_unacknowledged) {
+                (void)master_command(&network->master, device->node, NMT_RESET_NODE);
+            }
+        }
+    }
+    if (is_retry) {
+        network->phase_start_ns = now_ns;
+    }
+    return have_all;
+}
+
+static status_t identify_all(canopen_network_t* const network)
+{
+    bool is_busy = false;
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        const status_t status = device_identify_step(&network->devices[i].device);
+        if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
+            return status;
+        }
+        is_busy = is_busy || (status == STATUS_BUSY);
+    }
+    return is_busy ? STATUS_BUSY : STATUS_OK;
+}
+
+static void discard_faults(canopen_network_t* const network)
+{
+    emergency_t emergency;
+    while (master_take_emergency(&network->master, &emergency) == STATUS_OK) {
+        // What a node had to say about its life before the reset does not matter any more.
+    }
+    network->fault_count = 0U;
+}
+
+status_t network_boot(canopen_network_t* const network, const uint64_t now_ns)
+{
+    FSW_ASSERT(network != NULL);
+    if (!flow_can_is_open(&network->flow)) {
+        return STATUS_CLOSED;
+    }
+    if (network->phase == NETWORK_RESTING) {
+        begin_boot(network, now_ns);
+        return STATUS_BUSY;
+    }
+    if (network->phase == NETWORK_BOOTING) {
+        if (have_all_booted(network, now_ns)) {
+            for (uint8_t i = 0U; i < network->device_count; i++) {
+                canopen_device_t* const device = &network->devices[i].device;
+                device->boots                  = network->master.nodes[device->index].boots;
+                device_identify(device);
+            }
+            enter(network, NETWORK_IDENTIFYING, now_ns);
+        }
+        return STATUS_BUSY;
+    }
+    const status_t status = identify_all(network);
+    if (status != STATUS_BUSY) {
+        discard_faults(network);
+        network->is_booted = (status == STATUS_OK);
+        enter(network, NETWORK_RESTING, now_ns);
+    }
+    return status;
+}
+
+void network_clear_settings(canopen_network_t* const network)
+{
+    FSW_ASSERT(network != NULL);
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        network->devices[i].setting_count = 0U;
+    }
+}
+
+status_t network_set(canopen_network_t* const network, const uint8_t index,
+                     const canopen_setting_t* const setting)
+{
+    FSW_ASSERT((network != NULL) && (index < network->device_count) && (setting != NULL));
+    network_device_t* const place = &network->devices[index];
+    if (place->setting_count == NETWORK_SETTINGS_MAX) {
+        return STATUS_EXHAUSTED;
+    }
+    place->settings[place->setting_count] = *setting;
+    place->setting_count++;
+    return STATUS_OK;
+}
+
+status_t network_configure(canopen_network_t* const network, const uint64_t now_ns)
+{
+    FSW_ASSERT(network != NULL);
+    if (!network->is_booted) {
+        return STATUS_CLOSED;
+    }
+    if (network->phase != NETWORK_CONFIGURING) {
+        network_stop(network);
+        for (uint8_t i = 0U; i < network->device_count; i++) {
+            network_device_t* const place = &network->devices[i];
+            device_configure(&place->device, place->settings, place->setting_count);
+        }
+        enter(network, NETWORK_CONFIGURING, now_ns);
+    }
+    bool is_busy = false;
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        const status_t status = device_configure_step(&network->devices[i].device);
+        if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
+            enter(network, NETWORK_RESTING, now_ns);
+            return status;
+        }
+        is_busy = is_busy || (status == STATUS_BUSY);
+    }
+    if (is_busy) {
+        return STATUS_BUSY;
+    }
+    enter(network, NETWORK_RESTING, now_ns);
+    return STATUS_OK;
+}
+
+static status_t begin_start(canopen_network_t* const network, const uint64_t now_ns)
+{
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        const status_t status = device_connect(&network->devices[i].device);
+        if (status != STATUS_OK) {
+            network_stop(network);
+            return status;
+        }
+    }
+    network_set_goal(network, CIA402_GOAL_DISABLED, false);
+    (void)master_command(&network->master, ALL_NODES, NMT_START);
+    master_set_sync(&network->master, true);
+    enter(network, NETWORK_STARTING, now_ns);
+    return STATUS_BUSY;
+}
+
+status_t network_start(canopen_network_t* const network, const uint64_t now_ns)
+{
+    FSW_ASSERT(network != NULL);
+    if (!network->is_booted) {
+        return STATUS_CLOSED;
+    }
+    if (network->is_running) {
+        return STATUS_OK;
+    }
+    if (network->phase != NETWORK_STARTING) {
+        return begin_start(network, now_ns);
+    }
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        if (!device_is_heard(&network->devices[i].device)) {
+            return STATUS_BUSY;
+        }
+    }
+    network->is_running = true;
+    enter(network, NETWORK_RESTING, now_ns);
+    return STATUS_OK;
+}
+
+void network_stop(canopen_network_t* const network)
+{
+    FSW_ASSERT(network != NULL);
+    master_set_sync(&network->master, false);
+    network_set_goal(network, CIA402_GOAL_DISABLED, false);
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        device_disconnect(&network->devices[i].device);
+        sdo_client_reset(&network->master.nodes[network->devices[i].device.index].sdo);
+    }
+    if (flow_can_is_open(&network->flow) && !network->flow.health.is_unacknowledged) {
+        (void)master_command(&network->master, ALL_NODES, NMT_PRE_OPERATIONAL);
+    }
+    network->phase       = NETWORK_RESTING;
+    network->is_running  = false;
+    network->is_securing = false;
+}
+
+void network_reset_nodes(canopen_network_t* const network)
+{
+    FSW_ASSERT(network != NULL);
+    network_stop(network);
+    network->is_booted = false;
+    if (flow_can_is_open(&network->flow) && !network->flow.health.is_unacknowledged) {
+        (void)master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
+    }
+}
+
+void network_close(canopen_network_t* const network)
+{
+    FSW_ASSERT(network != NULL);
+    network->is_booted  = false;
+    network->is_running = false;
+    network->phase      = NETWORK_RESTING;
+    flow_can_close(&network->flow);
+}
+
+// ---- The cycle ----------------------------------------------------------------------------------
+
+void network_emit(canopen_network_t* const network, const uint64_t now_ns)
+{
+    FSW_ASSERT(network != NULL);
+    for (uint8_t i = 0U; network->is_running && (i < network->device_count); i++) {
+        canopen_device_t* const device = &network->devices[i].device;
+        for (uint8_t k = 0U; k < device->profile->axis_count; k++) {
+            cia402_axis_step(&device->axes[k]);
+        }
+        device_emit(device);
+    }
+    master_emit(&network->master, now_ns);
+}
+
+void network_set_goal(canopen_network_t* const network, const cia402_goal_t goal, const bool may_reset_faults)
+{
+    FSW_ASSERT(network != NULL);
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        canopen_device_t* const device = &network->devices[i].device;
+        for (uint8_t k = 0U; k < device->profile->axis_count; k++) {
+            cia402_axis_set_goal(&device->axes[k], goal, may_reset_faults);
+        }
+    }
+}
+
+bool network_is_at_goal(const canopen_network_t* const network)
+{
+    FSW_ASSERT(network != NULL);
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        const network_device_t* const place = &network->devices[i];
+        for (uint8_t k = 0U; !place->is_lost && (k < place->device.profile->axis_count); k++) {
+            if (!cia402_axis_is_at_goal(&place->device.axes[k])) {
+                return false;
+            }
+        }
+    }
+    return network->is_running;
+}
+
+status_t network_secure(canopen_network_t* const network, const uint64_t now_ns)
+{
+    FSW_ASSERT(network != NULL);
+    if (!network->is_running) { // Outside of OPERATIONAL (NMT) no drive can be in operation.
+        network->is_securing = false;
+        return STATUS_OK;
+    }
+    if (!network->is_securing) {
+        network->is_securing     = true;
+        network->secure_start_ns = now_ns;
+        network_set_goal(network, CIA402_GOAL_QUICK_STOP, false);
+        return STATUS_BUSY; // What the devices have told so far is older than this command.
+    }
+    if ((now_ns - network->secure_start_ns) >= network->config.quick_stop_limit_ns) {
+        network_set_goal(network, CIA402_GOAL_DISABLED, false);
+    }
+    if (!network_is_at_goal(network)) {
+        return STATUS_BUSY;
+    }
+    network_set_goal(network, CIA402_GOAL_DISABLED, false);
+    network->is_securing = false;
+    return STATUS_OK;
+}

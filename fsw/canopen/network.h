@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+/// All CiA 402 devices of one bus under one master: commissioning, the cycle, supervision, and the safe
+/// state.
+///
+/// A subsystem that drives devices calls, in the order of its states: network_open and network_boot
+/// (HARDWARE_INIT); network_configure and network_start (PRE_OPERATIONAL); network_set_goal (SAFE_OPERATIONAL
+/// and OPERATIONAL); network_secure (ERROR_OPERATIONAL); network_stop, network_close (on the way back). Each
+/// cycle begins with network_sense and ends with network_emit. What goes wrong comes out of
+/// network_take_fault.
+///
+/// Ownership  The caller places canopen_network_t; it must not be moved. Context: one task. Never blocks.
+/// Time       Pushed in. O(devices + frames).
+/// Errors     Each function lists its statuses. Functions that take several cycles return STATUS_BUSY until
+/// done.
+#ifndef FSW_CANOPEN_NETWORK_H
+#define FSW_CANOPEN_NETWORK_H
+
+#include "fsw/canopen/device.h"
+#include "fsw/canopen/master.h"
+#include "fsw/canopen/setting.h"
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/dataflow/flow_can.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define NETWORK_DEVICES_MAX 4U
+#define NETWORK_SETTINGS_MAX 32U
+#define NETWORK_FAULTS_MAX 16U
+
+typedef struct {
+    master_config_t master;
+    uint32_t lost_after_syncs;    ///< A device that leaves so many SYNCs unanswered is lost.
+    uint64_t boot_retry_ns;       ///< A node that has not booted after this is told again.
+    uint64_t quick_stop_limit_ns; ///< Longest braking before voltage is taken away.
+} network_config_t;
+
+typedef enum {
+    NETWORK_DEVICE_LOST,   ///< Silent, rebooted, or the bus is dead. Once per device and commissioning.
+    NETWORK_DRIVE_FAULT,   ///< Fault, high-severity emergency, or out of operation by itself. Once, as above.
+    NETWORK_DRIVE_WARNING, ///< Medium-severity emergency.
+    NETWORK_BUS_WARNING    ///< Low-severity emergency (node), or our controller's error state (node 0).
+} network_fault_kind_t;
+
+typedef struct {
+    network_fault_kind_t kind;
+    uint8_t node;
+    uint16_t code; ///< Emergency code; DRIVE_FAULT without one: statusword.
+} network_fault_t;
+
+typedef struct { // device.axes may be used as axis.h says; all else is read-only outside.
+    canopen_device_t device;
+    bool is_lost;
+    bool is_faulty;
+    uint32_t missed; ///< SYNCs left unanswered [wraps].
+    canopen_setting_t settings[NETWORK_SETTINGS_MAX];
+    uint16_t setting_count;
+} network_device_t;
+
+typedef enum { // Private.
+    NETWORK_RESTING,
+    NETWORK_BOOTING,
+    NETWORK_IDENTIFYING,
+    NETWORK_CONFIGURING,
+    NETWORK_STARTING
+} network_phase_t;
+
+typedef struct { // Read-only outside, but for the axes of its devices.
+    network_config_t config;
+    flow_can_t flow;
+    canopen_master_t master;
+    network_device_t devices[NETWORK_DEVICES_MAX];
+    uint8_t device_count;
+    network_phase_t phase;
+    bool is_booted;
+    bool is_running; ///< Process data flow.
+    bool is_securing;
+    uint64_t phase_start_ns;
+    uint64_t secure_start_ns;
+    flow_can_state_t told_bus_state;
+    network_fault_t faults[NETWORK_FAULTS_MAX];
+    uint8_t fault_first;
+    uint8_t fault_count;
+    uint32_t faults_lost; ///< Not queued: full [wraps].
+} canopen_network_t;
+
+/// Closed, no devices; counters zero.
+void network_init(canopen_network_t* network, const network_config_t* config);
+/// Forget the devices of an earlier open; only while closed.
+void network_clear(canopen_network_t* network);
+/// Add a device of a class. STATUS_OK, STATUS_NOT_FOUND (class), STATUS_EXISTS, STATUS_EXHAUSTED,
+/// STATUS_INVALID.
+MUST_USE status_t network_add(canopen_network_t* network, const char* type, uint8_t node);
+/// Index of a node's device. STATUS_OK, STATUS_NOT_FOUND.
+MUST_USE status_t network_find(const canopen_network_t* network, uint8_t node, uint8_t* out_index);
+
+/// Statuses of flow_can_open.
+MUST_USE status_t network_open(canopen_network_t* network, const flow_resolver_t* resolver, const char* bus);
+/// Reset all nodes, see each boot, identify it. STATUS_BUSY; STATUS_OK; statuses of device_identify_step.
+status_t network_boot(canopen_network_t* network, uint64_t now_ns);
+
+/// Forget the settings of all devices; before network_set.
+void network_clear_settings(canopen_network_t* network);
+/// Append a setting for a device. STATUS_OK, STATUS_EXHAUSTED.
+MUST_USE status_t network_set(canopen_network_t* network, uint8_t index, const canopen_setting_t* setting);
+/// Stop process data, if they flow, and write the settings. STATUS_BUSY; STATUS_OK; statuses of
+/// setting_run_step.
+status_t network_configure(canopen_network_t* network, uint64_t now_ns);
+/// Start process data and SYNC, and wait until each device answers. STATUS_BUSY; STATUS_OK; statuses of
+/// device_connect.
+status_t network_start(canopen_network_t* network, uint64_t now_ns);
+/// Give up what is under way of the functions above, stop process data, devices to PRE-OPERATIONAL.
+void network_stop(canopen_network_t* network);
+/// Reset all nodes. The frame needs a cycle on the bus before network_close.
+void network_reset_nodes(canopen_network_t* network);
+void network_close(canopen_network_t* network);
+
+/// Start of a cycle: take in frames, watch devices.
+void network_sense(canopen_network_t* network, uint64_t now_ns);
+/// End of a cycle: process data, requests, SYNC.
+void network_emit(canopen_network_t* network, uint64_t now_ns);
+/// Goal of all axes. A device that is lost takes no part.
+void network_set_goal(canopen_network_t* network, cia402_goal_t goal, bool may_reset_faults);
+/// True if every axis of every device that is not lost is there, and process data flow.
+bool network_is_at_goal(const canopen_network_t* network);
+/// Bring all axes that can be reached out of operation: quick stop, then no voltage. A lost device does that
+/// by itself. STATUS_BUSY; STATUS_OK. Safe to call in any condition; call again each cycle until STATUS_OK.
+status_t network_secure(canopen_network_t* network, uint64_t now_ns);
+
+/// Oldest fault. STATUS_OK, STATUS_EMPTY.
+MUST_USE status_t network_take_fault(canopen_network_t* network, network_fault_t* out_fault);
+
+#endif // FSW_CANOPEN_NETWORK_H

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+/// SDO client of one node (CiA 301): one transfer at a time, expedited and segmented, both directions.
+///
+/// Step-function style: the owner hands in each answer and fetches the next request frame; a transfer ends in
+/// a result. Block transfer is not offered. An answer nobody asked for is counted and dropped.
+///
+/// Ownership  The caller places sdo_client_t; the data of a transfer lies inside it. Context: one task.
+/// Time       Pushed in, O(1). Errors: see sdo_client_result.
+#ifndef FSW_CANOPEN_SDO_CLIENT_H
+#define FSW_CANOPEN_SDO_CLIENT_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define SDO_OCTETS_MAX 64U ///< Longest value of one transfer.
+#define SDO_FRAME_OCTETS 8U
+
+// Abort codes this client sends; others arrive from servers.
+#define SDO_ABORT_TOGGLE 0x05030000U
+#define SDO_ABORT_TIMEOUT 0x05040000U
+#define SDO_ABORT_COMMAND 0x05040001U
+#define SDO_ABORT_MEMORY 0x05040005U
+#define SDO_ABORT_LENGTH 0x06070010U
+
+typedef enum { // Private.
+    SDO_IDLE,
+    SDO_INITIATE_DOWNLOAD,
+    SDO_SEGMENT_DOWNLOAD,
+    SDO_INITIATE_UPLOAD,
+    SDO_SEGMENT_UPLOAD
+} sdo_phase_t;
+
+typedef struct {        // [wrap]
+    uint32_t transfers; ///< Ended well.
+    uint32_t aborted;   ///< Ended by an abort of the server.
+    uint32_t timeouts;
+    uint32_t violations; ///< Ended by us: an answer against the protocol, or too long.
+    uint32_t unasked;    ///< Answers without a request, or for another object.
+    uint32_t malformed;  ///< Answers that were not 8 octets long.
+} sdo_counters_t;
+
+typedef struct { // Private, except counters: read-only.
+    uint64_t timeout_ns;
+    uint64_t deadline_ns;
+    sdo_phase_t phase;
+    status_t result;
+    uint32_t abort_code;
+    uint16_t index;
+    uint8_t subindex;
+    bool toggle;
+    bool has_request;
+    bool is_clock_due; ///< The deadline starts with the next request frame.
+    uint8_t request[SDO_FRAME_OCTETS];
+    uint8_t data[SDO_OCTETS_MAX];
+    size_t size;  ///< Octets of the value; of an upload, as announced (0: not announced).
+    size_t moved; ///< Octets transferred so far.
+    sdo_counters_t counters;
+} sdo_client_t;
+
+/// Idle; a server must answer each request within timeout_ns.
+void sdo_client_init(sdo_client_t* client, uint64_t timeout_ns);
+/// Give up what is running, without a word to the server.
+void sdo_client_reset(sdo_client_t* client);
+
+/// Begin to write an object. STATUS_OK, STATUS_BUSY (a transfer is running), STATUS_TOO_LARGE, STATUS_INVALID
+/// (size 0).
+MUST_USE status_t sdo_client_download(sdo_client_t* client, uint16_t index, uint8_t subindex,
+                                      const uint8_t* octets, size_t size);
+/// Begin to read an object. STATUS_OK, STATUS_BUSY.
+MUST_USE status_t sdo_client_upload(sdo_client_t* client, uint16_t index, uint8_t subindex);
+
+/// Outcome of the last transfer: STATUS_BUSY while it runs; STATUS_OK; STATUS_TIMEOUT; STATUS_FORBIDDEN (the
+/// server aborted: *out_abort_code); STATUS_INVALID (the server broke the protocol); STATUS_TOO_LARGE (upload
+/// longer than SDO_OCTETS_MAX); STATUS_EMPTY (none begun). out_abort_code may be null.
+status_t sdo_client_result(const sdo_client_t* client, uint32_t* out_abort_code);
+/// Value read by an upload that ended in STATUS_OK; valid until the next transfer.
+const uint8_t* sdo_client_value(const sdo_client_t* client, size_t* out_size);
+
+/// Take in one frame of the server.
+void sdo_client_answer(sdo_client_t* client, const uint8_t* octets, uint8_t length);
+/// Next frame to the server, if one is due; also watches the deadline. True if `out_frame` was filled.
+bool sdo_client_request(sdo_client_t* client, uint64_t now_ns, uint8_t out_frame[SDO_FRAME_OCTETS]);
+
+#endif // FSW_CANOPEN_SDO_CLIENT_H

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/canopen/setting.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <stddef.h>
+
+void setting_run_begin(setting_run_t* const run, canopen_setting_t* const settings, const uint16_t count)
+{
+    FSW_ASSERT((run != NULL) && ((settings != NULL) || (count == 0U)));
+    *run = (setting_run_t){
+        .settings = settings, .count = count, .result = (count > 0U) ? STATUS_BUSY : STATUS_OK};
+}
+
+static status_t start_access(const canopen_setting_t* const setting, sdo_client_t* const client)
+{
+    FSW_ASSERT((setting->octets >= 1U) && (setting->octets <= 8U));
+    if (setting->kind != SETTING_WRITE) {
+        return sdo_client_upload(client, setting->index, setting->subindex);
+    }
+    uint8_t octets[8];
+    for (unsigned i = 0U; i < setting->octets; i++) {
+        octets[i] = (uint8_t)(setting->value >> (8U * i));
+    }
+    return sdo_client_download(client, setting->index, setting->subindex, octets, setting->octets);
+}
+
+/// Value of a finished upload. STATUS_OK, STATUS_INVALID (another size or value).
+static status_t take_value(setting_run_t* const run, canopen_setting_t* const setting,
+                           const sdo_client_t* const client)
+{
+    size_t size                 = 0U;
+    const uint8_t* const octets = sdo_client_value(client, &size);
+    uint64_t value              = 0U;
+    // An expedited answer without a size counts as four octets: longer than asked is cut, shorter is refused.
+    if ((size < setting->octets) || ((size > setting->octets) && (size != 4U))) {
+        return STATUS_INVALID;
+    }
+    for (unsigned i = 0U; i < setting->octets; i++) {
+        value |= (uint64_t)octets[i] << (8U * i);
+    }
+    if (setting->kind == SETTING_READ) {
+        setting->value = value;
+        return STATUS_OK;
+    }
+    run->found = value;
+    return (value == setting->value) ? STATUS_OK : STATUS_INVALID;
+}
+
+status_t setting_run_step(setting_run_t* const run, sdo_client_t* const client)
+{
+    FSW_ASSERT((run != NULL) && (client != NULL));
+    if (run->result != STATUS_BUSY) {
+        return run->result;
+    }
+    canopen_setting_t* const setting = &run->settings[run->position];
+    if (!run->is_started) { // A transfer of somebody else has to end first.
+        run->is_started = (start_access(setting, client) == STATUS_OK);
+        return STATUS_BUSY;
+    }
+    status_t status = sdo_client_result(client, &run->abort_code);
+    if ((status == STATUS_OK) && (setting->kind != SETTING_WRITE)) {
+        status = take_value(run, setting, client);
+    }
+    if (status == STATUS_OK) {
+        run->position++;
+        run->is_started = false;
+        if (run->position < run->count) { // The next access begins in the cycle that ended this one.
+            run->is_started = (start_access(&run->settings[run->position], client) == STATUS_OK);
+            return STATUS_BUSY;
+        }
+    }
+    if (status == STATUS_EMPTY) { // The client was reset under us.
+        status = STATUS_TIMEOUT;
+    }
+    run->result = status;
+    return status;
+}

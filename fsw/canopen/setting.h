@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Lists of object accesses at one node, worked off one after the other through its SDO client.
+///
+/// Ownership  The caller places list and run; the list outlives the run, values read are stored in it.
+/// Context    One task. Never blocks. Time O(1) per step.
+#ifndef FSW_CANOPEN_SETTING_H
+#define FSW_CANOPEN_SETTING_H
+
+#include "fsw/canopen/sdo_client.h"
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum {
+    SETTING_WRITE,
+    SETTING_READ,  ///< The value is stored in the list.
+    SETTING_VERIFY ///< The value must be the one in the list.
+} setting_kind_t;
+
+typedef struct {
+    uint16_t index;
+    uint8_t subindex;
+    uint8_t octets; ///< 1, 2, 4 or 8.
+    setting_kind_t kind;
+    uint64_t value; ///< As on the wire; sign in two's complement of `octets`.
+} canopen_setting_t;
+
+typedef struct { // Read-only outside.
+    canopen_setting_t* settings;
+    uint16_t count;
+    uint16_t position; ///< Setting being worked on; after a failure, the one that failed.
+    bool is_started;
+    uint32_t abort_code; ///< Of the failed access, 0 if the node did not abort it.
+    uint64_t found;      ///< Value that failed SETTING_VERIFY.
+    status_t result;     ///< STATUS_BUSY while running.
+} setting_run_t;
+
+/// Begin at the first setting. The list may be empty.
+void setting_run_begin(setting_run_t* run, canopen_setting_t* settings, uint16_t count);
+/// Go on. STATUS_BUSY; STATUS_OK (all done); STATUS_FORBIDDEN (aborted by the node); STATUS_TIMEOUT;
+/// STATUS_INVALID (value other than expected, or of another size, or protocol broken); STATUS_TOO_LARGE.
+status_t setting_run_step(setting_run_t* run, sdo_client_t* client);
+
+#endif // FSW_CANOPEN_SETTING_H

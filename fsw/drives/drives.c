@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/drives/drives.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/octets.h"
+#include "fsw/framework/base/value.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#define OBJECT_MODE_OF_OPERATION 0x6060U
+#define MILLISECOND_NS 1000000ULL
+#define EVENT_OCTETS_MAX 3U
+
+// A call of drives_configure that comes so much later than the one before is a new beginning.
+#define CONFIGURE_GAP_NS (20U * MILLISECOND_NS)
+
+static const network_config_t network_config = {
+    .master              = {.node_id              = 0x01U,
+                            .heartbeat_ns         = 20U * MILLISECOND_NS, // Devices expect it within 60 ms.
+                            .heartbeat_timeout_ns = 60U * MILLISECOND_NS,
+                            .sdo_timeout_ns       = 50U * MILLISECOND_NS},
+    .lost_after_syncs    = 3U, // One lost frame is no lost device; three in a row have one cause.
+    .boot_retry_ns       = 300U * MILLISECOND_NS,
+    .quick_stop_limit_ns = 200U * MILLISECOND_NS,
+};
+
+void drives_init(drives_t* const drives, subsystem_t* const generic, const flow_resolver_t* const resolver)
+{
+    FSW_ASSERT((drives != NULL) && (generic != NULL) && (resolver != NULL));
+    *drives = (drives_t){.generic = generic, .resolver = resolver, .goal = CIA402_GOAL_DISABLED};
+    network_init(&drives->network, &network_config);
+}
+
+// ---- Commissioning ------------------------------------------------------------------------------
+
+/// First CAN end node of a device, or null.
+static const descriptor_endnode_t* can_endnode(const subsystem_descriptor_t* const descriptor,
+                                               const descriptor_device_t* const device)
+{
+    for (uint16_t i = 0U; i < device->endnode_count; i++) {
+        const descriptor_endnode_t* const endnode = &descriptor->endnodes[device->first_endnode + i];
+        if (endnode->type == DESCRIPTOR_ENDNODE_CAN) {
+            return endnode;
+        }
+    }
+    return NULL;
+}
+
+/// Every device of every configuration, each node once. *out_bus is the bus of them all.
+static status_t add_devices(drives_t* const drives, const char** const out_bus)
+{
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
+    *out_bus                                       = NULL;
+    network_clear(&drives->network);
+    for (uint16_t i = 0U; i < descriptor->device_count; i++) {
+        const descriptor_device_t* const device   = &descriptor->devices[i];
+        const descriptor_endnode_t* const endnode = can_endnode(descriptor, device);
+        if (endnode == NULL) {
+            return STATUS_INVALID;
+        }
+        if (*out_bus == NULL) {
+            *out_bus = endnode->bus;
+        }
+        if (strcmp(*out_bus, endnode->bus) != 0) {
+            return STATUS_INVALID;
+        }
+        uint8_t index = 0U;
+        if (network_find(&drives->network, endnode->node, &index) == STATUS_OK) {
+            continue; // Named by another configuration as well.
+        }
+        const status_t status = network_add(&drives->network, device->type, endnode->node);
+        if (status != STATUS_OK) {
+            return status;
+        }
+    }
+    return (*out_bus != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
+}
+
+status_t drives_hardware_init(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    if (!flow_can_is_open(&drives->network.flow)) {
+        const char* bus = NULL;
+        status_t status = add_devices(drives, &bus);
+        if (status == STATUS_OK) {
+            status = network_open(&drives->network, drives->resolver, bus);
+        }
+        if (status != STATUS_OK) {
+            return status;
+        }
+        drives->goal          = CIA402_GOAL_DISABLED;
+        drives->configuration = NULL;
+        drives->is_closing    = false;
+    }
+    return network_boot(&drives->network, subsystem_now_ns(drives->generic));
+}
+
+/// Settings of one device of the descriptor.
+static status_t add_settings(drives_t* const drives, const descriptor_device_t* const device)
+{
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
+    const descriptor_endnode_t* const endnode      = can_endnode(descriptor, device);
+    uint8_t index                                  = 0U;
+    if ((endnode == NULL) || (network_find(&drives->network, endnode->node, &index) != STATUS_OK)) {
+        return STATUS_NOT_FOUND;
+    }
+    status_t status = STATUS_OK;
+    for (uint16_t i = 0U; (status == STATUS_OK) && (i < device->setting_count); i++) {
+        const descriptor_setting_t* const source = &descriptor->settings[device->first_setting + i];
+        const canopen_setting_t setting          = {.index    = source->index,
+                                                    .subindex = source->subindex,
+                                                    .octets   = (uint8_t)value_size(source->type),
+                                                    .kind     = SETTING_WRITE,
+                                                    .value    = source->bits};
+        status                                   = network_set(&drives->network, index, &setting);
+    }
+    return status;
+}
+
+static status_t begin_configuration(drives_t* const drives,
+                                    const descriptor_configuration_t* const configuration)
+{
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
+    network_stop(&drives->network);
+    network_clear_settings(&drives->network);
+    drives->configuration = configuration;
+    drives->is_written    = false;
+    drives->goal          = CIA402_GOAL_DISABLED;
+    status_t status       = STATUS_OK;
+    for (uint16_t i = 0U; (status == STATUS_OK) && (i < configuration->device_count); i++) {
+        status = add_settings(drives, &descriptor->devices[configuration->first_device + i]);
+    }
+    return status;
+}
+
+status_t drives_configure(drives_t* const drives, const descriptor_configuration_t* const configuration)
+{
+    FSW_ASSERT((drives != NULL) && (configuration != NULL));
+    const uint64_t now_ns = subsystem_now_ns(drives->generic);
+    const bool is_new     = (drives->configuration != configuration) || drives->network.is_running ||
+                        ((now_ns - drives->called_ns) > CONFIGURE_GAP_NS);
+    status_t status   = is_new ? begin_configuration(drives, configuration) : STATUS_OK;
+    drives->called_ns = now_ns;
+    if ((status == STATUS_OK) && !drives->is_written) {
+        status             = network_configure(&drives->network, now_ns);
+        drives->is_written = (status == STATUS_OK);
+    }
+    if ((status == STATUS_OK) && drives->is_written) {
+        status = network_start(&drives->network, now_ns);
+    }
+    if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
+        drives->configuration = NULL;
+    }
+    return status;
+}
+
+int drives_mode(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device)
+{
+    FSW_ASSERT((descriptor != NULL) && (device != NULL));
+    int mode = 0;
+    for (uint16_t i = 0U; i < device->setting_count; i++) {
+        const descriptor_setting_t* const setting = &descriptor->settings[device->first_setting + i];
+        if ((setting->index == OBJECT_MODE_OF_OPERATION) && (setting->subindex == 0U)) {
+            mode = (int)(int8_t)(uint8_t)setting->bits;
+        }
+    }
+    return mode;
+}
+
+status_t drives_post(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    network_stop(&drives->network);
+    drives->configuration = NULL;
+    drives->goal          = CIA402_GOAL_DISABLED;
+    return STATUS_OK;
+}
+
+status_t drives_hardware_deinit(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    drives->configuration = NULL;
+    if (!flow_can_is_open(&drives->network.flow)) {
+        return STATUS_OK;
+    }
+    if (!drives->is_closing) {
+        network_reset_nodes(&drives->network);
+        drives->is_closing = true;
+        return STATUS_BUSY;
+    }
+    network_close(&drives->network);
+    drives->is_closing = false;
+    return STATUS_OK;
+}
+
+// ---- The cycle ----------------------------------------------------------------------------------
+
+status_t drives_go(drives_t* const drives, const cia402_goal_t goal)
+{
+    FSW_ASSERT(drives != NULL);
+    if (goal != drives->goal) {
+        // A fault may be reset on the way out of the safe state, never on the way into operation.
+        network_set_goal(&drives->network, goal, goal == CIA402_GOAL_STANDBY);
+        drives->goal = goal;
+        return STATUS_BUSY; // What the devices have told so far is older than this command.
+    }
+    return network_is_at_goal(&drives->network) ? STATUS_OK : STATUS_BUSY;
+}
+
+status_t drives_secure(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    drives->goal = CIA402_GOAL_DISABLED;
+    return network_secure(&drives->network, subsystem_now_ns(drives->generic));
+}
+
+static void raise_fault(drives_t* const drives, const network_fault_t* const fault)
+{
+    static const char* const names[] = {[NETWORK_DEVICE_LOST]   = "DEVICE_LOST",
+                                        [NETWORK_DRIVE_FAULT]   = "DRIVE_FAULT",
+                                        [NETWORK_DRIVE_WARNING] = "DRIVE_WARNING",
+                                        [NETWORK_BUS_WARNING]   = "BUS_WARNING"};
+    const descriptor_event_t* const event =
+        descriptor_find_event_name(subsystem_descriptor(drives->generic), names[fault->kind]);
+    if (event == NULL) {
+        return;
+    }
+    uint8_t octets[EVENT_OCTETS_MAX];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    if (fault->kind != NETWORK_BUS_WARNING) {
+        octet_write_u8(&writer, fault->node);
+    }
+    if ((fault->kind == NETWORK_DRIVE_FAULT) || (fault->kind == NETWORK_DRIVE_WARNING)) {
+        octet_write_u16(&writer, fault->code);
+    }
+    (void)subsystem_raise(drives->generic, event->id, octets, writer.position);
+}
+
+void drives_sense(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    network_sense(&drives->network, subsystem_now_ns(drives->generic));
+    network_fault_t fault;
+    while (network_take_fault(&drives->network, &fault) == STATUS_OK) {
+        raise_fault(drives, &fault);
+    }
+}
+
+void drives_emit(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    network_emit(&drives->network, subsystem_now_ns(drives->generic));
+}
+
+/// Place in the network of a device of the applied configuration. STATUS_OK, STATUS_NOT_FOUND.
+static status_t place_of(const drives_t* const drives, const uint16_t position, uint8_t* const out_index)
+{
+    const descriptor_configuration_t* const configuration = drives->configuration;
+    if ((configuration == NULL) || (position >= configuration->device_count)) {
+        return STATUS_NOT_FOUND;
+    }
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
+    const descriptor_endnode_t* const endnode =
+        can_endnode(descriptor, &descriptor->devices[configuration->first_device + position]);
+    return (endnode != NULL) ? network_find(&drives->network, endnode->node, out_index) : STATUS_NOT_FOUND;
+}
+
+canopen_device_t* drives_device(drives_t* const drives, const uint16_t position)
+{
+    FSW_ASSERT(drives != NULL);
+    uint8_t index = 0U;
+    return (place_of(drives, position, &index) == STATUS_OK) ? &drives->network.devices[index].device : NULL;
+}
+
+bool drives_are_running(const drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    return drives->network.is_running;
+}
+
+uint32_t drives_missed(const drives_t* const drives, const uint16_t position)
+{
+    FSW_ASSERT(drives != NULL);
+    uint8_t index = 0U;
+    return (place_of(drives, position, &index) == STATUS_OK) ? drives->network.devices[index].missed : 0U;
+}
+
+uint32_t drives_limited(const drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    uint32_t sum = 0U;
+    for (uint8_t i = 0U; i < drives->network.device_count; i++) {
+        for (uint8_t k = 0U; k < PROFILE_AXES_MAX; k++) {
+            sum += drives->network.devices[i].device.axes[k].limited;
+        }
+    }
+    return sum;
+}

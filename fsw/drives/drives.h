@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The part that every subsystem with drives on a CAN bus has in common: commissioning from the descriptor,
+/// the cycle, supervision by events, and the safe state.
+///
+/// The functions are those of subsystem_callbacks_t; a subsystem calls them from its own callbacks. Devices,
+/// their settings and their end nodes come from the descriptor: in HARDWARE_INIT all devices that any
+/// configuration names are brought up, in PRE_OPERATIONAL those get their settings that the configuration
+/// names. Faults become the events DEVICE_LOST, DRIVE_FAULT {node u8, code u16}, DRIVE_WARNING and
+/// BUS_WARNING, where the descriptor has them.
+///
+/// Ownership  The caller places drives_t; it must not be moved. Subsystem and resolver outlive it.
+/// Context    The subsystem's task. Never blocks. Time: pushed in by the subsystem.
+/// Errors     Each function lists its statuses; STATUS_BUSY: call again in the next cycle.
+#ifndef FSW_DRIVES_DRIVES_H
+#define FSW_DRIVES_DRIVES_H
+
+#include "fsw/canopen/network.h"
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
+#include "fsw/framework/subsystem/subsystem.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct { // Private, except network: as network.h says.
+    subsystem_t* generic;
+    const flow_resolver_t* resolver;
+    canopen_network_t network;
+    cia402_goal_t goal;
+    const descriptor_configuration_t* configuration; ///< Being applied, or applied.
+    uint64_t called_ns;                              ///< Last call of drives_configure.
+    bool is_written;                                 ///< The settings are in the devices.
+    bool is_closing;
+} drives_t;
+
+void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* resolver);
+
+/// Open the bus, boot and identify the devices. STATUS_BUSY; STATUS_OK; STATUS_INVALID (a device without a
+/// CAN end node, or on another bus than the others); STATUS_NOT_FOUND (device class, or bus); statuses of
+/// network_add, network_open and network_boot.
+status_t drives_hardware_init(drives_t* drives);
+/// Settings into the devices, process data on; the axes stay without voltage. STATUS_BUSY; STATUS_OK;
+/// STATUS_NOT_FOUND (device not brought up); STATUS_EXHAUSTED (settings); statuses of network_configure and
+/// _start.
+status_t drives_configure(drives_t* drives, const descriptor_configuration_t* configuration);
+/// All axes to a goal. STATUS_BUSY; STATUS_OK.
+status_t drives_go(drives_t* drives, cia402_goal_t goal);
+/// Safe state, from any condition. STATUS_BUSY; STATUS_OK.
+status_t drives_secure(drives_t* drives);
+/// Process data off. STATUS_OK.
+status_t drives_post(drives_t* drives);
+/// Nodes reset, bus closed. STATUS_BUSY; STATUS_OK.
+status_t drives_hardware_deinit(drives_t* drives);
+
+/// Start of a cycle: take in frames and raise events for what went wrong.
+void drives_sense(drives_t* drives);
+/// End of a cycle: process data, requests, SYNC.
+void drives_emit(drives_t* drives);
+
+/// Device number `position` (0..) of the applied configuration, or null.
+canopen_device_t* drives_device(drives_t* drives, uint16_t position);
+/// True if process data flow.
+bool drives_are_running(const drives_t* drives);
+/// Of a device of the applied configuration: SYNCs left unanswered [wraps].
+uint32_t drives_missed(const drives_t* drives, uint16_t position);
+/// Of all axes: commands cut at their limits [wraps].
+uint32_t drives_limited(const drives_t* drives);
+
+/// Integer mode of operation (object 0x6060) that the configuration sets for the device; 0 if it sets none.
+int drives_mode(const subsystem_descriptor_t* descriptor, const descriptor_device_t* device);
+
+#endif // FSW_DRIVES_DRIVES_H

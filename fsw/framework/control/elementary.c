@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/control/elementary.h"
+
+#include <stdint.h>
+
+#define TWO_OVER_PI 0.63661977236758134308
+#define ANGLE_MAX_RAD 1.0e6
+
+// pi/2 in three parts; a product of the first two with a quadrant number below 2^20 is exact.
+#define HALF_PI_HIGH 1.57079632673412561417e+00
+#define HALF_PI_MIDDLE 6.07710050630396597660e-11
+#define HALF_PI_LOW 2.02226624879595063154e-21
+
+/// Taylor series; for |x| <= pi/4 what is left out is below 5e-17.
+static double sine_of_eighth(const double x)
+{
+    const double y = x * x;
+    double sum     = -1.0 / 1307674368000.0;
+    sum            = (1.0 / 6227020800.0) + (y * sum);
+    sum            = (-1.0 / 39916800.0) + (y * sum);
+    sum            = (1.0 / 362880.0) + (y * sum);
+    sum            = (-1.0 / 5040.0) + (y * sum);
+    sum            = (1.0 / 120.0) + (y * sum);
+    sum            = (-1.0 / 6.0) + (y * sum);
+    return x + (x * y * sum);
+}
+
+static double cosine_of_eighth(const double x)
+{
+    const double y = x * x;
+    double sum     = 1.0 / 20922789888000.0;
+    sum            = (-1.0 / 87178291200.0) + (y * sum);
+    sum            = (1.0 / 479001600.0) + (y * sum);
+    sum            = (-1.0 / 3628800.0) + (y * sum);
+    sum            = (1.0 / 40320.0) + (y * sum);
+    sum            = (-1.0 / 720.0) + (y * sum);
+    sum            = (1.0 / 24.0) + (y * sum);
+    return 1.0 - (y * (0.5 - (y * sum)));
+}
+
+sine_cosine_t elementary_sine_cosine(const double angle_rad)
+{
+    if (!((angle_rad >= -ANGLE_MAX_RAD) && (angle_rad <= ANGLE_MAX_RAD))) {
+        return (sine_cosine_t){.sine = 0.0, .cosine = 1.0};
+    }
+    const double turns     = angle_rad * TWO_OVER_PI;
+    const int32_t quadrant = (int32_t)(turns + ((turns < 0.0) ? -0.5 : 0.5));
+    const double n         = (double)quadrant;
+    const double rest      = ((angle_rad - (n * HALF_PI_HIGH)) - (n * HALF_PI_MIDDLE)) - (n * HALF_PI_LOW);
+    const double sine      = sine_of_eighth(rest);
+    const double cosine    = cosine_of_eighth(rest);
+    switch ((uint32_t)quadrant % 4U) {
+    case 0U:
+        return (sine_cosine_t){.sine = sine, .cosine = cosine};
+    case 1U:
+        return (sine_cosine_t){.sine = cosine, .cosine = -sine};
+    case 2U:
+        return (sine_cosine_t){.sine = -sine, .cosine = -cosine};
+    default:
+        return (sine_cosine_t){.sine = -cosine, .cosine = sine};
+    }
+}
+
+double elementary_tanh(const double x)
+{
+    if (!(x < 20.0)) {
+        return 1.0;
+    }
+    if (x < -20.0) {
+        return -1.0;
+    }
+    // Lambert's continued fraction at a 32nd of the argument, then five times tanh 2t = 2 tanh t / (1 +
+    // tanh^2 t).
+    const double small = x / 32.0;
+    const double y     = small * small;
+    double tail        = 17.0;
+    for (int odd = 15; odd >= 1; odd -= 2) {
+        tail = (double)odd + (y / tail);
+    }
+    double result = small / tail;
+    for (unsigned i = 0U; i < 5U; i++) {
+        result = (2.0 * result) / (1.0 + (result * result));
+    }
+    return result;
+}
+
+double elementary_absolute(const double x)
+{
+    return (x < 0.0) ? -x : x;
+}
+
+double elementary_clamp(const double x, const double low, const double high)
+{
+    if (!(x > low)) {
+        return low;
+    }
+    return (x < high) ? x : high;
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Point-to-point motion with minimum jerk: rest to rest in a given time, smooth to the second derivative;
+/// and a stop out of it with constant deceleration.
+///
+/// Ownership: the caller places motion_t. Context: one task. Time: O(1).
+#ifndef FSW_FRAMEWORK_CONTROL_MOTION_H
+#define FSW_FRAMEWORK_CONTROL_MOTION_H
+
+#include <stdbool.h>
+
+typedef struct { // All fields are private.
+    double start;
+    double distance; ///< Of a whole motion; of a stop, where it ends.
+    double duration_s;
+    double elapsed_s;
+    double speed; ///< At the begin of a stop, with sign; 0 in a whole motion.
+} motion_t;
+
+typedef struct {
+    double position;
+    double velocity;
+    double acceleration;
+} motion_point_t;
+
+/// At rest at a position.
+void motion_rest(motion_t* motion, double position);
+/// From start to goal. duration_s > 0.
+void motion_begin(motion_t* motion, double start, double goal, double duration_s);
+/// Stop from a point of a motion. deceleration > 0.
+void motion_brake(motion_t* motion, const motion_point_t* from, double deceleration);
+/// Go on by one period; the point reached. After the end: at rest at the goal.
+motion_point_t motion_step(motion_t* motion, double period_s);
+bool motion_is_done(const motion_t* motion);
+/// Largest speed of a motion over a distance.
+double motion_peak_speed(double distance, double duration_s);
+
+#endif // FSW_FRAMEWORK_CONTROL_MOTION_H

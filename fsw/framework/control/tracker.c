@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/control/tracker.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <stddef.h>
+
+void tracker_reset(tracker_t* const tracker, const double position)
+{
+    FSW_ASSERT(tracker != NULL);
+    *tracker = (tracker_t){.position = position};
+}
+
+void tracker_step(tracker_t* const tracker, const double sample, const double omega_rad_s,
+                  const double period_s)
+{
+    FSW_ASSERT(tracker != NULL);
+    const double error    = sample - tracker->position;
+    tracker->acceleration = omega_rad_s * omega_rad_s * error;
+    tracker->position += period_s * (tracker->velocity + (2.0 * omega_rad_s * error));
+    tracker->velocity += period_s * tracker->acceleration;
+}

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Second-order tracker: follows a sampled signal and gives its velocity and acceleration. Critically damped,
+/// without lag on ramps, with bandwidth `omega`.
+///
+/// Ownership: the caller places tracker_t. Context: one task. Time: O(1).
+#ifndef FSW_FRAMEWORK_CONTROL_TRACKER_H
+#define FSW_FRAMEWORK_CONTROL_TRACKER_H
+
+typedef struct {
+    double position;
+    double velocity;
+    double acceleration;
+} tracker_t;
+
+/// At rest at a position.
+void tracker_reset(tracker_t* tracker, double position);
+/// One sample. omega_rad_s x period_s < 0.5, or the tracker rings.
+void tracker_step(tracker_t* tracker, double sample, double omega_rad_s, double period_s);
+
+#endif // FSW_FRAMEWORK_CONTROL_TRACKER_H

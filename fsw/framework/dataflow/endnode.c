@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/dataflow/endnode.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <stddef.h>
+#include <string.h>
+
+status_t endnode_resolve(const flow_resolver_t* const resolver, const endnode_kind_t kind,
+                         const char* const name, endnode_address_t* const out_address)
+{
+    FSW_ASSERT((resolver != NULL) && (resolver->resolve != NULL) && (name != NULL) && (out_address != NULL));
+    *out_address = (endnode_address_t){.is_fd = false};
+    if (resolver->resolve(resolver->context, kind, name, out_address) != STATUS_OK) {
+        return STATUS_NOT_FOUND;
+    }
+    return (memchr(out_address->address, '\0', ENDNODE_ADDRESS_MAX) != NULL) ? STATUS_OK : STATUS_INVALID;
+}
+
+/// Decimal number up to `limit` at *text; moves behind it. False if there is none or it is too large.
+static bool take_number(const char** const text, const uint32_t limit, uint32_t* const out_number)
+{
+    const char* digit = *text;
+    uint32_t number   = 0U;
+    while ((*digit >= '0') && (*digit <= '9') && (number <= limit)) {
+        number = (number * 10U) + (uint32_t)(*digit - '0');
+        digit++;
+    }
+    const bool is_number = (digit != *text) && (number <= limit);
+    *text                = digit;
+    *out_number          = number;
+    return is_number;
+}
+
+status_t endnode_socket_address(const char* const text, osal_address_t* const out_address)
+{
+    FSW_ASSERT((text != NULL) && (out_address != NULL));
+    static const char separators[] = {'.', '.', '.', ':'};
+    const char* rest               = text;
+    uint32_t ipv4                  = 0U;
+    uint32_t number                = 0U;
+    for (unsigned i = 0U; i < sizeof separators; i++) {
+        if (!take_number(&rest, 255U, &number) || (*rest != separators[i])) {
+            return STATUS_INVALID;
+        }
+        ipv4 = (ipv4 << 8) | number;
+        rest++;
+    }
+    if (!take_number(&rest, 65535U, &number) || (*rest != '\0')) {
+        return STATUS_INVALID;
+    }
+    *out_address = (osal_address_t){.ipv4 = ipv4, .port = (uint16_t)number};
+    return STATUS_OK;
+}

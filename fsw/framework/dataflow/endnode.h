@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+/// End nodes of data flows: a logical name of the descriptor, and the address it has in this run.
+///
+/// A descriptor says `<Endnode type="CAN" bus="robot"/>`; which controller, port or memory that is depends on
+/// the machine and the run, so the program hands every component a resolver. Addresses never enter a packet.
+///
+///     CAN  "shm:NAME" or "can:INTERFACE" (osal/can.h)      UDP, TCP  "127.0.0.1:10015"
+///     SHM  "/NAME" (osal/shm.h)                            MQUEUE    "/NAME" (osal/mqueue.h)
+///     SERIAL, FILE  path of the device (osal/serial.h, osal/device.h)
+///
+/// Ownership  The resolver is borrowed and outlives the flows opened with it. Context: any. Time O(length).
+#ifndef FSW_FRAMEWORK_DATAFLOW_ENDNODE_H
+#define FSW_FRAMEWORK_DATAFLOW_ENDNODE_H
+
+#include "fsw/framework/base/status.h"
+#include "osal/include/osal/socket.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define ENDNODE_ADDRESS_MAX 72U ///< Characters of an address, NUL included.
+
+typedef enum {
+    ENDNODE_CAN,
+    ENDNODE_UDP,
+    ENDNODE_TCP,
+    ENDNODE_SHM,
+    ENDNODE_MQUEUE,
+    ENDNODE_SERIAL,
+    ENDNODE_FILE
+} endnode_kind_t;
+
+typedef struct {
+    char address[ENDNODE_ADDRESS_MAX];
+    bool is_fd; ///< CAN: process data travels in FD frames with bit rate switch.
+} endnode_address_t;
+
+/// Port to whoever knows the addresses of this run.
+typedef struct {
+    void* context;
+    /// STATUS_OK; STATUS_NOT_FOUND (no such end node in this run).
+    status_t (*resolve)(void* context, endnode_kind_t kind, const char* name, endnode_address_t* out_address);
+} flow_resolver_t;
+
+/// Ask the resolver. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (an address that does not end).
+MUST_USE status_t endnode_resolve(const flow_resolver_t* resolver, endnode_kind_t kind, const char* name,
+                                  endnode_address_t* out_address);
+
+/// "A.B.C.D:PORT" as a socket address. STATUS_OK, STATUS_INVALID.
+MUST_USE status_t endnode_socket_address(const char* text, osal_address_t* out_address);
+
+#endif // FSW_FRAMEWORK_DATAFLOW_ENDNODE_H

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Data flow of messages through a queue of the system: one receiver, which makes the queue, any senders.
+///
+/// The receiver of an end node is one component: a queue that stands there when it starts is what its
+/// predecessor left, and is made anew. A sender notices that, and one that starts first waits for its
+/// receiver, with back-off. Call flow_mqueue_step once a cycle, then send or receive.
+///
+/// Ownership  The caller places flow_mqueue_t; the name, the resolver and the quota outlive it.
+/// Context    One task. Never blocks. Time O(message).
+/// Errors     Each function lists its statuses; each refusal is counted.
+#ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_MQUEUE_H
+#define FSW_FRAMEWORK_DATAFLOW_FLOW_MQUEUE_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/resource/quota.h"
+#include "osal/include/osal/mqueue.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct {
+    const char* name;
+    bool is_receiver;
+    uint32_t depth;          ///< Messages; the receiver's business.
+    uint32_t message_octets; ///< Longest message; a sender refuses a queue of shorter ones.
+    uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
+    uint64_t retry_longest_ns;
+    quota_t* quota; ///< Of open queues; null: not counted.
+} flow_mqueue_setup_t;
+
+typedef struct { // [messages, wrap]
+    uint32_t sent;
+    uint32_t received;
+    uint32_t refused; ///< Not sent: no queue, full, or too large.
+} flow_mqueue_counters_t;
+
+typedef struct { // Private; read-only for housekeeping: counters, reconnect, failure.
+    flow_mqueue_setup_t setup;
+    const flow_resolver_t* resolver;
+    char address[ENDNODE_ADDRESS_MAX];
+    osal_mqueue_t queue;
+    uint64_t now_ns;
+    status_t failure; ///< Why the last attempt failed, or the last queue was left; STATUS_OK: nothing yet.
+    reconnect_t reconnect;
+    flow_mqueue_counters_t counters;
+} flow_mqueue_t;
+
+void flow_mqueue_init(flow_mqueue_t* flow, const flow_mqueue_setup_t* setup, const flow_resolver_t* resolver);
+/// Make or open the queue if it is time. STATUS_OK (open), STATUS_CLOSED (`failure` says why:
+/// STATUS_NOT_FOUND resolver, or no receiver yet; STATUS_INVALID name, or a queue of shorter messages;
+/// STATUS_EXHAUSTED quota or limits of the system; STATUS_EXISTS, STATUS_UNSUPPORTED, STATUS_DENIED,
+/// STATUS_IO).
+status_t flow_mqueue_step(flow_mqueue_t* flow, uint64_t now_ns);
+/// STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no queue, or the receiver begins anew).
+MUST_USE status_t flow_mqueue_send(flow_mqueue_t* flow, const uint8_t* octets, size_t size);
+/// capacity >= message_octets. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
+MUST_USE status_t flow_mqueue_receive(flow_mqueue_t* flow, uint8_t* octets, size_t capacity,
+                                      size_t* out_size);
+bool flow_mqueue_is_open(const flow_mqueue_t* flow);
+/// The receiver removes the name with it.
+void flow_mqueue_close(flow_mqueue_t* flow);
+
+#endif // FSW_FRAMEWORK_DATAFLOW_FLOW_MQUEUE_H

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/dataflow/flow_stream.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "osal/include/osal/serial.h"
+
+#include <string.h>
+
+#define CHUNKS_PER_CALL 16U ///< A partner that never pauses does not hold up the cycle.
+
+void flow_stream_init(flow_stream_t* const flow, const flow_stream_setup_t* const setup,
+                      const flow_resolver_t* const resolver)
+{
+    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL) && (setup->name != NULL));
+    FSW_ASSERT((setup->kind == ENDNODE_SERIAL) || (setup->kind == ENDNODE_TCP) ||
+               (setup->kind == ENDNODE_FILE));
+    FSW_ASSERT((setup->outbox != NULL) && (setup->outbox_octets > 0U));
+    *flow = (flow_stream_t){
+        .setup = *setup, .resolver = resolver, .device = OSAL_DEVICE_CLOSED, .socket = OSAL_SOCKET_CLOSED};
+    reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
+    frame_assembler_init(&flow->assembler, &setup->format, setup->frame, setup->frame_octets);
+}
+
+// ---- Connection ----
+
+static void release(flow_stream_t* const flow)
+{
+    osal_device_close(&flow->device);
+    osal_socket_close(&flow->socket);
+    if (flow->has_quota) {
+        quota_give(flow->setup.quota);
+        flow->has_quota = false;
+    }
+    flow->is_connecting = false;
+    flow->is_open       = false;
+}
+
+static void lose(flow_stream_t* const flow, const status_t why)
+{
+    release(flow);
+    flow->failure = why;
+    flow->counters.discarded += (uint32_t)flow->outbox_held;
+    flow->outbox_held = 0U;
+    flow->chunk_size  = 0U;
+    flow->chunk_used  = 0U;
+    frame_assembler_reset(&flow->assembler);
+    reconnect_lost(&flow->reconnect, flow->now_ns);
+}
+
+static osal_device_direction_t direction_of(const flow_format_t* const format)
+{
+    if (format->direction == FLOW_DIRECTION_READ) {
+        return OSAL_DEVICE_READ;
+    }
+    return (format->direction == FLOW_DIRECTION_WRITE) ? OSAL_DEVICE_WRITE : OSAL_DEVICE_BOTH;
+}
+
+/// STATUS_OK, STATUS_BUSY (TCP: under way), or why not.
+static status_t open_endnode(flow_stream_t* const flow)
+{
+    endnode_address_t address;
+    status_t status = endnode_resolve(flow->resolver, flow->setup.kind, flow->setup.name, &address);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    if (flow->setup.kind == ENDNODE_SERIAL) {
+        return osal_serial_open(&flow->device, address.address, flow->setup.format.baud);
+    }
+    if (flow->setup.kind == ENDNODE_FILE) {
+        return osal_device_open(&flow->device, address.address, direction_of(&flow->setup.format));
+    }
+    osal_address_t to = {0U, 0U};
+    status            = endnode_socket_address(address.address, &to);
+    if (status == STATUS_OK) {
+        status              = osal_tcp_connect_begin(&flow->socket, to);
+        flow->is_connecting = (status == STATUS_BUSY);
+    }
+    return status;
+}
+
+static void begin(flow_stream_t* const flow)
+{
+    status_t status = (flow->setup.quota != NULL) ? quota_take(flow->setup.quota) : STATUS_OK;
+    if (status == STATUS_OK) {
+        flow->has_quota = (flow->setup.quota != NULL);
+        status          = open_endnode(flow);
+    }
+    if (status == STATUS_OK) {
+        flow->is_open = true;
+        reconnect_succeeded(&flow->reconnect, flow->now_ns);
+    } else if (!flow->is_connecting) {
+        flow->failure = status;
+        release(flow);
+        reconnect_failed(&flow->reconnect, flow->now_ns);
+    } else {
+        // The next step asks for the answer.
+    }
+}
+
+static void finish(flow_stream_t* const flow)
+{
+    const status_t status = osal_tcp_connect_result(&flow->socket);
+    if (status == STATUS_OK) {
+        flow->is_connecting = false;
+        flow->is_open       = true;
+        reconnect_succeeded(&flow->reconnect, flow->now_ns);
+    } else if (status != STATUS_BUSY) {
+        flow->failure = status;
+        release(flow);
+        reconnect_failed(&flow->reconnect, flow->now_ns);
+    } else {
+        // No answer yet.
+    }
+}
+
+// ---- Octets ----
+
+static status_t write_some(flow_stream_t* const flow, size_t* const out_sent)
+{
+    return (flow->setup.kind == ENDNODE_TCP)
+               ? osal_stream_send(&flow->socket, flow->setup.outbox, flow->outbox_held, out_sent)
+               : osal_device_write(&flow->device, flow->setup.outbox, flow->outbox_held, out_sent);
+}
+
+static status_t read_some(flow_stream_t* const flow, size_t* const out_size)
+{
+    return (flow->setup.kind == ENDNODE_TCP)
+               ? osal_stream_receive(&flow->socket, flow->chunk, sizeof flow->chunk, out_size)
+               : osal_device_read(&flow->device, flow->chunk, sizeof flow->chunk, out_size);
+}
+
+/// Hand the outbox to the system, as much as it takes.
+static void flush(flow_stream_t* const flow)
+{
+    while (flow->is_open && (flow->outbox_held > 0U)) {
+        size_t sent           = 0U;
+        const status_t status = write_some(flow, &sent);
+        if (status == STATUS_FULL) {
+            return;
+        }
+        if (status != STATUS_OK) {
+            lose(flow, status);
+            return;
+        }
+        flow->counters.octets_out += (uint32_t)sent;
+        flow->outbox_held -= sent;
+        (void)memmove(flow->setup.outbox, &flow->setup.outbox[sent], flow->outbox_held);
+    }
+}
+
+status_t flow_stream_step(flow_stream_t* const flow, const uint64_t now_ns)
+{
+    FSW_ASSERT(flow != NULL);
+    flow->now_ns = now_ns;
+    if (flow->is_connecting) {
+        finish(flow);
+    } else if (!flow->is_open && reconnect_is_due(&flow->reconnect, now_ns)) {
+        begin(flow);
+    } else {
+        // Connected, or not yet time to try again.
+    }
+    flush(flow);
+    if (flow->is_connecting) {
+        return STATUS_BUSY;
+    }
+    return flow->is_open ? STATUS_OK : STATUS_CLOSED;
+}
+
+status_t flow_stream_send(flow_stream_t* const flow, const uint8_t* const payload, const size_t size)
+{
+    FSW_ASSERT((flow != NULL) && ((payload != NULL) || (size == 0U)));
+    status_t status = STATUS_CLOSED;
+    size_t octets   = 0U;
+    if (flow->is_open) {
+        status =
+            (flow->outbox_held < flow->setup.outbox_octets)
+                ? frame_encode(&flow->setup.format, payload, size, &flow->setup.outbox[flow->outbox_held],
+                               flow->setup.outbox_octets - flow->outbox_held, &octets)
+                : STATUS_FULL;
+    }
+    if (status != STATUS_OK) {
+        flow->counters.refused++;
+        return status;
+    }
+    flow->outbox_held += octets;
+    flow->counters.sent++;
+    flush(flow);
+    return STATUS_OK;
+}
+
+status_t flow_stream_receive(flow_stream_t* const flow, const uint8_t** const out_payload,
+                             size_t* const out_size)
+{
+    FSW_ASSERT((flow != NULL) && (out_payload != NULL) && (out_size != NULL));
+    *out_payload = flow->setup.frame;
+    *out_size    = 0U;
+    for (unsigned i = 0U; flow->is_open && (i < CHUNKS_PER_CALL); i++) {
+        size_t taken = 0U;
+        if (frame_assembler_feed(&flow->assembler, &flow->chunk[flow->chunk_used],
+                                 flow->chunk_size - flow->chunk_used, &taken, out_size) == STATUS_OK) {
+            flow->chunk_used += taken;
+            flow->counters.received++;
+            return STATUS_OK;
+        }
+        flow->chunk_used      = 0U;
+        flow->chunk_size      = 0U;
+        const status_t status = read_some(flow, &flow->chunk_size);
+        if (status == STATUS_EMPTY) {
+            return STATUS_EMPTY;
+        }
+        if (status != STATUS_OK) {
+            lose(flow, status);
+            break;
+        }
+        flow->counters.octets_in += (uint32_t)flow->chunk_size;
+    }
+    return flow->is_open ? STATUS_EMPTY : STATUS_CLOSED;
+}
+
+bool flow_stream_is_connected(const flow_stream_t* const flow)
+{
+    FSW_ASSERT(flow != NULL);
+    return flow->is_open;
+}
+
+void flow_stream_close(flow_stream_t* const flow)
+{
+    FSW_ASSERT(flow != NULL);
+    if (flow->is_open || flow->is_connecting) {
+        lose(flow, STATUS_CLOSED);
+    }
+    reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
+}

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Data flow of octet streams that we open: a serial line, a TCP server we are client of, a file or I/O
+/// device. Frames go in and out; a partner that vanishes is called again, with back-off, for ever.
+///
+/// Call flow_stream_step once a cycle, then send and receive. Before the first connection and between two of
+/// them both answer STATUS_CLOSED; a frame that was cut by the end of a connection is lost in both
+/// directions.
+///
+/// Ownership  The caller places flow_stream_t and the buffers; the name, the resolver and the quota outlive
+/// it. Context    One task. Never blocks. Time O(octets), bounded in each call. Errors     Each function
+/// lists its statuses; each refusal is counted.
+///
+///     flow_stream_init(&flow, &(flow_stream_setup_t){.kind = ENDNODE_SERIAL, .name = "imu", ...});
+#ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_STREAM_H
+#define FSW_FRAMEWORK_DATAFLOW_FLOW_STREAM_H
+
+#include "fsw/framework/base/flow_format.h"
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/dataflow/framing.h"
+#include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/resource/quota.h"
+#include "osal/include/osal/device.h"
+#include "osal/include/osal/socket.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define FLOW_STREAM_CHUNK 256U ///< Octets taken from the system at once.
+
+typedef struct {
+    endnode_kind_t kind; ///< ENDNODE_SERIAL, ENDNODE_TCP or ENDNODE_FILE.
+    const char* name;
+    flow_format_t format;
+    uint8_t* frame; ///< Payload being received.
+    size_t frame_octets;
+    uint8_t* outbox; ///< Frames the partner has not taken yet; holds the longest one at least.
+    size_t outbox_octets;
+    uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
+    uint64_t retry_longest_ns;
+    quota_t* quota; ///< Of open connections; null: not counted.
+} flow_stream_setup_t;
+
+typedef struct {        // [wrap]
+    uint32_t sent;      ///< Frames.
+    uint32_t received;  ///< Frames.
+    uint32_t refused;   ///< Frames not taken: no connection, outbox full, or malformed.
+    uint32_t discarded; ///< Octets in the outbox when a connection ended.
+    uint32_t octets_in;
+    uint32_t octets_out;
+} flow_stream_counters_t;
+
+typedef struct { // Private; read-only for housekeeping: counters, reconnect, assembler.counters, failure.
+    flow_stream_setup_t setup;
+    const flow_resolver_t* resolver;
+    osal_device_t device;
+    osal_socket_t socket;
+    bool is_connecting;
+    bool is_open;
+    bool has_quota;
+    uint64_t now_ns;
+    status_t failure; ///< Why the last attempt failed, or the last connection ended; STATUS_OK: nothing yet.
+    reconnect_t reconnect;
+    frame_assembler_t assembler;
+    uint8_t chunk[FLOW_STREAM_CHUNK];
+    size_t chunk_size;
+    size_t chunk_used;
+    size_t outbox_held;
+    flow_stream_counters_t counters;
+} flow_stream_t;
+
+/// Not connected, counters zero. A wrong kind or missing buffer is a coding error.
+void flow_stream_init(flow_stream_t* flow, const flow_stream_setup_t* setup, const flow_resolver_t* resolver);
+/// Connect if it is time, and hand what is queued to the system. STATUS_OK (connected), STATUS_BUSY (the
+/// partner has not answered), STATUS_CLOSED (not connected; `failure` says why: STATUS_NOT_FOUND resolver or
+/// device, STATUS_INVALID address or device, STATUS_OUT_OF_RANGE bit rate, STATUS_BUSY taken by somebody,
+/// STATUS_CLOSED refused, STATUS_EXHAUSTED quota or descriptors, STATUS_DENIED, STATUS_IO).
+status_t flow_stream_step(flow_stream_t* flow, uint64_t now_ns);
+/// Queue one frame. STATUS_OK, STATUS_FULL, STATUS_INVALID and STATUS_TOO_LARGE as frame_encode,
+/// STATUS_CLOSED.
+MUST_USE status_t flow_stream_send(flow_stream_t* flow, const uint8_t* payload, size_t size);
+/// The next frame, valid until the next call. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
+MUST_USE status_t flow_stream_receive(flow_stream_t* flow, const uint8_t** out_payload, size_t* out_size);
+bool flow_stream_is_connected(const flow_stream_t* flow);
+/// End the connection; the next step begins anew.
+void flow_stream_close(flow_stream_t* flow);
+
+#endif // FSW_FRAMEWORK_DATAFLOW_FLOW_STREAM_H

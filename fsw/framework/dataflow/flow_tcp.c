@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/dataflow/flow_tcp.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <string.h>
+
+static const osal_socket_t closed_socket = OSAL_SOCKET_CLOSED;
+
+void flow_tcp_init(flow_tcp_t* const flow, flow_tcp_client_t* const clients, const unsigned capacity,
+                   uint8_t* const buffers, const size_t buffer_octets)
+{
+    FSW_ASSERT((flow != NULL) && (clients != NULL) && (buffers != NULL));
+    FSW_ASSERT((capacity > 0U) && (buffer_octets > 0U));
+    *flow = (flow_tcp_t){.listener      = OSAL_SOCKET_CLOSED,
+                         .clients       = clients,
+                         .capacity      = capacity,
+                         .buffer_octets = buffer_octets};
+    for (unsigned i = 0U; i < capacity; i++) {
+        clients[i] = (flow_tcp_client_t){.socket = OSAL_SOCKET_CLOSED, .buffer = &buffers[i * buffer_octets]};
+    }
+}
+
+void flow_tcp_set_quota(flow_tcp_t* const flow, quota_t* const quota)
+{
+    FSW_ASSERT((flow != NULL) && !osal_socket_is_open(&flow->listener));
+    flow->quota = quota;
+}
+
+static status_t borrow(flow_tcp_t* const flow)
+{
+    return (flow->quota != NULL) ? quota_take(flow->quota) : STATUS_OK;
+}
+
+static void give_back(flow_tcp_t* const flow)
+{
+    if (flow->quota != NULL) {
+        quota_give(flow->quota);
+    }
+}
+
+status_t flow_tcp_open(flow_tcp_t* const flow, const flow_resolver_t* const resolver, const char* const name)
+{
+    FSW_ASSERT((flow != NULL) && (resolver != NULL) && (name != NULL));
+    if (osal_socket_is_open(&flow->listener)) {
+        return STATUS_EXISTS;
+    }
+    endnode_address_t text;
+    osal_address_t address = {0};
+    status_t status        = endnode_resolve(resolver, ENDNODE_TCP, name, &text);
+    if (status == STATUS_OK) {
+        status = endnode_socket_address(text.address, &address);
+    }
+    if (status == STATUS_OK) {
+        status = borrow(flow);
+    }
+    if (status != STATUS_OK) {
+        return status;
+    }
+    status = osal_tcp_listen(&flow->listener, address);
+    if (status != STATUS_OK) {
+        give_back(flow);
+    }
+    return status;
+}
+
+status_t flow_tcp_adopt(flow_tcp_t* const flow, const int descriptor)
+{
+    FSW_ASSERT(flow != NULL);
+    if (osal_socket_is_open(&flow->listener)) {
+        return STATUS_EXISTS;
+    }
+    status_t status = borrow(flow);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    status = osal_socket_adopt(&flow->listener, descriptor);
+    if (status != STATUS_OK) {
+        give_back(flow);
+    }
+    return status;
+}
+
+status_t flow_tcp_local_address(const flow_tcp_t* const flow, osal_address_t* const out_address)
+{
+    FSW_ASSERT((flow != NULL) && (out_address != NULL));
+    if (!osal_socket_is_open(&flow->listener)) {
+        return STATUS_CLOSED;
+    }
+    return (osal_socket_local_address(&flow->listener, out_address) == STATUS_OK) ? STATUS_OK : STATUS_CLOSED;
+}
+
+bool flow_tcp_is_connected(const flow_tcp_t* const flow, const unsigned client)
+{
+    FSW_ASSERT(flow != NULL);
+    return (client < flow->capacity) && osal_socket_is_open(&flow->clients[client].socket);
+}
+
+void flow_tcp_end(flow_tcp_t* const flow, const flow_tcp_user_t* const user, const unsigned client)
+{
+    FSW_ASSERT((flow != NULL) && (user != NULL));
+    if (!flow_tcp_is_connected(flow, client)) {
+        return;
+    }
+    osal_socket_close(&flow->clients[client].socket);
+    give_back(flow);
+    flow->clients[client].held = 0U;
+    flow->counters.ended++;
+    if (user->disconnected != NULL) {
+        user->disconnected(user->context, client);
+    }
+}
+
+void flow_tcp_close(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
+{
+    FSW_ASSERT((flow != NULL) && (user != NULL));
+    for (unsigned i = 0U; i < flow->capacity; i++) {
+        flow_tcp_end(flow, user, i);
+    }
+    if (osal_socket_is_open(&flow->listener)) {
+        osal_socket_close(&flow->listener);
+        give_back(flow);
+    }
+}
+
+static unsigned free_place(const flow_tcp_t* const flow)
+{
+    unsigned place = 0U;
+    while ((place < flow->capacity) && osal_socket_is_open(&flow->clients[place].socket)) {
+        place++;
+    }
+    return place;
+}
+
+static void accept_clients(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
+{
+    for (unsigned i = 0U; i <= flow->capacity; i++) {
+        osal_socket_t arrived = closed_socket;
+        osal_address_t from   = {0};
+        if (osal_tcp_accept(&flow->listener, &arrived, &from) != STATUS_OK) {
+            return;
+        }
+        const bool is_granted = (borrow(flow) == STATUS_OK);
+        const unsigned place  = free_place(flow);
+        if (!is_granted || (place == flow->capacity)) {
+            if (is_granted) {
+                give_back(flow);
+            }
+            flow->counters.turned_away++;
+            osal_socket_close(&arrived);
+            continue;
+        }
+        flow->clients[place].socket    = arrived;
+        flow->clients[place].peer      = from;
+        flow->clients[place].held      = 0U;
+        flow->clients[place].octets_in = 0U;
+        flow->clients[place].epoch++;
+        flow->counters.accepted++;
+        if (user->connected != NULL) {
+            user->connected(user->context, place);
+        }
+    }
+}
+
+typedef enum {
+    OFFER_MORE, ///< Read on.
+    OFFER_BUSY, ///< The framer has a frame that it cannot take now.
+    OFFER_OVER  ///< The connection has ended.
+} offer_t;
+
+/// Let the framer take what it wants.
+static offer_t offer(flow_tcp_t* const flow, const flow_tcp_user_t* const user, const unsigned index)
+{
+    flow_tcp_client_t* const client = &flow->clients[index];
+    const uint32_t epoch            = client->epoch;
+    size_t start                    = 0U;
+    size_t taken                    = 1U;
+    while ((start < client->held) && (taken > 0U) && (taken != FLOW_TCP_BUSY)) {
+        const size_t left = client->held - start;
+        taken             = user->frame(user->context, index, &client->buffer[start], left);
+        if (!osal_socket_is_open(&client->socket) || (client->epoch != epoch)) {
+            return OFFER_OVER; // The user ended the connection from inside its framer.
+        }
+        if ((taken > left) && (taken != FLOW_TCP_BUSY)) {
+            flow->counters.malformed++;
+            flow_tcp_end(flow, user, index);
+            return OFFER_OVER;
+        }
+        start += (taken != FLOW_TCP_BUSY) ? taken : 0U;
+    }
+    client->held -= start;
+    if (start > 0U) {
+        (void)memmove(client->buffer, &client->buffer[start], client->held);
+    }
+    if (taken == FLOW_TCP_BUSY) {
+        return OFFER_BUSY;
+    }
+    if (client->held == flow->buffer_octets) { // A frame that does not fit.
+        flow->counters.malformed++;
+        flow_tcp_end(flow, user, index);
+        return OFFER_OVER;
+    }
+    return OFFER_MORE;
+}
+
+/// Read from one client until it has nothing more, its framer is busy, or `limit` is reached; returns the
+/// octets read.
+static size_t read_client(flow_tcp_t* const flow, const flow_tcp_user_t* const user, const unsigned index,
+                          const size_t limit)
+{
+    flow_tcp_client_t* const client = &flow->clients[index];
+    size_t total                    = 0U;
+    offer_t state                   = osal_socket_is_open(&client->socket) ? OFFER_MORE : OFFER_OVER;
+    if ((client->held > 0U) && (state == OFFER_MORE)) {
+        state = offer(flow, user, index); // What the framer could not take before, it may take now.
+    }
+    // A client that never pauses does not keep the others waiting.
+    while ((total < limit) && (total < flow->buffer_octets) && (state == OFFER_MORE)) {
+        const size_t room   = flow->buffer_octets - client->held;
+        const size_t wanted = (room < (limit - total)) ? room : (limit - total);
+        size_t size         = 0U;
+        const status_t status =
+            osal_stream_receive(&client->socket, &client->buffer[client->held], wanted, &size);
+        if (status == STATUS_EMPTY) {
+            break;
+        }
+        if (status != STATUS_OK) {
+            flow_tcp_end(flow, user, index);
+            break;
+        }
+        client->held += size;
+        total += size;
+        client->octets_in += (uint32_t)size;
+        flow->counters.octets_in += (uint32_t)size;
+        state = offer(flow, user, index);
+    }
+    return total;
+}
+
+status_t flow_tcp_step(flow_tcp_t* const flow, const flow_tcp_user_t* const user, const size_t limit_octets,
+                       size_t* const out_octets)
+{
+    FSW_ASSERT((flow != NULL) && (user != NULL) && (user->frame != NULL) && (out_octets != NULL));
+    *out_octets = 0U;
+    if (!osal_socket_is_open(&flow->listener)) {
+        return STATUS_CLOSED;
+    }
+    accept_clients(flow, user);
+    for (unsigned i = 0U; i < flow->capacity; i++) {
+        const size_t left  = limit_octets - *out_octets;
+        const size_t share = (user->allowance != NULL) ? user->allowance(user->context, i) : left;
+        *out_octets += read_client(flow, user, i, (share < left) ? share : left);
+    }
+    return STATUS_OK;
+}
+
+status_t flow_tcp_send(flow_tcp_t* const flow, const unsigned client, const uint8_t* const octets,
+                       const size_t size, size_t* const out_sent)
+{
+    FSW_ASSERT((flow != NULL) && (octets != NULL) && (size > 0U) && (out_sent != NULL));
+    *out_sent = 0U;
+    if (!flow_tcp_is_connected(flow, client)) {
+        return STATUS_CLOSED;
+    }
+    const status_t status = osal_stream_send(&flow->clients[client].socket, octets, size, out_sent);
+    if ((status == STATUS_OK) || (status == STATUS_FULL)) {
+        flow->counters.octets_out += (uint32_t)*out_sent;
+        return status;
+    }
+    *out_sent = 0U;
+    return STATUS_CLOSED; // Reading sees the end as well, and the next step tells it.
+}
+
+size_t flow_tcp_sockets(flow_tcp_t* const flow, osal_socket_t** const out_sockets, const size_t capacity)
+{
+    FSW_ASSERT((flow != NULL) && (out_sockets != NULL));
+    size_t count = 0U;
+    if (osal_socket_is_open(&flow->listener) && (count < capacity)) {
+        out_sockets[count++] = &flow->listener;
+    }
+    for (unsigned i = 0U; (i < flow->capacity) && (count < capacity); i++) {
+        if (osal_socket_is_open(&flow->clients[i].socket)) {
+            out_sockets[count++] = &flow->clients[i].socket;
+        }
+    }
+    return count;
+}
+
+status_t flow_tcp_peer(const flow_tcp_t* const flow, const unsigned client, osal_address_t* const out_peer)
+{
+    FSW_ASSERT((flow != NULL) && (out_peer != NULL));
+    if (!flow_tcp_is_connected(flow, client)) {
+        return STATUS_CLOSED;
+    }
+    *out_peer = flow->clients[client].peer;
+    return STATUS_OK;
+}
+
+uint32_t flow_tcp_octets_in(const flow_tcp_t* const flow, const unsigned client)
+{
+    return flow_tcp_is_connected(flow, client) ? flow->clients[client].octets_in : 0U;
+}

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Data flow of streams, server side: a listening port and a bounded number of clients.
+///
+/// What arrives is collected per client and shown to the caller's framer, which takes whole frames off the
+/// front. What is sent goes straight to the kernel, as much as it takes; queues in front of it, and what to
+/// drop when a reader is slow, are the caller's business.
+///
+/// Ownership  The caller places flow_tcp_t, the clients and their buffers; all outlive the flow.
+/// Context    One task, never blocks. Time O(clients + octets).
+/// Errors     Each function lists its statuses; each refusal is counted.
+///
+///     static flow_tcp_client_t clients[4];
+///     static uint8_t           buffers[4][8192];
+///     flow_tcp_init(&flow, clients, 4, &buffers[0][0], sizeof buffers[0]);
+#ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_TCP_H
+#define FSW_FRAMEWORK_DATAFLOW_FLOW_TCP_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/resource/quota.h"
+#include "osal/include/osal/socket.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define FLOW_TCP_UNLIMITED SIZE_MAX ///< No limit on the octets one call takes in.
+
+typedef struct { // Private; `epoch` counts the connections this place has seen.
+    osal_socket_t socket;
+    osal_address_t peer;
+    uint8_t* buffer;
+    size_t held;        ///< Octets in the buffer, not yet taken by the framer.
+    uint32_t octets_in; ///< Of this connection [wraps].
+    uint32_t epoch;
+} flow_tcp_client_t;
+
+typedef struct { // [wrap]
+    uint32_t accepted;
+    uint32_t turned_away; ///< Connections closed at once: no place, or no quota, was left.
+    uint32_t ended;       ///< Connections that the peer, an error or the caller ended.
+    uint32_t malformed; ///< Connections ended because the framer gave up or its frame did not fit the buffer.
+    uint32_t octets_in;
+    uint32_t octets_out;
+} flow_tcp_counters_t;
+
+/// What the caller does with connections and octets. `client` is 0..capacity-1. Null callbacks are left out.
+typedef struct {
+    void* context;
+    void (*connected)(void* context, unsigned client);
+    void (*disconnected)(void* context, unsigned client);
+    /// Take whole frames off the front of `octets`; the result is the number of octets taken, 0..size.
+    /// FLOW_TCP_MALFORMED ends the connection. FLOW_TCP_BUSY: there is a frame, but not now; it is shown
+    /// again in the next step, and no more is read from this client before. Called as long as it takes
+    /// something.
+    size_t (*frame)(void* context, unsigned client, const uint8_t* octets, size_t size);
+    /// Octets that may be read from a client in this step; null: as many as there are.
+    size_t (*allowance)(void* context, unsigned client);
+} flow_tcp_user_t;
+
+#define FLOW_TCP_MALFORMED SIZE_MAX
+#define FLOW_TCP_BUSY (SIZE_MAX - 1U)
+
+typedef struct { // Private, except counters: read-only.
+    osal_socket_t listener;
+    flow_tcp_client_t* clients;
+    unsigned capacity;
+    size_t buffer_octets;
+    quota_t* quota; // Of sockets; null: not counted.
+    flow_tcp_counters_t counters;
+} flow_tcp_t;
+
+/// Closed, no clients. `buffers` holds capacity x buffer_octets octets; buffer_octets >= the longest frame.
+void flow_tcp_init(flow_tcp_t* flow, flow_tcp_client_t* clients, unsigned capacity, uint8_t* buffers,
+                   size_t buffer_octets);
+/// Count the listening socket and every connection in `quota`, which outlives the flow. Before it is opened.
+void flow_tcp_set_quota(flow_tcp_t* flow, quota_t* quota);
+/// Listen at the end node of that name.
+/// STATUS_OK, STATUS_EXISTS (open already, or port in use), STATUS_NOT_FOUND, STATUS_INVALID (address),
+/// STATUS_EXHAUSTED (quota), STATUS_DENIED, STATUS_IO.
+MUST_USE status_t flow_tcp_open(flow_tcp_t* flow, const flow_resolver_t* resolver, const char* name);
+/// The same with a listening socket inherited from the parent. STATUS_OK, STATUS_EXISTS, STATUS_INVALID,
+/// STATUS_EXHAUSTED.
+MUST_USE status_t flow_tcp_adopt(flow_tcp_t* flow, int descriptor);
+/// End every connection (each told to `user`) and stop listening.
+void flow_tcp_close(flow_tcp_t* flow, const flow_tcp_user_t* user);
+/// Address that is listened at. STATUS_OK, STATUS_CLOSED.
+MUST_USE status_t flow_tcp_local_address(const flow_tcp_t* flow, osal_address_t* out_address);
+
+/// Take in new connections, then at most `limit_octets` from the clients in turn, and hand frames to `user`.
+/// *out_octets is what was read. STATUS_OK, STATUS_CLOSED (not listening).
+MUST_USE status_t flow_tcp_step(flow_tcp_t* flow, const flow_tcp_user_t* user, size_t limit_octets,
+                                size_t* out_octets);
+/// Send as much as the kernel takes now. STATUS_OK with *out_sent >= 1; STATUS_FULL; STATUS_CLOSED (no such
+/// client, or it ended: told by the next step).
+MUST_USE status_t flow_tcp_send(flow_tcp_t* flow, unsigned client, const uint8_t* octets, size_t size,
+                                size_t* out_sent);
+/// End one connection; told to `user`. No effect on an empty place.
+void flow_tcp_end(flow_tcp_t* flow, const flow_tcp_user_t* user, unsigned client);
+
+/// Octets received on the present connection [wraps]; 0 for an empty place.
+uint32_t flow_tcp_octets_in(const flow_tcp_t* flow, unsigned client);
+/// Address of the other end. STATUS_OK, STATUS_CLOSED (no such client).
+MUST_USE status_t flow_tcp_peer(const flow_tcp_t* flow, unsigned client, osal_address_t* out_peer);
+bool flow_tcp_is_connected(const flow_tcp_t* flow, unsigned client);
+/// Open sockets, listener first, for the executive's wait. Returns how many were written, <= capacity.
+size_t flow_tcp_sockets(flow_tcp_t* flow, osal_socket_t** out_sockets, size_t capacity);
+
+#endif // FSW_FRAMEWORK_DATAFLOW_FLOW_TCP_H

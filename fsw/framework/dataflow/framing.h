@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Framing of octet streams: payloads out of octets that come in any pieces, and octets out of payloads.
+///
+/// The assembler looks at each octet once and keeps what it needs between calls, so that a frame may be cut
+/// anywhere. What is no frame, or is too long for its buffer, is counted and passed over up to the next
+/// frame; garbage never ends a flow.
+///
+/// Ownership  The caller places the assembler and its buffer. Context: one task. Time O(octets).
+/// Errors     Each function lists its statuses; a null argument is a coding error.
+#ifndef FSW_FRAMEWORK_DATAFLOW_FRAMING_H
+#define FSW_FRAMEWORK_DATAFLOW_FRAMING_H
+
+#include "fsw/framework/base/flow_format.h"
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define FRAMING_LENGTH_MAX 65535U ///< Longest payload with a length of 16 bits.
+
+typedef struct { // [frames, wrap]
+    uint32_t complete;
+    uint32_t oversize;  ///< Longer than the buffer, dropped.
+    uint32_t malformed; ///< Wrong escape, dropped.
+    uint32_t cut;       ///< Begun, but the stream ended.
+} frame_counters_t;
+
+typedef struct { // Private, except counters: read-only.
+    flow_framing_t framing;
+    flow_order_t order;
+    uint8_t* buffer;
+    size_t capacity;
+    size_t held;      ///< Octets of the present frame in the buffer.
+    uint32_t length;  ///< LENGTH: octets the present frame has.
+    uint8_t prefix;   ///< LENGTH: octets of the length that were seen.
+    bool is_skipping; ///< The rest of the present frame is passed over.
+    bool is_escaped;  ///< SLIP: the octet before was an escape.
+    bool is_done;     ///< The buffer holds a frame that was handed out.
+    frame_counters_t counters;
+} frame_assembler_t;
+
+/// capacity >= 1: longest payload (of RAW: most octets handed out at once).
+void frame_assembler_init(frame_assembler_t* assembler, const flow_format_t* format, uint8_t* buffer,
+                          size_t capacity);
+/// Forget the present frame: the stream ended, another begins.
+void frame_assembler_reset(frame_assembler_t* assembler);
+/// Look at octets up to the end of the next frame; *out_taken of them are done with. STATUS_OK: the payload
+/// is `buffer`, *out_size octets (0 or more), until the next call. STATUS_EMPTY: all were taken, no frame has
+/// ended.
+MUST_USE status_t frame_assembler_feed(frame_assembler_t* assembler, const uint8_t* octets, size_t size,
+                                       size_t* out_taken, size_t* out_size);
+
+/// Frame one payload. STATUS_OK; STATUS_INVALID (LINE: it holds a line end); STATUS_TOO_LARGE (longer than
+/// the framing can tell); STATUS_FULL (the frame does not fit `capacity`). Nothing counts but with STATUS_OK.
+MUST_USE status_t frame_encode(const flow_format_t* format, const uint8_t* payload, size_t size,
+                               uint8_t* octets, size_t capacity, size_t* out_size);
+
+#endif // FSW_FRAMEWORK_DATAFLOW_FRAMING_H

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/dataflow/reconnect.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <stddef.h>
+
+void reconnect_init(reconnect_t* const reconnect, const uint64_t first_ns, const uint64_t longest_ns)
+{
+    FSW_ASSERT((reconnect != NULL) && (first_ns >= 1U) && (first_ns <= longest_ns));
+    *reconnect = (reconnect_t){.first_ns = first_ns, .longest_ns = longest_ns, .delay_ns = first_ns};
+}
+
+bool reconnect_is_due(const reconnect_t* const reconnect, const uint64_t now_ns)
+{
+    FSW_ASSERT(reconnect != NULL);
+    return !reconnect->is_connected && (now_ns >= reconnect->due_ns);
+}
+
+/// Wait for the present delay; the next one is twice as long.
+static void back_off(reconnect_t* const reconnect, const uint64_t now_ns)
+{
+    reconnect->due_ns =
+        (now_ns < (UINT64_MAX - reconnect->delay_ns)) ? (now_ns + reconnect->delay_ns) : UINT64_MAX;
+    reconnect->delay_ns = (reconnect->delay_ns <= (reconnect->longest_ns / 2U)) ? (reconnect->delay_ns * 2U)
+                                                                                : reconnect->longest_ns;
+}
+
+void reconnect_succeeded(reconnect_t* const reconnect, const uint64_t now_ns)
+{
+    FSW_ASSERT(reconnect != NULL);
+    reconnect->is_connected = true;
+    reconnect->since_ns     = now_ns;
+    reconnect->connected++;
+}
+
+void reconnect_failed(reconnect_t* const reconnect, const uint64_t now_ns)
+{
+    FSW_ASSERT(reconnect != NULL);
+    reconnect->failed++;
+    back_off(reconnect, now_ns);
+}
+
+void reconnect_lost(reconnect_t* const reconnect, const uint64_t now_ns)
+{
+    FSW_ASSERT(reconnect != NULL);
+    if (!reconnect->is_connected) {
+        return;
+    }
+    reconnect->is_connected = false;
+    reconnect->lost++;
+    if ((now_ns - reconnect->since_ns) >= reconnect->delay_ns) {
+        reconnect->delay_ns = reconnect->first_ns;
+    }
+    back_off(reconnect, now_ns);
+}

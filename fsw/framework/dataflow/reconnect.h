@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+/// When to try again: after a failure a delay that doubles up to a maximum, and begins anew once a connection
+/// has stood as long as the delay before it (one that is accepted and dropped at once counts as a failure).
+///
+/// Ownership  The caller places reconnect_t. Context: one task; time is pushed in. Time O(1).
+#ifndef FSW_FRAMEWORK_DATAFLOW_RECONNECT_H
+#define FSW_FRAMEWORK_DATAFLOW_RECONNECT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct { // Private, except the counters: read-only.
+    uint64_t first_ns;
+    uint64_t longest_ns;
+    uint64_t delay_ns; ///< Before the next attempt, if the present one fails.
+    uint64_t due_ns;
+    uint64_t since_ns; ///< Connected since.
+    bool is_connected;
+    uint32_t connected; ///< Attempts that succeeded [wraps].
+    uint32_t failed;    ///< Attempts that did not [wraps].
+    uint32_t lost;      ///< Connections that ended [wraps].
+} reconnect_t;
+
+/// Due at once. 1 <= first_ns <= longest_ns.
+void reconnect_init(reconnect_t* reconnect, uint64_t first_ns, uint64_t longest_ns);
+/// True if there is no connection and it is time to try.
+bool reconnect_is_due(const reconnect_t* reconnect, uint64_t now_ns);
+/// Tell how an attempt ended.
+void reconnect_succeeded(reconnect_t* reconnect, uint64_t now_ns);
+void reconnect_failed(reconnect_t* reconnect, uint64_t now_ns);
+/// Tell that the connection ended. No effect without one.
+void reconnect_lost(reconnect_t* reconnect, uint64_t now_ns);
+
+#endif // FSW_FRAMEWORK_DATAFLOW_RECONNECT_H

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Serialisation: a struct of scalars to octets and back, field after field without gaps, in the flow's
+/// order.
+///
+///     typedef struct { uint16_t counter; double angle_rad[2]; } sample_t;
+///     static const record_field_t fields[] = {RECORD_FIELD(sample_t, counter, VALUE_UINT16, 1U),
+///                                             RECORD_FIELD(sample_t, angle_rad, VALUE_DOUBLE, 2U)};
+///     static const record_layout_t layout  = {fields, 2U};
+///
+/// Ownership  The layout is constant. Context: any. Time O(octets).
+/// Errors     Each function lists its statuses; a null argument is a coding error.
+#ifndef FSW_FRAMEWORK_DATAFLOW_RECORD_H
+#define FSW_FRAMEWORK_DATAFLOW_RECORD_H
+
+#include "fsw/framework/base/flow_format.h"
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/base/value.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct {
+    value_type_t type;
+    uint16_t count; ///< Scalars of that type, one after the other.
+    size_t offset;  ///< Of the first one in the struct [octets].
+} record_field_t;
+
+#define RECORD_FIELD(record, member, type, count)                                                            \
+    {                                                                                                        \
+        (type), (count), offsetof(record, member)                                                            \
+    }
+
+typedef struct {
+    const record_field_t* fields;
+    size_t field_count;
+} record_layout_t;
+
+/// Octets of one record on the wire.
+size_t record_octets(const record_layout_t* layout);
+/// STATUS_OK, STATUS_FULL (less capacity than record_octets; nothing is written).
+MUST_USE status_t record_encode(const record_layout_t* layout, flow_order_t order, const void* record,
+                                uint8_t* octets, size_t capacity, size_t* out_size);
+/// The record changes only with STATUS_OK; STATUS_TRUNCATED, STATUS_TOO_LARGE (octets are left over),
+/// STATUS_INVALID (a BOOL that is neither 0 nor 1).
+MUST_USE status_t record_decode(const record_layout_t* layout, flow_order_t order, const uint8_t* octets,
+                                size_t size, void* record);
+
+#endif // FSW_FRAMEWORK_DATAFLOW_RECORD_H

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Loads subsystem and mission descriptors: XML -> model, with every meaning checked. The first error ends
+/// the loading and reads "file:line: what was found and what is expected"; the model is then empty.
+///
+/// Ownership  The caller places loader and models; a loader can be used for any number of documents in turn.
+/// Context    At start and on TC[129,6]; not in the control cycle: a document takes milliseconds.
+/// Errors     Each function lists every status.
+///
+///     static descriptor_loader_t    loader;
+///     static subsystem_descriptor_t descriptor;
+///     descriptor_loader_init(&loader);
+///     if (descriptor_load_subsystem(&loader, path, &descriptor) != STATUS_OK ||
+///         descriptor_check_interface(&loader, path, &descriptor, MANIPULATOR_INTERFACE_HASH) != STATUS_OK) {
+///         report(descriptor_error(&loader));
+///     }
+#ifndef FSW_FRAMEWORK_DESCRIPTOR_DESCRIPTOR_H
+#define FSW_FRAMEWORK_DESCRIPTOR_DESCRIPTOR_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/descriptor/mission_descriptor.h"
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
+#include "fsw/framework/xml/xml.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define DESCRIPTOR_ERROR_CHARACTERS 384U
+#define DESCRIPTOR_PATH_CHARACTERS 256U
+
+typedef struct { // Private.
+    xml_parser_t parser;
+    uint64_t arena[XML_ARENA_WORDS];
+    char error[DESCRIPTOR_ERROR_CHARACTERS];
+    char path[DESCRIPTOR_PATH_CHARACTERS];
+} descriptor_loader_t;
+
+void descriptor_loader_init(descriptor_loader_t* loader);
+
+/// STATUS_OK; STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO (file); STATUS_INVALID, STATUS_TRUNCATED,
+/// STATUS_TOO_LARGE, STATUS_EXHAUSTED (content: see descriptor_error).
+MUST_USE status_t descriptor_load_subsystem(descriptor_loader_t* loader, const char* path,
+                                            subsystem_descriptor_t* out_descriptor);
+/// The same from memory; `name` stands for the file in errors.
+/// STATUS_OK, STATUS_INVALID, STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_EXHAUSTED.
+MUST_USE status_t descriptor_parse_subsystem(descriptor_loader_t* loader, const char* name,
+                                             const void* octets, size_t size,
+                                             subsystem_descriptor_t* out_descriptor);
+
+/// Mission and, one after the other in `scratch`, the descriptors of its subsystems (paths are relative to
+/// the mission's file). Statuses of descriptor_load_subsystem.
+MUST_USE status_t descriptor_load_mission(descriptor_loader_t* loader, const char* path,
+                                          mission_descriptor_t* out_mission, subsystem_descriptor_t* scratch);
+
+/// Compare the interface read with the compiled one. STATUS_OK, or STATUS_CHECKSUM with an error text that
+/// gives file, compiled and found hash and says "run make".
+MUST_USE status_t descriptor_check_interface(descriptor_loader_t* loader, const char* path,
+                                             const subsystem_descriptor_t* descriptor,
+                                             uint64_t compiled_hash);
+
+/// Text of the last error; "" if there was none. Never null; valid until the loader's next use.
+const char* descriptor_error(const descriptor_loader_t* loader);
+
+#endif // FSW_FRAMEWORK_DESCRIPTOR_DESCRIPTOR_H

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/descriptor/mission_descriptor.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <string.h>
+
+#define STATE_OFFLINE 0U
+#define STATE_PRE_OPERATIONAL 3U
+#define STATE_OPERATIONAL 5U
+#define STATE_ERROR_OPERATIONAL 6U
+
+const mission_subsystem_t* mission_find_subsystem(const mission_descriptor_t* const mission,
+                                                  const uint16_t apid)
+{
+    FSW_ASSERT(mission != NULL);
+    for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
+        if (mission->subsystems[i].apid == apid) {
+            return &mission->subsystems[i];
+        }
+    }
+    return NULL;
+}
+
+const mission_subsystem_t* mission_find_subsystem_name(const mission_descriptor_t* const mission,
+                                                       const char* const name)
+{
+    FSW_ASSERT((mission != NULL) && (name != NULL));
+    for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
+        if (strcmp(mission->subsystems[i].name, name) == 0) {
+            return &mission->subsystems[i];
+        }
+    }
+    return NULL;
+}
+
+const mission_mode_t* mission_find_mode(const mission_descriptor_t* const mission, const uint8_t id)
+{
+    FSW_ASSERT(mission != NULL);
+    for (uint16_t i = 0U; i < mission->mode_count; i++) {
+        if (mission->modes[i].id == id) {
+            return &mission->modes[i];
+        }
+    }
+    return NULL;
+}
+
+const mission_link_t* mission_find_link(const mission_descriptor_t* const mission,
+                                        const uint16_t producer_apid, const uint16_t producer_port,
+                                        const uint16_t consumer_apid, const uint16_t consumer_port)
+{
+    FSW_ASSERT(mission != NULL);
+    for (uint16_t i = 0U; i < mission->link_count; i++) {
+        const mission_link_t* const link = &mission->links[i];
+        if ((link->producer_apid == producer_apid) && (link->producer_port == producer_port) &&
+            (link->consumer_apid == consumer_apid) && (link->consumer_port == consumer_port)) {
+            return link;
+        }
+    }
+    return NULL;
+}
+
+const mission_plan_t* mission_find_plan(const mission_descriptor_t* const mission,
+                                        const descriptor_severity_t severity, const uint16_t apid,
+                                        const uint16_t event_id)
+{
+    FSW_ASSERT(mission != NULL);
+    for (uint16_t i = 0U; i < mission->plan_count; i++) {
+        const mission_plan_t* const plan = &mission->plans[i];
+        if ((plan->severity == severity) && ((plan->apid == MISSION_ANY_TARGET) || (plan->apid == apid)) &&
+            ((plan->event_id == 0U) || (plan->event_id == event_id))) {
+            return plan;
+        }
+    }
+    return NULL;
+}
+
+/// Reports, reads, the test service, closing a link, and the shutdown of the mission.
+static bool is_harmless(const uint8_t service, const uint8_t subtype)
+{
+    static const uint8_t always[][2] = {{3U, 9U},   {3U, 27U},  {3U, 33U},  {5U, 7U},
+                                        {20U, 1U},  {129U, 4U}, {130U, 1U}, {130U, 7U},
+                                        {130U, 8U}, {131U, 5U}, {131U, 8U}, {131U, 10U}};
+    for (size_t i = 0U; i < (sizeof always / sizeof always[0]); i++) {
+        if ((always[i][0] == service) && (always[i][1] == subtype)) {
+            return true;
+        }
+    }
+    return service == 17U;
+}
+
+/// A request for OFFLINE or ERROR_OPERATIONAL, or for a rest state below the present one.
+static bool is_downwards(const permission_request_t* const request)
+{
+    if ((request->service != 129U) || (request->subtype != 1U)) {
+        return false;
+    }
+    if ((request->number == STATE_OFFLINE) || (request->number == STATE_ERROR_OPERATIONAL)) {
+        return true;
+    }
+    return (request->number >= STATE_PRE_OPERATIONAL) && (request->state <= STATE_OPERATIONAL) &&
+           (request->number <= request->state);
+}
+
+static bool is_selected(const mission_rule_t* const rule, const permission_request_t* const request)
+{
+    if (rule->is_any) {
+        return true;
+    }
+    if (rule->is_numbered) {
+        return rule->number == request->number;
+    }
+    return (request->select != NULL) && (strcmp(rule->select, request->select) == 0);
+}
+
+static bool has_bit(const uint16_t bits, const uint8_t index)
+{
+    return (index < 16U) && (((bits >> index) & 1U) != 0U);
+}
+
+status_t permission_check(const mission_descriptor_t* const mission,
+                          const permission_request_t* const request, int* const out_rule)
+{
+    FSW_ASSERT((mission != NULL) && (request != NULL) && (out_rule != NULL));
+    *out_rule = PERMISSION_RULE_ALWAYS;
+    if (is_harmless(request->service, request->subtype) || is_downwards(request)) {
+        return STATUS_OK;
+    }
+    for (uint16_t i = 0U; i < mission->rule_count; i++) {
+        const mission_rule_t* const rule = &mission->rules[i];
+        if ((rule->service == request->service) && (rule->subtype == request->subtype) &&
+            ((rule->target == MISSION_ANY_TARGET) || (rule->target == request->target)) &&
+            has_bit(rule->modes, request->mode) && has_bit(rule->states, request->state) &&
+            is_selected(rule, request)) {
+            *out_rule = (int)i;
+            return STATUS_OK;
+        }
+    }
+    *out_rule = PERMISSION_RULE_NONE;
+    return STATUS_FORBIDDEN;
+}

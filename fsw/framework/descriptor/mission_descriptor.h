@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+/// In-memory model of a mission descriptor, and the permission matrix as a pure function.
+///
+/// Loading a mission also loads the descriptor of each of its subsystems, one after the other, and keeps what
+/// the supervisor needs of them: names and ids of configurations and ports, what is required, and the hashes.
+/// So every name in permissions, links and plans is checked and resolved to its id at load time.
+///
+/// Ownership  The caller places the model (static; about 50 KiB); strings lie inside: do not copy it.
+/// Context    Any, read-only after loading.
+#ifndef FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H
+#define FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define MISSION_TEXT_OCTETS 16384U
+#define MISSION_SUBSYSTEMS_MAX 16U
+#define MISSION_MODES_MAX 8U
+#define MISSION_RULES_MAX 128U
+#define MISSION_LINKS_MAX 32U
+#define MISSION_PLANS_MAX 32U
+#define MISSION_ACTIONS_MAX 64U
+#define MISSION_BUSES_MAX 8U
+#define MISSION_CONFIGURATIONS_MAX 8U ///< Per subsystem.
+#define MISSION_PORTS_MAX 16U         ///< Per subsystem.
+#define MISSION_USERS_MAX 8U
+
+#define MISSION_ANY_TARGET 0xFFFFU ///< mission_rule_t.target: every subsystem.
+#define MISSION_SELF 0xFFFEU       ///< mission_action_t.target: the subsystem that raised the event.
+#define MISSION_NETWORK 0xFFFDU    ///< mission_action_t.target: its real-time network.
+
+typedef struct {
+    const char* name;
+    uint16_t id;
+} mission_configuration_t;
+
+typedef struct { // A port in one configuration of its subsystem.
+    const char* name;
+    uint16_t id;
+    uint16_t configuration; ///< Id of the configuration it belongs to.
+    bool is_provided;
+    bool is_required;
+    uint32_t layout_hash;
+    uint8_t methods; ///< Bit n: descriptor_method_t n.
+} mission_port_t;
+
+typedef struct {
+    const char* name;
+    uint16_t apid;
+    const char* executable; ///< Name of the program, without folder.
+    const char* descriptor; ///< Path as written, relative to the mission descriptor's folder.
+    bool is_autostart;
+    uint32_t memory_kib;    ///< Largest resident size; 0 = not watched.
+    uint8_t restart_budget; ///< Restarts after a death before the mission falls back to mode SAFE.
+    uint32_t power_w[DESCRIPTOR_STATES];
+    uint64_t interface_hash;
+    uint64_t configuration_hash;
+    mission_configuration_t configurations[MISSION_CONFIGURATIONS_MAX];
+    uint16_t configuration_count;
+    mission_port_t ports[MISSION_PORTS_MAX];
+    uint16_t port_count;
+    uint32_t line;
+} mission_subsystem_t;
+
+typedef struct {
+    const char* name;
+    uint8_t id; ///< As in TC[131,1], 0..7.
+    bool is_initial;
+    uint32_t line;
+} mission_mode_t;
+
+typedef struct { // One <Allow>. Everything not allowed is denied.
+    uint8_t service;
+    uint8_t subtype;
+    const char* select; ///< Function name, or NULL where the selector is a number or anything.
+    uint16_t number;    ///< State, configuration or link, if is_numbered.
+    bool is_numbered;   ///< Compare `number`.
+    bool is_any;        ///< select="*": any selector.
+    uint16_t target;    ///< APID or MISSION_ANY_TARGET.
+    uint8_t modes;      ///< Bit n: mode id n.
+    uint16_t states;    ///< Bit n: state n of the target.
+    uint32_t line;
+} mission_rule_t;
+
+typedef struct { // Real-time link of the mission: producer.port -> consumer.port.
+    const char* name;
+    uint16_t number; ///< 1.. in order of the file; selector of permissions for service 130. Not the link id
+                     ///< on the wire.
+    uint16_t producer_apid;
+    uint16_t producer_port;
+    uint16_t consumer_apid;
+    uint16_t consumer_port;
+    bool is_required; ///< The consumer's port is required in its configurations.
+    uint32_t line;
+} mission_link_t;
+
+typedef enum {
+    MISSION_ACTION_STATE, ///< Ask the target for a state.
+    MISSION_ACTION_MODE,  ///< Set the mission mode.
+    MISSION_ACTION_LOG    ///< Only log.
+} mission_action_kind_t;
+
+typedef struct {
+    mission_action_kind_t kind;
+    uint16_t target;   ///< APID, MISSION_SELF or MISSION_NETWORK (STATE).
+    uint8_t state;     ///< STATE.
+    uint8_t mode;      ///< MODE.
+    uint32_t after_us; ///< Since the event.
+    uint32_t line;
+} mission_action_t;
+
+typedef struct { // Recovery plan: severity, and optionally reason.
+    const char* name;
+    descriptor_severity_t severity;
+    uint16_t apid;     ///< Only events of this subsystem, or MISSION_ANY_TARGET.
+    uint16_t event_id; ///< Only this event, or 0 = any.
+    uint16_t first_action;
+    uint16_t action_count;
+    uint32_t line;
+} mission_plan_t;
+
+typedef struct {
+    const char* name;
+    uint32_t bit_rate;      ///< Nominal [bit/s].
+    uint32_t data_bit_rate; ///< CAN FD data phase [bit/s]; 0 = classic CAN.
+    uint32_t line;
+} mission_bus_t;
+
+typedef enum {
+    MISSION_LOG_ASCII      = 0, // As in TC[131,3].
+    MISSION_LOG_SQLITE     = 1,
+    MISSION_LOG_POSTGRESQL = 2,
+    MISSION_LOG_RING       = 3
+} mission_log_t;
+
+typedef struct {
+    const char* name;
+    uint16_t id; ///< Source and destination id in packets.
+} mission_user_t;
+
+typedef struct {
+    const char* name;
+    uint32_t epoch_s;            ///< Mission time 0 as TAI seconds since 1958-01-01.
+    uint64_t interface_hash;     ///< Over the interface hashes of all subsystems.
+    uint64_t configuration_hash; ///< Over this file and the configuration hashes of all subsystems.
+    uint32_t power_available_w;
+    uint16_t initial_mode; ///< Id.
+    mission_log_t log_strategy;
+    uint32_t log_ring_records;
+    uint8_t message_method; ///< descriptor_method_t of messages between processes.
+    uint8_t link_method;    ///< Preferred one of real-time links.
+    const char* ground_address;
+    uint16_t ground_port;
+
+    mission_subsystem_t subsystems[MISSION_SUBSYSTEMS_MAX]; ///< In slot order.
+    uint16_t subsystem_count;
+    mission_mode_t modes[MISSION_MODES_MAX];
+    uint16_t mode_count;
+    mission_rule_t rules[MISSION_RULES_MAX];
+    uint16_t rule_count;
+    mission_link_t links[MISSION_LINKS_MAX];
+    uint16_t link_count;
+    mission_plan_t plans[MISSION_PLANS_MAX];
+    uint16_t plan_count;
+    mission_action_t actions[MISSION_ACTIONS_MAX];
+    uint16_t action_count;
+    mission_bus_t buses[MISSION_BUSES_MAX];
+    uint16_t bus_count;
+    mission_user_t users[MISSION_USERS_MAX];
+    uint16_t user_count;
+
+    char text[MISSION_TEXT_OCTETS]; // Private: the strings.
+    uint32_t text_used;
+} mission_descriptor_t;
+
+/// Each returns the entry or NULL.
+const mission_subsystem_t* mission_find_subsystem(const mission_descriptor_t* mission, uint16_t apid);
+const mission_subsystem_t* mission_find_subsystem_name(const mission_descriptor_t* mission, const char* name);
+const mission_mode_t* mission_find_mode(const mission_descriptor_t* mission, uint8_t id);
+/// Link between two ports, as named by TC[130,3].
+const mission_link_t* mission_find_link(const mission_descriptor_t* mission, uint16_t producer_apid,
+                                        uint16_t producer_port, uint16_t consumer_apid,
+                                        uint16_t consumer_port);
+/// Plan for an event: first in the file that matches severity, subsystem and event; NULL = built-in reaction.
+const mission_plan_t* mission_find_plan(const mission_descriptor_t* mission, descriptor_severity_t severity,
+                                        uint16_t apid, uint16_t event_id);
+
+typedef struct { // What a telecommand asks for, as the supervisor knows it.
+    uint8_t service;
+    uint8_t subtype;
+    const char* select; ///< Function name (TC[8,1]) without padding; otherwise NULL.
+    uint16_t
+        number; ///< Target state (129,1), configuration (129,3), mission_link_t.number (130,x); otherwise 0.
+    uint16_t target; ///< APID.
+    uint8_t mode;    ///< Present mode id.
+    uint8_t state;   ///< Present state of the target.
+} permission_request_t;
+
+#define PERMISSION_RULE_NONE (-1)   ///< Denied: nothing allows it.
+#define PERMISSION_RULE_ALWAYS (-2) ///< Allowed by the built-in set.
+
+/// Deny by default. Always allowed, whatever mode and state: ST[17]; requests for reports and reads (3,9 3,27
+/// 3,33 5,7 20,1 129,4 130,1 130,8 131,8 131,10); requests downwards (129,1 to a lower rest state among 0, 3,
+/// 4, 5, or to 0) and to ERROR_OPERATIONAL; closing a link (130,7); shutting the mission down (131,5).
+/// Pure; O(rules). STATUS_OK or STATUS_FORBIDDEN; *out_rule = index in `rules`, or one of the above.
+MUST_USE status_t permission_check(const mission_descriptor_t* mission, const permission_request_t* request,
+                                   int* out_rule);
+
+#endif // FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H

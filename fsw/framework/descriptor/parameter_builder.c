@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+// What <Parameters> holds. A structure within a structure is a group of fields whose names have its name and
+// a dot in front; in memory it is a structure of its own.
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/descriptor/subsystem_builder.h"
+
+#include <string.h>
+
+#define PARAMETER_OCTETS_MAX 4000U
+
+// Alignment of each scalar type inside a structure, as this compiler has it.
+#define DEFINE_ALIGNED(type)                                                                                 \
+    typedef struct {                                                                                         \
+        char before;                                                                                         \
+        type member;                                                                                         \
+    } aligned_##type
+#define ALIGNMENT_OF(type) ((uint8_t)offsetof(aligned_##type, member))
+
+DEFINE_ALIGNED(uint8_t);
+DEFINE_ALIGNED(uint16_t);
+DEFINE_ALIGNED(uint32_t);
+DEFINE_ALIGNED(uint64_t);
+DEFINE_ALIGNED(float);
+DEFINE_ALIGNED(double);
+
+// A signed type has the alignment of its unsigned one (C99 6.2.5), and generated structures hold BOOL as
+// bool.
+typedef struct {
+    char before;
+    bool member;
+} aligned_bool;
+
+static const uint8_t alignments[VALUE_SCALARS] = {
+    [VALUE_UINT8]  = ALIGNMENT_OF(uint8_t),
+    [VALUE_UINT16] = ALIGNMENT_OF(uint16_t),
+    [VALUE_UINT32] = ALIGNMENT_OF(uint32_t),
+    [VALUE_UINT64] = ALIGNMENT_OF(uint64_t),
+    [VALUE_INT8]   = ALIGNMENT_OF(uint8_t),
+    [VALUE_INT16]  = ALIGNMENT_OF(uint16_t),
+    [VALUE_INT32]  = ALIGNMENT_OF(uint32_t),
+    [VALUE_INT64]  = ALIGNMENT_OF(uint64_t),
+    [VALUE_FLOAT]  = ALIGNMENT_OF(float),
+    [VALUE_DOUBLE] = ALIGNMENT_OF(double),
+    [VALUE_BOOL]   = (uint8_t)offsetof(aligned_bool, member),
+};
+
+// ---- Layout in memory ----
+
+static uint32_t round_up(const uint32_t offset, const uint32_t alignment)
+{
+    return ((offset + alignment - 1U) / alignment) * alignment;
+}
+
+/// Alignment of the structure of those fields of a range whose names begin with the `length` characters of
+/// `name`: a group, or with 0 the whole.
+static uint32_t group_alignment(const subsystem_descriptor_t* const descriptor, const uint16_t first,
+                                const uint16_t count, const char* const name, const size_t length)
+{
+    uint32_t alignment = 1U;
+    for (uint16_t i = first; i < (first + count); i++) {
+        const uint32_t own = alignments[descriptor->fields[i].type];
+        if ((strncmp(descriptor->fields[i].name, name, length) == 0) && (own > alignment)) {
+            alignment = own;
+        }
+    }
+    return alignment;
+}
+
+/// Length of the groups that two names share, with their dots.
+static size_t shared_groups(const char* const one, const char* const other)
+{
+    size_t shared = 0U;
+    for (size_t i = 0U; (one[i] != '\0') && (one[i] == other[i]); i++) {
+        shared = (one[i] == '.') ? (i + 1U) : shared;
+    }
+    return shared;
+}
+
+/// Where an offset comes to lie when all groups of `name` beyond its first `kept` characters begin there, or
+/// end: each group is aligned as a structure, and is a multiple of that long.
+static uint32_t pass_groups(const subsystem_descriptor_t* const descriptor, const uint16_t first,
+                            const uint16_t count, const char* const name, const size_t kept,
+                            const uint32_t offset)
+{
+    uint32_t place = offset;
+    for (size_t length = strlen(name); length > kept; length--) {
+        if (name[length - 1U] == '.') {
+            place = round_up(place, group_alignment(descriptor, first, count, name, length));
+        }
+    }
+    return place;
+}
+
+uint32_t subsystem_builder_lay_out(subsystem_descriptor_t* const descriptor, const uint16_t first,
+                                   const uint16_t count)
+{
+    uint32_t offset    = 0U;
+    const char* before = "";
+    for (uint16_t i = first; i < (first + count); i++) {
+        descriptor_field_t* const field = &descriptor->fields[i];
+        const size_t kept               = shared_groups(before, field->name);
+        offset                          = pass_groups(descriptor, first, count, before, kept, offset);
+        offset                          = pass_groups(descriptor, first, count, field->name, kept, offset);
+        field->offset                   = round_up(offset, alignments[field->type]);
+        offset                          = field->offset + (uint32_t)(value_size(field->type) * field->count);
+        before                          = field->name;
+    }
+    offset = pass_groups(descriptor, first, count, before, 0U, offset);
+    return round_up(offset, group_alignment(descriptor, first, count, "", 0U));
+}
+
+// ---- Elements ----
+
+void parameter_builder_start(source_t* const source)
+{
+    subsystem_builder_once(source, KIND_PARAMETERS);
+}
+
+/// New parameter; its id follows when its fields are known.
+static descriptor_parameter_t* add_parameter(source_t* const source, const bool is_struct)
+{
+    subsystem_descriptor_t* const descriptor = subsystem_builder_of(source)->descriptor;
+    if (!source_has_room(source, descriptor->parameter_count, DESCRIPTOR_PARAMETERS_MAX, "parameters")) {
+        return NULL;
+    }
+    descriptor_parameter_t* const parameter = &descriptor->parameters[descriptor->parameter_count];
+    *parameter = (descriptor_parameter_t){.name   = source_identifier(source, "name", DESCRIPTOR_NAME_MAX),
+                                          .number = (uint16_t)source_unsigned(source, "id", 0U, 65535U, 0U),
+                                          .first_field = descriptor->field_count,
+                                          .is_struct   = is_struct,
+                                          .is_settable = source_flag(source, "settable", false),
+                                          .line        = source->line};
+    for (uint16_t i = 0U; i < descriptor->parameter_count; i++) {
+        if (strcmp(descriptor->parameters[i].name, parameter->name) == 0) {
+            subsystem_builder_taken(source, "name", parameter->name, descriptor->parameters[i].line);
+        }
+    }
+    descriptor->parameter_count++;
+    return parameter;
+}
+
+/// Id and sizes of the newest parameter, whose fields are complete.
+static void complete_parameter(source_t* const source, const uint32_t layout)
+{
+    subsystem_descriptor_t* const descriptor = subsystem_builder_of(source)->descriptor;
+    descriptor_parameter_t* const parameter  = &descriptor->parameters[descriptor->parameter_count - 1U];
+    parameter->id = ((uint32_t)descriptor->apid << 21U) | (layout << 16U) | parameter->number;
+    parameter->wire_size =
+        subsystem_builder_octets(descriptor, parameter->first_field, parameter->field_count);
+    parameter->memory_size =
+        subsystem_builder_lay_out(descriptor, parameter->first_field, parameter->field_count);
+    if ((parameter->wire_size > PARAMETER_OCTETS_MAX) &&
+        source_fail(source, parameter->line, STATUS_INVALID, "a parameter of more than ")) {
+        text_add_unsigned(source->error, PARAMETER_OCTETS_MAX);
+        text_add(source->error, " octets");
+    }
+    for (const descriptor_parameter_t* other = descriptor->parameters; other < parameter; other++) {
+        if ((other->id == parameter->id) &&
+            source_fail(source, parameter->line, STATUS_INVALID, "layout and id of ")) {
+            text_add(source->error, parameter->name);
+            text_add(source->error, " are those of ");
+            text_add(source->error, other->name);
+            text_add(source->error, " in line ");
+            text_add_unsigned(source->error, other->line);
+        }
+    }
+}
+
+void parameter_builder_scalars(source_t* const source)
+{
+    descriptor_parameter_t* const parameter = add_parameter(source, false);
+    const descriptor_field_t* const field = (parameter != NULL) ? subsystem_builder_field(source, 0U) : NULL;
+    if (field != NULL) {
+        parameter->field_count = 1U;
+        complete_parameter(source, (field->count > 1U) ? (uint32_t)VALUE_ARRAY : (uint32_t)field->type);
+    }
+}
+
+void parameter_builder_struct(source_t* const source)
+{
+    static const char* const words[] = {"STRUCT"};
+    (void)source_word(source, "type", words, 1U, 0U);
+    (void)add_parameter(source, true);
+}
+
+/// Refuse a name that a field or a group of the same structure has. `newest` is not looked at.
+static void check_path(source_t* const source, const char* const path, const descriptor_field_t* const newest)
+{
+    const subsystem_descriptor_t* const descriptor = subsystem_builder_of(source)->descriptor;
+    const descriptor_parameter_t* const parameter = &descriptor->parameters[descriptor->parameter_count - 1U];
+    const size_t length                           = strlen(path);
+    for (const descriptor_field_t* field = &descriptor->fields[parameter->first_field]; field < newest;
+         field++) {
+        if ((strncmp(field->name, path, length) == 0) &&
+            ((field->name[length] == '\0') || (field->name[length] == '.'))) {
+            subsystem_builder_taken(source, "name", path, field->line);
+        }
+    }
+}
+
+/// Full name of the element: the groups around it, then its own.
+static text_t path_of(source_t* const source, char* const characters)
+{
+    text_t path = text_in(characters, DESCRIPTOR_PATH_MAX + 1U);
+    text_add(&path, subsystem_builder_of(source)->group);
+    text_add(&path, source_raw(source, "name"));
+    return path;
+}
+
+void parameter_builder_group(source_t* const source)
+{
+    static const char* const words[]               = {"STRUCT"};
+    subsystem_builder_t* const builder             = subsystem_builder_of(source);
+    const subsystem_descriptor_t* const descriptor = builder->descriptor;
+    char characters[DESCRIPTOR_PATH_MAX + 1U];
+    (void)source_identifier(source, "name", DESCRIPTOR_NAME_MAX);
+    (void)source_word(source, "type", words, 1U, 0U);
+    (void)source_unsigned(source, "id", 0U, 65535U, 0U);
+    if (builder->group_depth == DESCRIPTOR_NESTING_MAX) {
+        if (source_fail(source, source->line, STATUS_INVALID, "structures nested more than ")) {
+            text_add_unsigned(source->error, DESCRIPTOR_NESTING_MAX);
+            text_add(source->error, " deep");
+        }
+        return;
+    }
+    if (source->status == STATUS_OK) {
+        text_t path = path_of(source, characters);
+        check_path(source, characters, &descriptor->fields[descriptor->field_count]);
+        text_add(&path, ".");
+        (void)memcpy(builder->group, characters, strlen(characters) + 1U);
+        builder->group_depth++;
+    }
+}
+
+void parameter_builder_group_end(source_t* const source)
+{
+    subsystem_builder_t* const builder             = subsystem_builder_of(source);
+    const subsystem_descriptor_t* const descriptor = builder->descriptor;
+    const descriptor_parameter_t* const parameter = &descriptor->parameters[descriptor->parameter_count - 1U];
+    size_t length                                 = strlen(builder->group);
+    const bool is_empty =
+        (parameter->field_count == 0U) ||
+        (strncmp(descriptor->fields[descriptor->field_count - 1U].name, builder->group, length) != 0);
+    if (is_empty) {
+        (void)source_fail(source, source->line, STATUS_INVALID, "<StructRef> has no <ParamRef>");
+    }
+    do { // Back to the dot of the group around it, if there is one.
+        length--;
+    } while ((length > 0U) && (builder->group[length - 1U] != '.'));
+    builder->group[length] = '\0';
+    builder->group_depth--;
+}
+
+void parameter_builder_member(source_t* const source)
+{
+    subsystem_builder_t* const builder       = subsystem_builder_of(source);
+    subsystem_descriptor_t* const descriptor = builder->descriptor;
+    descriptor_parameter_t* const parameter  = &descriptor->parameters[descriptor->parameter_count - 1U];
+    descriptor_field_t* const field          = subsystem_builder_field(source, parameter->field_count);
+    if (field != NULL) {
+        char characters[DESCRIPTOR_PATH_MAX + 1U];
+        const text_t path = path_of(source, characters);
+        FSW_ASSERT(!path.cut);
+        field->id = (uint16_t)source_unsigned(source, "id", 0U, 65535U, field->id);
+        parameter->field_count++;
+        check_path(source, characters, field);
+        if (builder->group_depth > 0U) {
+            field->name = source_keep(source, characters);
+        }
+    }
+}
+
+void parameter_builder_struct_end(source_t* const source)
+{
+    const subsystem_descriptor_t* const descriptor = subsystem_builder_of(source)->descriptor;
+    const descriptor_parameter_t* const parameter = &descriptor->parameters[descriptor->parameter_count - 1U];
+    if (parameter->field_count == 0U) {
+        (void)source_fail(source, parameter->line, STATUS_INVALID, "<StructRef> has no <ParamRef>");
+        return;
+    }
+    complete_parameter(source, (uint32_t)VALUE_STRUCT);
+}

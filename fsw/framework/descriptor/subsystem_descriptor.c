@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <string.h>
+
+const descriptor_parameter_t* descriptor_find_parameter(const subsystem_descriptor_t* const descriptor,
+                                                        const char* const name)
+{
+    FSW_ASSERT((descriptor != NULL) && (name != NULL));
+    for (uint16_t i = 0U; i < descriptor->parameter_count; i++) {
+        if (strcmp(descriptor->parameters[i].name, name) == 0) {
+            return &descriptor->parameters[i];
+        }
+    }
+    return NULL;
+}
+
+const descriptor_event_t* descriptor_find_event(const subsystem_descriptor_t* const descriptor,
+                                                const uint16_t id)
+{
+    FSW_ASSERT(descriptor != NULL);
+    for (uint16_t i = 0U; i < descriptor->event_count; i++) {
+        if (descriptor->events[i].id == id) {
+            return &descriptor->events[i];
+        }
+    }
+    return NULL;
+}
+
+const descriptor_event_t* descriptor_find_event_name(const subsystem_descriptor_t* const descriptor,
+                                                     const char* const name)
+{
+    FSW_ASSERT((descriptor != NULL) && (name != NULL));
+    for (uint16_t i = 0U; i < descriptor->event_count; i++) {
+        if (strcmp(descriptor->events[i].name, name) == 0) {
+            return &descriptor->events[i];
+        }
+    }
+    return NULL;
+}
+
+const descriptor_function_t* descriptor_find_function(const subsystem_descriptor_t* const descriptor,
+                                                      const char wire_id[DESCRIPTOR_FUNCTION_NAME_MAX])
+{
+    FSW_ASSERT((descriptor != NULL) && (wire_id != NULL));
+    for (uint16_t i = 0U; i < descriptor->function_count; i++) {
+        char padded[DESCRIPTOR_FUNCTION_NAME_MAX] = {0};
+        (void)memcpy(padded, descriptor->functions[i].name, strlen(descriptor->functions[i].name));
+        if (memcmp(padded, wire_id, sizeof padded) == 0) {
+            return &descriptor->functions[i];
+        }
+    }
+    return NULL;
+}
+
+const descriptor_configuration_t*
+descriptor_find_configuration(const subsystem_descriptor_t* const descriptor, const uint16_t id)
+{
+    FSW_ASSERT(descriptor != NULL);
+    for (uint16_t i = 0U; i < descriptor->configuration_count; i++) {
+        if (descriptor->configurations[i].id == id) {
+            return &descriptor->configurations[i];
+        }
+    }
+    return NULL;
+}
+
+const descriptor_port_t* descriptor_find_port(const subsystem_descriptor_t* const descriptor,
+                                              const descriptor_configuration_t* const configuration,
+                                              const uint16_t id)
+{
+    FSW_ASSERT((descriptor != NULL) && (configuration != NULL));
+    for (uint16_t i = 0U; i < configuration->port_count; i++) {
+        const descriptor_port_t* const port = &descriptor->ports[configuration->first_port + i];
+        if (port->id == id) {
+            return port;
+        }
+    }
+    return NULL;
+}
+
+const descriptor_device_t* descriptor_find_device(const subsystem_descriptor_t* const descriptor,
+                                                  const descriptor_configuration_t* const configuration,
+                                                  const char* const name)
+{
+    FSW_ASSERT((descriptor != NULL) && (configuration != NULL) && (name != NULL));
+    for (uint16_t i = 0U; i < configuration->device_count; i++) {
+        const descriptor_device_t* const device = &descriptor->devices[configuration->first_device + i];
+        if (strcmp(device->name, name) == 0) {
+            return device;
+        }
+    }
+    return NULL;
+}
+
+const char* descriptor_state_name(const uint8_t state)
+{
+    static const char* const names[DESCRIPTOR_STATES] = {
+        "OFFLINE",     "SOFTWARE_INIT",     "HARDWARE_INIT",    "PRE_OPERATIONAL", "SAFE_OPERATIONAL",
+        "OPERATIONAL", "ERROR_OPERATIONAL", "POST_OPERATIONAL", "HARDWARE_DEINIT", "SOFTWARE_DEINIT"};
+    return (state < DESCRIPTOR_STATES) ? names[state] : "UNKNOWN";
+}
+
+status_t descriptor_state_of(const char* const name, uint8_t* const out_state)
+{
+    FSW_ASSERT((name != NULL) && (out_state != NULL));
+    for (uint8_t state = 0U; state < DESCRIPTOR_STATES; state++) {
+        if (strcmp(name, descriptor_state_name(state)) == 0) {
+            *out_state = state;
+            return STATUS_OK;
+        }
+    }
+    return STATUS_NOT_FOUND;
+}
+
+const char* descriptor_severity_name(const descriptor_severity_t severity)
+{
+    static const char* const names[] = {"INFORMATIVE", "LOW", "MEDIUM", "HIGH"};
+    return ((severity >= DESCRIPTOR_INFORMATIVE) && (severity <= DESCRIPTOR_HIGH))
+               ? names[(unsigned)severity - (unsigned)DESCRIPTOR_INFORMATIVE]
+               : "UNKNOWN";
+}

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+/// In-memory model of a subsystem descriptor (the paper's figure 3): read-only once loaded.
+///
+/// Fixed capacities; strings lie in the model's own text, so a model must not be copied. Lists are kept flat:
+/// a structure, a function or a port owns the range [first, first + count) of the list it names.
+///
+/// Two kinds of content, never mixed: the interface part (names, ids, types, counts of parameters, events,
+/// functions, configurations, ports) is compiled into the program and guarded by interface_hash; all else is
+/// configuration, read at run time, guarded by configuration_hash (descriptors.md says over what each is
+/// taken).
+///
+/// Ownership  The caller places the model (static; about 70 KiB). Context: any, read-only after loading.
+#ifndef FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
+#define FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
+
+#include "fsw/framework/base/flow_format.h"
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/base/value.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define DESCRIPTOR_TEXT_OCTETS 16384U
+#define DESCRIPTOR_FIELDS_MAX 320U
+#define DESCRIPTOR_PARAMETERS_MAX 64U
+#define DESCRIPTOR_EVENTS_MAX 48U
+#define DESCRIPTOR_FUNCTIONS_MAX 32U
+#define DESCRIPTOR_CONFIGURATIONS_MAX 8U
+#define DESCRIPTOR_INITIALS_MAX 128U
+#define DESCRIPTOR_REFERENCES_MAX 192U
+#define DESCRIPTOR_STRUCTURES_MAX 32U
+#define DESCRIPTOR_SAMPLED_MAX 32U
+#define DESCRIPTOR_LOOPS_MAX 16U
+#define DESCRIPTOR_CONFIGURATION_LOOPS_MAX 4U ///< Loops of one configuration beside its own.
+#define DESCRIPTOR_PORTS_MAX 16U
+#define DESCRIPTOR_DEVICES_MAX 32U
+#define DESCRIPTOR_SETTINGS_MAX 256U
+#define DESCRIPTOR_ENDNODES_MAX 48U
+#define DESCRIPTOR_STATES 10U
+#define DESCRIPTOR_METHODS 5U
+#define DESCRIPTOR_NAME_MAX 32U   ///< Characters of a name.
+#define DESCRIPTOR_NESTING_MAX 3U ///< Structures within the structure of a parameter.
+#define DESCRIPTOR_PATH_MAX ((DESCRIPTOR_NESTING_MAX + 1U) * (DESCRIPTOR_NAME_MAX + 1U)) ///< "OUTER.INNER.X"
+#define DESCRIPTOR_FUNCTION_NAME_MAX 8U  ///< A function's name is its wire id.
+#define DESCRIPTOR_PORT_OCTETS_MAX 1024U ///< Payload of a real-time link.
+
+/// Event severities: the message subtypes of ST[05].
+typedef enum {
+    DESCRIPTOR_INFORMATIVE = 1,
+    DESCRIPTOR_LOW         = 2,
+    DESCRIPTOR_MEDIUM      = 3,
+    DESCRIPTOR_HIGH        = 4
+} descriptor_severity_t;
+
+/// Transfer methods of real-time links: codes of service 130.
+typedef enum {
+    DESCRIPTOR_SHARED_MEMORY = 0,
+    DESCRIPTOR_TIPC          = 1,
+    DESCRIPTOR_UDP           = 2,
+    DESCRIPTOR_STREAM        = 3,
+    DESCRIPTOR_MESSAGE_QUEUE = 4
+} descriptor_method_t;
+
+typedef struct { // One field of a parameter, an argument of a function, or an element of a port's layout.
+    const char* name; ///< Of a structure within the parameter: "GROUP.NAME".
+    value_type_t type;
+    uint16_t id;      ///< Arguments: argument id; otherwise the order within its owner, from 0.
+    uint16_t count;   ///< >= 1.
+    uint32_t offset;  ///< [octets] in the generated C structure of its owner, as this compiler lays it out.
+    const char* unit; ///< "" if none.
+    const char* init; ///< Text of `count` numbers, or NULL (zero).
+    double min;       ///< -DBL_MAX if none.
+    double max;       ///< DBL_MAX if none.
+    uint32_t line;
+} descriptor_field_t;
+
+typedef struct {
+    const char* name;
+    uint32_t id;     ///< Full parameter id, APID << 21 | layout << 16 | number.
+    uint16_t number; ///< As in the descriptor.
+    uint16_t first_field;
+    uint16_t field_count;
+    uint32_t wire_size;   ///< [octets]
+    uint32_t memory_size; ///< sizeof the generated structure or array.
+    bool is_struct;       ///< Otherwise one field of the parameter's own name.
+    bool is_settable;
+    uint32_t line;
+} descriptor_parameter_t;
+
+typedef struct {
+    const char* name;
+    uint16_t id;
+    descriptor_severity_t severity;
+    uint16_t first_field; ///< Values the raiser gives as auxiliary data; or
+    uint16_t field_count;
+    uint16_t first_reference; ///< parameters to sample into it. Never both.
+    uint16_t reference_count;
+    uint32_t octets; ///< Auxiliary data on the wire.
+    uint32_t line;
+} descriptor_event_t;
+
+typedef struct {
+    const char* name; ///< 1..8 characters: the wire id, padded with NUL.
+    uint16_t id;
+    uint16_t first_argument; ///< In `fields`.
+    uint16_t argument_count;
+    uint32_t memory_size;    ///< sizeof the generated argument structure; 0 without arguments.
+    uint16_t states;         ///< Bit n: allowed in state n.
+    uint16_t configurations; ///< Bit i: allowed in configurations[i].
+    uint32_t line;
+} descriptor_function_t;
+
+typedef struct {        // Initial value of one field that a configuration sets anew.
+    uint16_t parameter; ///< Index in `parameters`.
+    uint16_t field;     ///< Index in `fields`.
+    const char* text;
+    uint32_t line;
+} descriptor_initial_t;
+
+typedef struct { // Super-commutated set: all its parameters, sample by sample, nrep times an interval.
+    uint16_t nrep;
+    uint16_t first_reference;
+    uint16_t reference_count;
+} descriptor_sampled_t;
+
+typedef struct { // A loop of its own for services that need not keep the pace of the control.
+    const char* name;
+    uint32_t sampling_us;
+    uint8_t priority;
+    uint32_t line;
+} descriptor_loop_t;
+
+typedef struct { // Housekeeping report structure.
+    uint16_t id;
+    uint8_t loop;             ///< 0 the configuration's own, n its n-th <Loop>.
+    uint32_t interval_cycles; ///< Of its loop; a multiple of every nrep.
+    bool is_enabled;          ///< Periodic generation starts when the configuration is applied.
+    uint16_t first_reference; ///< Sampled once.
+    uint16_t reference_count;
+    uint16_t first_sampled; ///< In `sampled`.
+    uint16_t sampled_count;
+    uint32_t octets; ///< Values of one report on the wire.
+    uint32_t line;
+} descriptor_structure_t;
+
+typedef struct { // Port of a real-time link.
+    const char* name;
+    uint16_t id;
+    bool is_provided; ///< Producer side; otherwise required (consumer side).
+    bool is_required; ///< Consumer: bars SAFE_OPERATIONAL while the link is missing.
+    uint16_t first_field;
+    uint16_t field_count;
+    uint32_t layout_hash; ///< CRC-32 over the lines "name:type:count\n".
+    uint32_t octets;      ///< Payload on the wire.
+    uint32_t memory_size; ///< sizeof the generated payload structure.
+    uint32_t period_us;
+    uint32_t stale_us; ///< Consumer: age at which the link is stale; 0 for a producer.
+    descriptor_severity_t stale_severity;
+    uint8_t methods[DESCRIPTOR_METHODS]; ///< descriptor_method_t in order of preference.
+    uint8_t method_count;
+    uint32_t line;
+} descriptor_port_t;
+
+typedef struct { // Value of one object of a device, written when the configuration is applied.
+    uint16_t index;
+    uint8_t subindex;
+    value_type_t type; ///< An integer type or FLOAT.
+    uint64_t bits;     ///< The value as it lies on the wire: two's complement or IEEE 754, low octets.
+    uint32_t line;
+} descriptor_setting_t;
+
+typedef enum {
+    DESCRIPTOR_ENDNODE_CAN,
+    DESCRIPTOR_ENDNODE_SHM,
+    DESCRIPTOR_ENDNODE_MQUEUE,
+    DESCRIPTOR_ENDNODE_UDP,
+    DESCRIPTOR_ENDNODE_TCP,
+    DESCRIPTOR_ENDNODE_SERIAL,
+    DESCRIPTOR_ENDNODE_FILE
+} descriptor_endnode_type_t;
+
+typedef struct { // Address of a data flow; which fields count depends on the type.
+    descriptor_endnode_type_t type;
+    const char* bus;     ///< CAN: name of the bus.
+    uint8_t node;        ///< CAN: node id 1..127.
+    const char* name;    ///< SHM, MQUEUE: name of the object; SERIAL, FILE: path of the device.
+    const char* address; ///< UDP, TCP: host.
+    uint16_t port;       ///< UDP, TCP.
+    flow_format_t format;
+    uint32_t line;
+} descriptor_endnode_t;
+
+typedef struct {
+    const char* name;
+    const char* type; ///< Device class, e.g. "cia402-drive".
+    uint16_t first_setting;
+    uint16_t setting_count;
+    uint16_t first_endnode;
+    uint16_t endnode_count;
+    uint32_t line;
+} descriptor_device_t;
+
+typedef struct {
+    const char* name;
+    uint16_t id; ///< >= 1; 0 on the wire is "none".
+    uint8_t priority;
+    uint32_t sampling_us;
+    uint16_t first_initial;
+    uint16_t initial_count;
+    uint16_t first_loop;
+    uint16_t loop_count;
+    uint16_t first_structure;
+    uint16_t structure_count;
+    uint16_t first_port;
+    uint16_t port_count;
+    uint16_t first_device;
+    uint16_t device_count;
+    uint32_t line;
+} descriptor_configuration_t;
+
+typedef struct {
+    const char* name;
+    uint16_t apid;
+    uint64_t interface_hash;
+    uint64_t configuration_hash;
+    uint8_t pool_warn_percent;
+    uint8_t pool_clear_percent;
+    uint32_t timeout_us[DESCRIPTOR_STATES]; ///< Longest entry action of each state.
+    uint32_t sampling_us;                   ///< Step period while no configuration is applied.
+
+    descriptor_field_t fields[DESCRIPTOR_FIELDS_MAX];
+    uint16_t field_count;
+    descriptor_parameter_t parameters[DESCRIPTOR_PARAMETERS_MAX];
+    uint16_t parameter_count;
+    descriptor_event_t events[DESCRIPTOR_EVENTS_MAX];
+    uint16_t event_count;
+    descriptor_function_t functions[DESCRIPTOR_FUNCTIONS_MAX];
+    uint16_t function_count;
+    descriptor_configuration_t configurations[DESCRIPTOR_CONFIGURATIONS_MAX];
+    uint16_t configuration_count;
+    descriptor_initial_t initials[DESCRIPTOR_INITIALS_MAX];
+    uint16_t initial_count;
+    uint16_t references[DESCRIPTOR_REFERENCES_MAX]; ///< Indices in `parameters`.
+    uint16_t reference_count;
+    descriptor_loop_t loops[DESCRIPTOR_LOOPS_MAX];
+    uint16_t loop_count;
+    descriptor_structure_t structures[DESCRIPTOR_STRUCTURES_MAX];
+    uint16_t structure_count;
+    descriptor_sampled_t sampled[DESCRIPTOR_SAMPLED_MAX];
+    uint16_t sampled_count;
+    descriptor_port_t ports[DESCRIPTOR_PORTS_MAX]; ///< One per configuration it appears in.
+    uint16_t port_count;
+    descriptor_device_t devices[DESCRIPTOR_DEVICES_MAX];
+    uint16_t device_count;
+    descriptor_setting_t settings[DESCRIPTOR_SETTINGS_MAX];
+    uint16_t setting_count;
+    descriptor_endnode_t endnodes[DESCRIPTOR_ENDNODES_MAX];
+    uint16_t endnode_count;
+
+    char text[DESCRIPTOR_TEXT_OCTETS]; // Private: the strings.
+    uint32_t text_used;
+} subsystem_descriptor_t;
+
+/// Each returns the entry or NULL. Names compare exactly.
+const descriptor_parameter_t* descriptor_find_parameter(const subsystem_descriptor_t* descriptor,
+                                                        const char* name);
+const descriptor_event_t* descriptor_find_event(const subsystem_descriptor_t* descriptor, uint16_t id);
+const descriptor_event_t* descriptor_find_event_name(const subsystem_descriptor_t* descriptor,
+                                                     const char* name);
+/// By wire id: 8 octets of text, padded with NUL.
+const descriptor_function_t* descriptor_find_function(const subsystem_descriptor_t* descriptor,
+                                                      const char wire_id[DESCRIPTOR_FUNCTION_NAME_MAX]);
+const descriptor_configuration_t* descriptor_find_configuration(const subsystem_descriptor_t* descriptor,
+                                                                uint16_t id);
+const descriptor_port_t* descriptor_find_port(const subsystem_descriptor_t* descriptor,
+                                              const descriptor_configuration_t* configuration, uint16_t id);
+const descriptor_device_t* descriptor_find_device(const subsystem_descriptor_t* descriptor,
+                                                  const descriptor_configuration_t* configuration,
+                                                  const char* name);
+
+/// "OFFLINE".."SOFTWARE_DEINIT"; "UNKNOWN" beyond. Never null.
+const char* descriptor_state_name(uint8_t state);
+/// Number of a state's name. STATUS_OK, STATUS_NOT_FOUND.
+MUST_USE status_t descriptor_state_of(const char* name, uint8_t* out_state);
+const char* descriptor_severity_name(descriptor_severity_t severity);
+
+#endif // FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/message/message.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/octets.h"
+
+#include <string.h>
+
+#define MAGIC 0x484DU
+#define VERSION 1U
+#define KIND_DATA 0U
+#define KIND_CREDIT 1U
+#define FIRST_EPOCH 1U
+
+/// Place of each field in the header.
+enum {
+    AT_MAGIC      = 0,
+    AT_VERSION    = 2,
+    AT_KIND       = 3,
+    AT_FROM       = 4,
+    AT_TO         = 6,
+    AT_FROM_EPOCH = 8,
+    AT_TO_EPOCH   = 12,
+    AT_SEQUENCE   = 16,
+    AT_TAKEN      = 20
+};
+
+typedef struct {
+    uint8_t kind;
+    uint16_t from;
+    uint16_t to;
+    uint32_t from_epoch;
+    uint32_t to_epoch;
+    uint32_t sequence;
+    uint32_t taken;
+    const uint8_t* payload;
+    size_t size;
+} frame_t;
+
+static message_channel_t* channel_of(message_endpoint_t* const endpoint, const uint16_t peer)
+{
+    for (size_t i = 0U; i < endpoint->channel_count; i++) {
+        if (endpoint->channels[i].peer == peer) {
+            return &endpoint->channels[i];
+        }
+    }
+    return NULL;
+}
+
+void message_open(message_endpoint_t* const endpoint, const uint16_t self, const uint32_t epoch,
+                  const message_carrier_t carrier, uint8_t* const inbox_storage, const size_t inbox_octets)
+{
+    FSW_ASSERT((endpoint != NULL) && (carrier.send != NULL) && (epoch >= 1U));
+    (void)memset(endpoint, 0, sizeof *endpoint);
+    endpoint->self    = self;
+    endpoint->epoch   = epoch;
+    endpoint->carrier = carrier;
+    octet_ring_init(&endpoint->inbox, inbox_storage, inbox_octets);
+}
+
+status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t peer)
+{
+    FSW_ASSERT(endpoint != NULL);
+    if (channel_of(endpoint, peer) != NULL) {
+        return STATUS_EXISTS;
+    }
+    if (endpoint->channel_count == MESSAGE_PEERS_MAX) {
+        return STATUS_EXHAUSTED;
+    }
+    endpoint->channels[endpoint->channel_count] = (message_channel_t){.peer = peer};
+    endpoint->channel_count++;
+    return STATUS_OK;
+}
+
+/// Write a frame around `size` octets of payload and hand it to the carrier.
+static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t* const channel,
+                           const uint8_t kind, const uint8_t* const octets, const size_t size)
+{
+    uint8_t* const frame = endpoint->frame;
+    octets_put_u16(&frame[AT_MAGIC], MAGIC);
+    frame[AT_VERSION] = VERSION;
+    frame[AT_KIND]    = kind;
+    octets_put_u16(&frame[AT_FROM], endpoint->self);
+    octets_put_u16(&frame[AT_TO], channel->peer);
+    octets_put_u32(&frame[AT_FROM_EPOCH], endpoint->epoch);
+    octets_put_u32(&frame[AT_TO_EPOCH], channel->peer_epoch);
+    octets_put_u32(&frame[AT_SEQUENCE], channel->sent);
+    octets_put_u32(&frame[AT_TAKEN], channel->taken);
+    if (size > 0U) {
+        (void)memcpy(&frame[MESSAGE_HEADER_OCTETS], octets, size);
+    }
+    const status_t status =
+        endpoint->carrier.send(endpoint->carrier.context, channel->peer, frame, MESSAGE_HEADER_OCTETS + size);
+    if (status == STATUS_OK) {
+        channel->told = channel->taken;
+    } else if (status != STATUS_FULL) {
+        endpoint->counters.unreachable++;
+    }
+    return status;
+}
+
+uint32_t message_credit(const message_endpoint_t* const endpoint, const uint16_t peer)
+{
+    FSW_ASSERT(endpoint != NULL);
+    for (size_t i = 0U; i < endpoint->channel_count; i++) {
+        const message_channel_t* const channel = &endpoint->channels[i];
+        if (channel->peer == peer) {
+            return MESSAGE_WINDOW - (channel->sent - channel->credited);
+        }
+    }
+    return 0U;
+}
+
+status_t message_send(message_endpoint_t* const endpoint, const uint16_t to, const uint8_t* const octets,
+                      const size_t size)
+{
+    FSW_ASSERT((endpoint != NULL) && ((octets != NULL) || (size == 0U)));
+    message_channel_t* const channel = channel_of(endpoint, to);
+    if (channel == NULL) {
+        return STATUS_NOT_FOUND;
+    }
+    if (size > MESSAGE_PAYLOAD_MAX) {
+        return STATUS_TOO_LARGE;
+    }
+    if ((channel->sent - channel->credited) >= MESSAGE_WINDOW) {
+        endpoint->counters.no_credit++;
+        return STATUS_FULL;
+    }
+    const status_t status = send_frame(endpoint, channel, KIND_DATA, octets, size);
+    if (status == STATUS_OK) {
+        channel->sent++;
+        endpoint->counters.sent++;
+    }
+    return ((status == STATUS_OK) || (status == STATUS_FULL)) ? status : STATUS_CLOSED;
+}
+
+/// STATUS_OK, or STATUS_INVALID for octets that are no frame for us.
+static status_t parse(const message_endpoint_t* const endpoint, const uint8_t* const octets,
+                      const size_t size, frame_t* const out_frame)
+{
+    if (size < MESSAGE_HEADER_OCTETS) {
+        return STATUS_INVALID;
+    }
+    out_frame->kind         = octets[AT_KIND];
+    out_frame->from         = octets_u16_at(&octets[AT_FROM]);
+    out_frame->to           = octets_u16_at(&octets[AT_TO]);
+    out_frame->from_epoch   = octets_u32_at(&octets[AT_FROM_EPOCH]);
+    out_frame->to_epoch     = octets_u32_at(&octets[AT_TO_EPOCH]);
+    out_frame->sequence     = octets_u32_at(&octets[AT_SEQUENCE]);
+    out_frame->taken        = octets_u32_at(&octets[AT_TAKEN]);
+    out_frame->payload      = &octets[MESSAGE_HEADER_OCTETS];
+    out_frame->size         = size - MESSAGE_HEADER_OCTETS;
+    const bool is_well_made = (octets_u16_at(&octets[AT_MAGIC]) == MAGIC) &&
+                              (octets[AT_VERSION] == VERSION) && (out_frame->kind <= KIND_CREDIT) &&
+                              (out_frame->to == endpoint->self) && (out_frame->from_epoch != 0U);
+    return is_well_made ? STATUS_OK : STATUS_INVALID;
+}
+
+/// A new incarnation of the peer: both directions are numbered from 0 again. Only a peer in its first
+/// incarnation may have taken what was sent before it was heard of.
+static void meet(message_channel_t* const channel, const uint32_t peer_epoch)
+{
+    const bool is_restart = (channel->peer_epoch != 0U) || (peer_epoch > FIRST_EPOCH);
+    channel->peer_epoch   = peer_epoch;
+    channel->expected     = 0U;
+    channel->taken        = 0U;
+    channel->told         = 0U;
+    if (is_restart) { // What was under way to its predecessor is gone.
+        channel->sent     = 0U;
+        channel->credited = 0U;
+    }
+}
+
+/// Bring the channel up to date with a frame of its peer. False if the frame is to be dropped.
+static bool is_current(message_endpoint_t* const endpoint, message_channel_t* const channel,
+                       const frame_t* const frame)
+{
+    if (frame->from_epoch > channel->peer_epoch) {
+        meet(channel, frame->from_epoch);
+    }
+    // A sender that has not heard of this endpoint may have meant its predecessor, if there was one.
+    const bool is_for_us =
+        (frame->to_epoch == endpoint->epoch) || ((frame->to_epoch == 0U) && (endpoint->epoch == FIRST_EPOCH));
+    if (!is_for_us || (frame->from_epoch < channel->peer_epoch)) {
+        endpoint->counters.stale++;
+        return false;
+    }
+    if ((frame->taken - channel->credited) <= (channel->sent - channel->credited)) {
+        channel->credited = frame->taken;
+    }
+    return true;
+}
+
+/// True if a data frame is the next or a later one of its sequence. A credit frame carries the number of the
+/// next data frame: it shows a loss even where the whole window was lost and no data frame can follow.
+static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t* const channel,
+                           const frame_t* const frame)
+{
+    const uint32_t ahead = frame->sequence - channel->expected;
+    const uint32_t limit = (frame->kind == KIND_DATA) ? (MESSAGE_WINDOW - 1U) : MESSAGE_WINDOW;
+    if (ahead > limit) { // No sender may be further ahead than its credit, nor behind.
+        endpoint->counters.stale++;
+        return false;
+    }
+    endpoint->counters.lost += ahead;
+    channel->expected = frame->sequence + ((frame->kind == KIND_DATA) ? 1U : 0U);
+    channel->taken    = channel->expected; // Lost blocks give their credit back, too.
+    return (frame->kind == KIND_DATA);
+}
+
+static void return_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
+{
+    if ((channel->taken - channel->told) >= (MESSAGE_WINDOW / 2U)) {
+        (void)send_frame(endpoint, channel, KIND_CREDIT, NULL, 0U); // If refused, again at the next receive.
+    }
+}
+
+static void return_all_credit(message_endpoint_t* const endpoint)
+{
+    for (size_t i = 0U; i < endpoint->channel_count; i++) {
+        return_credit(endpoint, &endpoint->channels[i]);
+    }
+}
+
+status_t message_receive(message_endpoint_t* const endpoint, uint16_t* const out_from, uint8_t* const octets,
+                         const size_t capacity, size_t* const out_size)
+{
+    FSW_ASSERT((endpoint != NULL) && (out_from != NULL) && (octets != NULL) && (out_size != NULL));
+    *out_size = 0U;
+    for (;;) {
+        size_t size = 0U;
+        const status_t status =
+            octet_ring_take(&endpoint->inbox, endpoint->frame, sizeof endpoint->frame, &size);
+        if (status == STATUS_EMPTY) {
+            return_all_credit(endpoint);
+            return STATUS_EMPTY;
+        }
+        frame_t frame = {0};
+        const bool is_frame =
+            (status == STATUS_OK) && (parse(endpoint, endpoint->frame, size, &frame) == STATUS_OK);
+        message_channel_t* const channel = is_frame ? channel_of(endpoint, frame.from) : NULL;
+        if (channel == NULL) {
+            endpoint->counters.malformed++;
+            continue;
+        }
+        if (!is_current(endpoint, channel, &frame) || !is_in_sequence(endpoint, channel, &frame)) {
+            continue;
+        }
+        const bool fits = (frame.size <= capacity);
+        if (fits && (frame.size > 0U)) {
+            (void)memcpy(octets, frame.payload, frame.size);
+        }
+        endpoint->counters.received++;
+        *out_from = frame.from;
+        *out_size = fits ? frame.size : 0U;
+        return_credit(endpoint, channel);
+        return fits ? STATUS_OK : STATUS_TOO_LARGE;
+    }
+}

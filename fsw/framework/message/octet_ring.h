@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+/// First-in first-out store of octet blocks of different sizes in one array of the caller.
+///
+/// Ownership  The ring borrows `storage`, which outlives it. Context: one task. Time: O(size) for the copy.
+/// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
+#ifndef FSW_FRAMEWORK_MESSAGE_OCTET_RING_H
+#define FSW_FRAMEWORK_MESSAGE_OCTET_RING_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct { // All fields are private, except the counters.
+    uint8_t* storage;
+    size_t capacity;
+    size_t head;      ///< Next octet to read.
+    size_t used;      ///< Octets in the ring, length fields included.
+    uint32_t blocks;  ///< Blocks waiting.
+    uint32_t peak;    ///< Most octets ever used.
+    uint32_t refused; ///< Blocks refused for lack of room.
+} octet_ring_t;
+
+/// An empty ring. capacity >= 16 [octets]; each block takes its size plus four.
+void octet_ring_init(octet_ring_t* ring, uint8_t* storage, size_t capacity);
+/// Append a block of 0..65535 octets. STATUS_OK, STATUS_FULL (counted).
+MUST_USE status_t octet_ring_put(octet_ring_t* ring, const uint8_t* octets, size_t size);
+/// Take the oldest block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (it does not fit `capacity`; dropped).
+MUST_USE status_t octet_ring_take(octet_ring_t* ring, uint8_t* octets, size_t capacity, size_t* out_size);
+/// Copy the beginning of the oldest block, `capacity` octets at most, and leave it where it is; *out_size is
+/// the size of the whole block. STATUS_OK, STATUS_EMPTY.
+MUST_USE status_t octet_ring_peek(const octet_ring_t* ring, uint8_t* octets, size_t capacity,
+                                  size_t* out_size);
+/// Octets a block may have to be taken now.
+size_t octet_ring_room(const octet_ring_t* ring);
+/// Self-test: lengths in the ring add up to `used`, and there are `blocks` of them.
+bool octet_ring_is_consistent(const octet_ring_t* ring);
+
+#endif // FSW_FRAMEWORK_MESSAGE_OCTET_RING_H

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Carrier of message frames inside one program: a frame is copied into the inbox of the addressed endpoint.
+/// Ownership: the caller places the hub; endpoints outlive it. Context: one task runs all components.
+#ifndef FSW_FRAMEWORK_MESSAGE_RING_CARRIER_H
+#define FSW_FRAMEWORK_MESSAGE_RING_CARRIER_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/message/message.h"
+#include "fsw/framework/message/udp_carrier.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct { // Private.
+    message_endpoint_t* endpoints[MESSAGE_PEERS_MAX];
+    size_t endpoint_count;
+    delivery_notice_t notice;
+} ring_carrier_t;
+
+void ring_carrier_init(ring_carrier_t* hub, delivery_notice_t notice);
+/// Make an opened endpoint reachable. STATUS_OK, STATUS_EXHAUSTED.
+MUST_USE status_t ring_carrier_attach(ring_carrier_t* hub, message_endpoint_t* endpoint);
+/// The carrier in the form an endpoint takes.
+message_carrier_t ring_carrier_port(ring_carrier_t* hub);
+
+#endif // FSW_FRAMEWORK_MESSAGE_RING_CARRIER_H

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Carrier of message frames over UDP: one datagram a frame, one socket a component.
+///
+/// Ownership  The caller places it; the socket is opened or adopted by the program. Context: one task.
+#ifndef FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H
+#define FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/message/message.h"
+#include "osal/include/osal/socket.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/// Told after each frame that left for a component, so that the program can tell the calendar.
+typedef struct {
+    void* context;
+    void (*delivered)(void* context, uint16_t to);
+} delivery_notice_t;
+
+typedef struct { // Private, except the counters.
+    osal_socket_t* socket;
+    struct {
+        uint16_t component;
+        osal_address_t address;
+    } peers[MESSAGE_PEERS_MAX];
+    size_t peer_count;
+    delivery_notice_t notice;
+    uint32_t foreign; ///< Datagrams from an address that is no peer's, dropped.
+} udp_carrier_t;
+
+void udp_carrier_init(udp_carrier_t* carrier, osal_socket_t* socket, delivery_notice_t notice);
+/// STATUS_OK, STATUS_EXHAUSTED.
+MUST_USE status_t udp_carrier_add_peer(udp_carrier_t* carrier, uint16_t component, osal_address_t address);
+/// The carrier in the form an endpoint takes.
+message_carrier_t udp_carrier_port(udp_carrier_t* carrier);
+/// Move one received datagram into the endpoint's inbox. STATUS_OK, STATUS_EMPTY, STATUS_FULL (the inbox may
+/// not hold the next frame: it waits in the socket), STATUS_IO.
+MUST_USE status_t udp_carrier_pump(udp_carrier_t* carrier, message_endpoint_t* endpoint);
+
+#endif // FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H

@@ -1,0 +1,440 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/parameter/parameter.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/number.h"
+
+#include <float.h>
+#include <string.h>
+
+typedef union { // Any one scalar, aligned for all of them.
+    uint64_t u64;
+    double f64;
+    uint8_t octets[8];
+} scalar_t;
+
+static void lock(parameter_dictionary_t* const dictionary)
+{
+    // STATUS_CLOSED means that the last holder died inside; the mutex lies in this process, so it died with
+    // us.
+    (void)osal_mutex_lock(&dictionary->mutex);
+}
+
+static void unlock(parameter_dictionary_t* const dictionary)
+{
+    osal_mutex_unlock(&dictionary->mutex);
+}
+
+status_t parameter_init(parameter_dictionary_t* const dictionary, parameter_entry_t* const entries,
+                        const uint16_t capacity, parameter_bounds_t* const bounds,
+                        const uint16_t bounds_capacity)
+{
+    FSW_ASSERT((dictionary != NULL) && (entries != NULL) && (bounds != NULL));
+    *dictionary = (parameter_dictionary_t){
+        .entries = entries, .capacity = capacity, .bounds = bounds, .bounds_capacity = bounds_capacity};
+    return osal_mutex_create(&dictionary->mutex, false);
+}
+
+/// First place in the order of ids whose id is not below `id`.
+static uint16_t place_of_id(const parameter_dictionary_t* const dictionary, const uint32_t id)
+{
+    uint16_t low  = 0U;
+    uint16_t high = dictionary->count;
+    while (low < high) {
+        const uint16_t middle = (uint16_t)((low + high) / 2U);
+        if (dictionary->entries[dictionary->entries[middle].by_id].definition->id < id) {
+            low = (uint16_t)(middle + 1U);
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+static uint16_t place_of_name(const parameter_dictionary_t* const dictionary, const char* const name)
+{
+    uint16_t low  = 0U;
+    uint16_t high = dictionary->count;
+    while (low < high) {
+        const uint16_t middle = (uint16_t)((low + high) / 2U);
+        if (strcmp(dictionary->entries[dictionary->entries[middle].by_name].definition->name, name) < 0) {
+            low = (uint16_t)(middle + 1U);
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+static parameter_entry_t* entry_of_id(const parameter_dictionary_t* const dictionary, const uint32_t id)
+{
+    const uint16_t place = place_of_id(dictionary, id);
+    if (place >= dictionary->count) {
+        return NULL;
+    }
+    parameter_entry_t* const entry = &dictionary->entries[dictionary->entries[place].by_id];
+    return (entry->definition->id == id) ? entry : NULL;
+}
+
+static parameter_entry_t* entry_of_name(const parameter_dictionary_t* const dictionary,
+                                        const char* const name)
+{
+    const uint16_t place = place_of_name(dictionary, name);
+    if (place >= dictionary->count) {
+        return NULL;
+    }
+    parameter_entry_t* const entry = &dictionary->entries[dictionary->entries[place].by_name];
+    return (strcmp(entry->definition->name, name) == 0) ? entry : NULL;
+}
+
+/// Make room at `place` in both orders and enter the new last entry there.
+static void enter(parameter_dictionary_t* const dictionary, const uint16_t by_id, const uint16_t by_name)
+{
+    for (uint16_t i = dictionary->count; i > by_id; i--) {
+        dictionary->entries[i].by_id = dictionary->entries[i - 1U].by_id;
+    }
+    for (uint16_t i = dictionary->count; i > by_name; i--) {
+        dictionary->entries[i].by_name = dictionary->entries[i - 1U].by_name;
+    }
+    dictionary->entries[by_id].by_id     = dictionary->count;
+    dictionary->entries[by_name].by_name = dictionary->count;
+    dictionary->count++;
+}
+
+static bool is_well_defined(const parameter_definition_t* const definition)
+{
+    uint32_t wire = 0U;
+    for (uint16_t i = 0U; i < definition->field_count; i++) {
+        const parameter_field_t* const field = &definition->fields[i];
+        if ((field->type >= VALUE_SCALARS) || (field->count == 0U) ||
+            ((field->offset + (value_size(field->type) * field->count)) > definition->memory_size)) {
+            return false;
+        }
+        wire += (uint32_t)(value_size(field->type) * field->count);
+    }
+    return (definition->field_count >= 1U) && (wire == definition->wire_size);
+}
+
+status_t parameter_publish(parameter_dictionary_t* const dictionary,
+                           const parameter_definition_t* const definition, void* const storage)
+{
+    FSW_ASSERT((dictionary != NULL) && (definition != NULL) && (storage != NULL));
+    FSW_ASSERT(is_well_defined(definition));
+    lock(dictionary);
+    status_t status = STATUS_OK;
+    if ((entry_of_id(dictionary, definition->id) != NULL) ||
+        (entry_of_name(dictionary, definition->name) != NULL)) {
+        status = STATUS_EXISTS;
+    } else if ((dictionary->count >= dictionary->capacity) ||
+               ((dictionary->bounds_capacity - dictionary->bounds_used) < definition->field_count)) {
+        dictionary->refusals.no_room++;
+        status = STATUS_EXHAUSTED;
+    } else {
+        parameter_entry_t* const entry = &dictionary->entries[dictionary->count];
+        entry->definition              = definition;
+        entry->storage                 = storage;
+        entry->bounds                  = &dictionary->bounds[dictionary->bounds_used];
+        entry->is_settable             = false;
+        entry->writes                  = 0U;
+        for (uint16_t i = 0U; i < definition->field_count; i++) {
+            entry->bounds[i] = (parameter_bounds_t){.min = -DBL_MAX, .max = DBL_MAX};
+        }
+        dictionary->bounds_used = (uint16_t)(dictionary->bounds_used + definition->field_count);
+        enter(dictionary, place_of_id(dictionary, definition->id),
+              place_of_name(dictionary, definition->name));
+    }
+    unlock(dictionary);
+    return status;
+}
+
+void parameter_withdraw_all(parameter_dictionary_t* const dictionary)
+{
+    FSW_ASSERT(dictionary != NULL);
+    lock(dictionary);
+    dictionary->count       = 0U;
+    dictionary->bounds_used = 0U;
+    unlock(dictionary);
+}
+
+status_t parameter_find(parameter_dictionary_t* const dictionary, const uint32_t id,
+                        const parameter_entry_t** const out_entry)
+{
+    FSW_ASSERT((dictionary != NULL) && (out_entry != NULL));
+    lock(dictionary);
+    *out_entry = entry_of_id(dictionary, id);
+    dictionary->refusals.unknown += (*out_entry == NULL) ? 1U : 0U;
+    unlock(dictionary);
+    return (*out_entry != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
+}
+
+status_t parameter_find_name(parameter_dictionary_t* const dictionary, const char* const name,
+                             const parameter_entry_t** const out_entry)
+{
+    FSW_ASSERT((dictionary != NULL) && (name != NULL) && (out_entry != NULL));
+    lock(dictionary);
+    *out_entry = entry_of_name(dictionary, name);
+    dictionary->refusals.unknown += (*out_entry == NULL) ? 1U : 0U;
+    unlock(dictionary);
+    return (*out_entry != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
+}
+
+status_t parameter_set_settable(parameter_dictionary_t* const dictionary, const uint32_t id,
+                                const bool is_settable)
+{
+    FSW_ASSERT(dictionary != NULL);
+    lock(dictionary);
+    parameter_entry_t* const entry = entry_of_id(dictionary, id);
+    if (entry != NULL) {
+        entry->is_settable = is_settable;
+    }
+    unlock(dictionary);
+    return (entry != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
+}
+
+/// Index of a field, or field_count.
+static uint16_t field_of_name(const parameter_definition_t* const definition, const char* const name)
+{
+    uint16_t index = 0U;
+    while ((index < definition->field_count) && (strcmp(definition->fields[index].name, name) != 0)) {
+        index++;
+    }
+    return index;
+}
+
+status_t parameter_set_bounds(parameter_dictionary_t* const dictionary, const uint32_t id,
+                              const char* const field, const double min, const double max)
+{
+    FSW_ASSERT((dictionary != NULL) && (field != NULL));
+    status_t status = STATUS_NOT_FOUND;
+    lock(dictionary);
+    const parameter_entry_t* const entry = entry_of_id(dictionary, id);
+    if (entry != NULL) {
+        const uint16_t index = field_of_name(entry->definition, field);
+        if (index < entry->definition->field_count) {
+            entry->bounds[index] = (parameter_bounds_t){.min = min, .max = max};
+            status               = STATUS_OK;
+        }
+    }
+    unlock(dictionary);
+    return status;
+}
+
+/// True if a scalar is a finite number within its bounds (a NaN fails every comparison).
+static bool is_within(const value_type_t type, const scalar_t* const scalar,
+                      const parameter_bounds_t* const bounds)
+{
+    const double value   = value_as_double(type, scalar);
+    const bool is_real   = (type == VALUE_FLOAT) || (type == VALUE_DOUBLE);
+    const bool is_finite = !is_real || ((value >= -DBL_MAX) && (value <= DBL_MAX));
+    return is_finite && (value >= bounds->min) && (value <= bounds->max);
+}
+
+/// Where scalar `index` of a field lies.
+static uint8_t* scalar_place(const parameter_entry_t* const entry, const parameter_field_t* const field,
+                             const uint16_t index)
+{
+    return (uint8_t*)entry->storage + field->offset + (index * value_size(field->type));
+}
+
+/// Values of one field from text, stored only if `is_for_real`.
+static status_t take_text(const parameter_entry_t* const entry, const uint16_t index, const char* text,
+                          const bool is_for_real)
+{
+    const parameter_field_t* const field = &entry->definition->fields[index];
+    for (uint16_t i = 0U; i < field->count; i++) {
+        scalar_t scalar       = {.u64 = 0U};
+        const status_t status = (text == NULL) ? STATUS_OK : number_read_value(&text, field->type, &scalar);
+        if (status != STATUS_OK) {
+            return (status == STATUS_OUT_OF_RANGE) ? STATUS_OUT_OF_RANGE : STATUS_INVALID;
+        }
+        if ((text != NULL) && !is_within(field->type, &scalar, &entry->bounds[index])) {
+            return STATUS_OUT_OF_RANGE;
+        }
+        if (is_for_real) {
+            (void)memcpy(scalar_place(entry, field, i), &scalar, value_size(field->type));
+        }
+    }
+    return ((text == NULL) || number_is_end(text)) ? STATUS_OK : STATUS_INVALID;
+}
+
+status_t parameter_set_initial(parameter_dictionary_t* const dictionary, const uint32_t id,
+                               const char* const field, const char* const text)
+{
+    FSW_ASSERT((dictionary != NULL) && (field != NULL));
+    status_t status = STATUS_NOT_FOUND;
+    lock(dictionary);
+    const parameter_entry_t* const entry = entry_of_id(dictionary, id);
+    if (entry != NULL) {
+        const uint16_t index = field_of_name(entry->definition, field);
+        if (index < entry->definition->field_count) {
+            status = take_text(entry, index, text, false);
+            if (status == STATUS_OK) {
+                status = take_text(entry, index, text, true);
+            }
+        }
+    }
+    unlock(dictionary);
+    return status;
+}
+
+static status_t encode(const parameter_entry_t* const entry, octet_writer_t* const writer)
+{
+    if (writer->failed || ((writer->capacity - writer->position) < entry->definition->wire_size)) {
+        return STATUS_TOO_LARGE;
+    }
+    uint8_t* octets = octet_write_space(writer, entry->definition->wire_size);
+    FSW_ASSERT(octets != NULL);
+    for (uint16_t f = 0U; f < entry->definition->field_count; f++) {
+        const parameter_field_t* const field = &entry->definition->fields[f];
+        octets +=
+            value_put(octets, field->type, (const uint8_t*)entry->storage + field->offset, field->count);
+    }
+    return STATUS_OK;
+}
+
+status_t parameter_read(parameter_dictionary_t* const dictionary, const uint32_t id,
+                        octet_writer_t* const writer)
+{
+    FSW_ASSERT((dictionary != NULL) && (writer != NULL));
+    lock(dictionary);
+    const parameter_entry_t* const entry = entry_of_id(dictionary, id);
+    const status_t status                = (entry == NULL) ? STATUS_NOT_FOUND : encode(entry, writer);
+    dictionary->refusals.unknown += (status == STATUS_NOT_FOUND) ? 1U : 0U;
+    dictionary->refusals.no_room += (status == STATUS_TOO_LARGE) ? 1U : 0U;
+    unlock(dictionary);
+    return status;
+}
+
+status_t parameter_read_entry(parameter_dictionary_t* const dictionary, const parameter_entry_t* const entry,
+                              octet_writer_t* const writer)
+{
+    FSW_ASSERT((dictionary != NULL) && (entry != NULL) && (writer != NULL));
+    lock(dictionary);
+    FSW_ASSERT((entry >= dictionary->entries) && (entry < &dictionary->entries[dictionary->count]));
+    const status_t status = encode(entry, writer);
+    dictionary->refusals.no_room += (status == STATUS_TOO_LARGE) ? 1U : 0U;
+    unlock(dictionary);
+    return status;
+}
+
+/// Decode and check every scalar of a parameter; store them only if `is_for_real`.
+static status_t decode(const parameter_entry_t* const entry, octet_reader_t* const reader,
+                       const bool is_for_real)
+{
+    for (uint16_t f = 0U; f < entry->definition->field_count; f++) {
+        const parameter_field_t* const field = &entry->definition->fields[f];
+        for (uint16_t i = 0U; i < field->count; i++) {
+            scalar_t scalar       = {.u64 = 0U};
+            const status_t status = value_decode(reader, field->type, &scalar);
+            if (status != STATUS_OK) {
+                return status;
+            }
+            if (!is_within(field->type, &scalar, &entry->bounds[f])) {
+                return STATUS_OUT_OF_RANGE;
+            }
+            if (is_for_real) {
+                (void)memcpy(scalar_place(entry, field, i), &scalar, value_size(field->type));
+            }
+        }
+    }
+    return STATUS_OK;
+}
+
+/// Whether the value that follows may be written; the reader moves on.
+static status_t check_write(const parameter_entry_t* const entry, octet_reader_t* const reader)
+{
+    if (entry == NULL) {
+        return STATUS_NOT_FOUND;
+    }
+    return entry->is_settable ? decode(entry, reader, false) : STATUS_READ_ONLY;
+}
+
+static void count_refusal(parameter_refusals_t* const refusals, const status_t status)
+{
+    refusals->unknown += (status == STATUS_NOT_FOUND) ? 1U : 0U;
+    refusals->read_only += (status == STATUS_READ_ONLY) ? 1U : 0U;
+    refusals->out_of_range += (status == STATUS_OUT_OF_RANGE) ? 1U : 0U;
+    refusals->malformed += ((status == STATUS_TRUNCATED) || (status == STATUS_INVALID)) ? 1U : 0U;
+}
+
+/// Store a value that was checked before.
+static void store(parameter_entry_t* const entry, octet_reader_t* const reader)
+{
+    const status_t status = decode(entry, reader, true);
+    FSW_ASSERT(status == STATUS_OK);
+    entry->writes++;
+}
+
+status_t parameter_write(parameter_dictionary_t* const dictionary, const uint32_t id,
+                         octet_reader_t* const reader)
+{
+    FSW_ASSERT((dictionary != NULL) && (reader != NULL));
+    lock(dictionary);
+    parameter_entry_t* const entry = entry_of_id(dictionary, id);
+    octet_reader_t trial           = *reader;
+    const status_t status          = check_write(entry, &trial);
+    if (status == STATUS_OK) {
+        store(entry, reader);
+    }
+    count_refusal(&dictionary->refusals, status);
+    unlock(dictionary);
+    return status;
+}
+
+status_t parameter_write_group(parameter_dictionary_t* const dictionary, octet_reader_t* const reader,
+                               const uint16_t count, uint16_t* const out_index, uint32_t* const out_id,
+                               size_t* const out_offset)
+{
+    FSW_ASSERT((dictionary != NULL) && (reader != NULL));
+    FSW_ASSERT((out_index != NULL) && (out_id != NULL) && (out_offset != NULL));
+    lock(dictionary);
+    octet_reader_t trial = *reader;
+    status_t status      = STATUS_OK;
+    for (uint16_t i = 0U; (i < count) && (status == STATUS_OK); i++) {
+        *out_index  = i;
+        *out_offset = trial.position;
+        *out_id     = octet_read_u32(&trial);
+        status      = trial.failed ? STATUS_TRUNCATED : check_write(entry_of_id(dictionary, *out_id), &trial);
+    }
+    for (uint16_t i = 0U; (i < count) && (status == STATUS_OK); i++) {
+        store(entry_of_id(dictionary, octet_read_u32(reader)), reader);
+    }
+    count_refusal(&dictionary->refusals, status);
+    unlock(dictionary);
+    return status;
+}
+
+void parameter_lock(parameter_dictionary_t* const dictionary)
+{
+    FSW_ASSERT(dictionary != NULL);
+    lock(dictionary);
+}
+
+void parameter_unlock(parameter_dictionary_t* const dictionary)
+{
+    FSW_ASSERT(dictionary != NULL);
+    unlock(dictionary);
+}
+
+bool parameter_is_consistent(const parameter_dictionary_t* const dictionary)
+{
+    FSW_ASSERT(dictionary != NULL);
+    if (dictionary->count > dictionary->capacity) {
+        return false;
+    }
+    for (uint16_t i = 0U; i < dictionary->count; i++) {
+        const parameter_entry_t* const entry = &dictionary->entries[i];
+        if ((entry->definition == NULL) || (entry->storage == NULL) || (entry->by_id >= dictionary->count) ||
+            (entry->by_name >= dictionary->count)) {
+            return false;
+        }
+    }
+    for (uint16_t i = 0U; i < dictionary->count; i++) { // Looking one up leads over any of the others.
+        const parameter_entry_t* const entry = &dictionary->entries[i];
+        if ((entry_of_id(dictionary, entry->definition->id) != entry) ||
+            (entry_of_name(dictionary, entry->definition->name) != entry)) {
+            return false;
+        }
+    }
+    return true;
+}

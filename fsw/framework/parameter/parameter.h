@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The parameter dictionary: data structures a subsystem shares with the framework, found by id or name.
+///
+/// Names, ids and layouts are the compiled interface: parameter_definition_t tables of the generated header.
+/// Bounds, settable flags and initial values are configuration: pushed in from the descriptor after
+/// publishing. A parameter is a list of fields in host memory; a scalar or an array is one field at offset 0.
+/// On the wire it is its fields one after the other, big-endian, without padding, always whole.
+///
+/// Ownership  The caller places entries, bounds and the published storage; all outlive the dictionary.
+/// Context    Any thread: a mutex with priority inheritance guards the content. Its owner updates a published
+///            structure in place between parameter_lock and parameter_unlock. The lock is not recursive: no
+///            other function of this header may be called in between.
+/// Time       Finding O(log n); reading and writing O(size); publishing O(n).
+/// Errors     Each function lists every status. What comes from a wire is refused by status and counted.
+///
+///     static parameter_entry_t  entries[MANIPULATOR_PARAMETER_COUNT];
+///     static parameter_bounds_t bounds[MANIPULATOR_FIELD_COUNT];
+///     status = parameter_init(&dictionary, entries, MANIPULATOR_PARAMETER_COUNT, bounds,
+///     MANIPULATOR_FIELD_COUNT); status = parameter_publish(&dictionary, &manipulator_parameters[0],
+///     &self->cur_values);
+#ifndef FSW_FRAMEWORK_PARAMETER_PARAMETER_H
+#define FSW_FRAMEWORK_PARAMETER_PARAMETER_H
+
+#include "fsw/framework/base/octets.h"
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/base/value.h"
+#include "osal/include/osal/mutex.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/// parameter_id = APID 11 bits | layout 5 bits | number 16 bits.
+#define PARAMETER_ID(apid, layout, number)                                                                   \
+    (((uint32_t)(apid) << 21) | ((uint32_t)(layout) << 16) | (uint32_t)(number))
+#define PARAMETER_APID(id) ((uint16_t)((id) >> 21))
+#define PARAMETER_LAYOUT(id) ((uint8_t)(((id) >> 16) & 0x1FU))
+#define PARAMETER_NUMBER(id) ((uint16_t)((id)&0xFFFFU))
+
+typedef struct { // One field: `count` scalars of one type at `offset` of the structure.
+    const char* name;
+    value_type_t type;
+    uint16_t count;  ///< >= 1.
+    uint32_t offset; ///< [octets] from the start of the published storage.
+} parameter_field_t;
+
+typedef struct { // Generated; constant.
+    const char* name;
+    uint32_t id; ///< See PARAMETER_ID.
+    const parameter_field_t* fields;
+    uint16_t field_count;
+    uint32_t memory_size; ///< sizeof the published storage [octets].
+    uint32_t wire_size;   ///< Sum of the fields on the wire [octets].
+} parameter_definition_t;
+
+typedef struct { // Of one field; -DBL_MAX and DBL_MAX where the descriptor gives none.
+    double min;
+    double max;
+} parameter_bounds_t;
+
+typedef struct { // Placed by the caller. Fields may be read, written only here.
+    const parameter_definition_t* definition;
+    void* storage;
+    parameter_bounds_t* bounds; ///< One per field.
+    bool is_settable;
+    uint32_t writes;  ///< Successful writes from the wire [calls, wraps]: the owner sees that it changed.
+    uint16_t by_id;   // Private: index of the entry at this place in the order of ids
+    uint16_t by_name; // and of names.
+} parameter_entry_t;
+
+typedef struct {           // Refusals [calls, wraps], for telemetry.
+    uint32_t unknown;      ///< No such id or name.
+    uint32_t read_only;    ///< Write to a parameter that may not be set.
+    uint32_t out_of_range; ///< Write outside the bounds, or not a finite number.
+    uint32_t malformed;    ///< Write with too few octets, or a BOOL other than 0 and 1.
+    uint32_t no_room;      ///< Read that did not fit, or publishing beyond the capacity.
+} parameter_refusals_t;
+
+typedef struct { // All fields are private, except `count` and `refusals`: read-only.
+    parameter_entry_t* entries;
+    uint16_t capacity;
+    uint16_t count;
+    parameter_bounds_t* bounds;
+    uint16_t bounds_capacity;
+    uint16_t bounds_used;
+    osal_mutex_t mutex;
+    parameter_refusals_t refusals;
+} parameter_dictionary_t;
+
+/// An empty dictionary. `bounds` has room for the fields of all parameters together.
+/// STATUS_OK, STATUS_UNSUPPORTED (no mutex on this port).
+MUST_USE status_t parameter_init(parameter_dictionary_t* dictionary, parameter_entry_t* entries,
+                                 uint16_t capacity, parameter_bounds_t* bounds, uint16_t bounds_capacity);
+
+/// Publish a structure; it starts not settable, unbounded, its content untouched.
+/// STATUS_OK; STATUS_EXISTS (id or name taken); STATUS_EXHAUSTED (entries or bounds used up).
+MUST_USE status_t parameter_publish(parameter_dictionary_t* dictionary,
+                                    const parameter_definition_t* definition, void* storage);
+/// Withdraw every parameter (SOFTWARE_DEINIT); entries found before become invalid. Counters stay.
+void parameter_withdraw_all(parameter_dictionary_t* dictionary);
+
+/// Entry of an id or a name; stays valid until parameter_withdraw_all. STATUS_OK, STATUS_NOT_FOUND.
+MUST_USE status_t parameter_find(parameter_dictionary_t* dictionary, uint32_t id,
+                                 const parameter_entry_t** out_entry);
+MUST_USE status_t parameter_find_name(parameter_dictionary_t* dictionary, const char* name,
+                                      const parameter_entry_t** out_entry);
+
+/// Configuration, from the descriptor. STATUS_OK, STATUS_NOT_FOUND (id or field name).
+MUST_USE status_t parameter_set_settable(parameter_dictionary_t* dictionary, uint32_t id, bool is_settable);
+MUST_USE status_t parameter_set_bounds(parameter_dictionary_t* dictionary, uint32_t id, const char* field,
+                                       double min, double max);
+/// Initial values of one field from text ("0 0"); NULL = all zero. Exactly `count` numbers; bounds apply,
+/// settable does not. All or nothing. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_OUT_OF_RANGE.
+MUST_USE status_t parameter_set_initial(parameter_dictionary_t* dictionary, uint32_t id, const char* field,
+                                        const char* text);
+
+/// Whole parameter to the wire. STATUS_OK; STATUS_NOT_FOUND; STATUS_TOO_LARGE (nothing written, writer not
+/// failed).
+MUST_USE status_t parameter_read(parameter_dictionary_t* dictionary, uint32_t id, octet_writer_t* writer);
+/// The same for an entry found before: what housekeeping does each cycle. STATUS_OK, STATUS_TOO_LARGE.
+MUST_USE status_t parameter_read_entry(parameter_dictionary_t* dictionary, const parameter_entry_t* entry,
+                                       octet_writer_t* writer);
+
+/// Whole parameter from the wire: all fields or none; the reader ends behind it only on success.
+/// STATUS_OK, STATUS_NOT_FOUND, STATUS_READ_ONLY, STATUS_TRUNCATED, STATUS_INVALID, STATUS_OUT_OF_RANGE.
+MUST_USE status_t parameter_write(parameter_dictionary_t* dictionary, uint32_t id, octet_reader_t* reader);
+/// `count` times {id u32, value} as in TC[20,3]: all are checked, then all are written, in one lock; or none.
+/// On refusal *out_index (0-based) and *out_id name the first bad one, *out_offset its position in the
+/// reader. Statuses as parameter_write.
+MUST_USE status_t parameter_write_group(parameter_dictionary_t* dictionary, octet_reader_t* reader,
+                                        uint16_t count, uint16_t* out_index, uint32_t* out_id,
+                                        size_t* out_offset);
+
+/// Hold the content steady while its owner updates or a peer in the same component reads in place.
+void parameter_lock(parameter_dictionary_t* dictionary);
+void parameter_unlock(parameter_dictionary_t* dictionary);
+
+/// Self-test: both orders are complete and sorted, every entry has its definition and storage.
+bool parameter_is_consistent(const parameter_dictionary_t* dictionary);
+
+#endif // FSW_FRAMEWORK_PARAMETER_PARAMETER_H

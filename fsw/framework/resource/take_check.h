@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Checks of pools and quotas in test builds (RESOURCE_CHECKS, set with SANITIZE=1); flight builds have none
+/// of it. Blocks that are free hold a pattern: who writes to one after its release is found when it is taken
+/// again. And one take of the program, the n-th, can be made to fail, so that a test reaches every refusal.
+///
+/// Context    One task per program: the count is the program's.
+#ifndef FSW_FRAMEWORK_RESOURCE_TAKE_CHECK_H
+#define FSW_FRAMEWORK_RESOURCE_TAKE_CHECK_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef RESOURCE_CHECKS
+
+/// Refuse the take of this number, counted from 1 and from now on; 0: none.
+void take_check_refuse(uint32_t number);
+/// Takes since take_check_refuse, or since the start.
+uint32_t take_check_count(void);
+
+/// Called by pools and quotas with each take: true if it is the one to refuse.
+bool take_check_is_refused(void);
+/// Mark a free block; is it untouched since?
+void take_check_mark(uint64_t* block, size_t words);
+bool take_check_is_marked(const uint64_t* block, size_t words);
+
+#else
+
+static inline bool take_check_is_refused(void)
+{
+    return false;
+}
+
+static inline void take_check_mark(uint64_t* const block, const size_t words)
+{
+    (void)block;
+    (void)words;
+}
+
+static inline bool take_check_is_marked(const uint64_t* const block, const size_t words)
+{
+    (void)block;
+    (void)words;
+    return true;
+}
+
+#endif
+
+#endif // FSW_FRAMEWORK_RESOURCE_TAKE_CHECK_H

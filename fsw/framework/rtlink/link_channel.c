@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/rtlink/link_channel.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <string.h>
+
+#define NAME_MAX_OCTETS 64U
+
+#define WORDS_OF(octets) (((octets) + 7U) / 8U)
+#define CACHE_LINE_OCTETS 64U
+#define HEADER_WORDS WORDS_OF(LINK_FRAME_HEADER_OCTETS)
+
+/// What lies in the shared memory. `guard` is odd while the writer is inside. The frame is written and read
+/// word by word with relaxed atomics between fences, so that a torn read is seen and never undefined.
+/// The doorbell has a cache line of its own: readers that do not wait never touch it.
+typedef struct {
+    osal_doorbell_t doorbell; // Rung after each sample.
+    uint8_t apart[CACHE_LINE_OCTETS - sizeof(osal_doorbell_t)];
+    uint32_t guard;
+    uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
+} link_slot_t;
+
+static link_slot_t* slot_of(const osal_shm_t* const shm)
+{
+    return (link_slot_t*)osal_shm_address(shm);
+}
+
+static bool uses(const rtlink_terms_t* const terms, const rtlink_method_t method)
+{
+    return terms->methods == (uint8_t)(1U << (unsigned)method);
+}
+
+static status_t create_slot(link_producer_t* const producer)
+{
+    char name[NAME_MAX_OCTETS];
+    if (!producer->resolver->shm_name(producer->resolver->context, producer->link, name, sizeof name)) {
+        return STATUS_NOT_FOUND;
+    }
+    (void)osal_shm_remove(name); // Of an earlier opening; its consumers keep their mapping and go stale.
+    const status_t status = osal_shm_create(&producer->shm, name, sizeof(link_slot_t));
+    return ((status == STATUS_INVALID) || (status == STATUS_EXISTS)) ? STATUS_IO : status;
+}
+
+status_t link_producer_open(link_producer_t* const producer, const link_resolver_t* const resolver,
+                            const uint16_t link, const rtlink_terms_t* const agreed, const uint32_t epoch)
+{
+    FSW_ASSERT((producer != NULL) && (resolver != NULL) && (agreed != NULL));
+    *producer = (link_producer_t){.terms = *agreed, .link = link, .epoch = epoch, .resolver = resolver};
+    if (uses(agreed, RTLINK_METHOD_SHARED_MEMORY)) {
+        const status_t status = create_slot(producer);
+        producer->is_open     = (status == STATUS_OK);
+        return status;
+    }
+    producer->is_open = uses(agreed, RTLINK_METHOD_UDP) &&
+                        resolver->udp_route(resolver->context, link, &producer->socket, &producer->consumer);
+    return producer->is_open ? STATUS_OK : STATUS_NOT_FOUND;
+}
+
+static void store_words(uint64_t* const words, const uint8_t* const octets, const size_t size)
+{
+    const size_t whole = size / 8U;
+    for (size_t i = 0U; i < whole; i++) {
+        uint64_t word = 0U;
+        (void)memcpy(&word, &octets[8U * i], sizeof word);
+        __atomic_store_n(&words[i], word, __ATOMIC_RELAXED);
+    }
+    if ((size % 8U) != 0U) {
+        uint64_t word = 0U;
+        (void)memcpy(&word, &octets[8U * whole], size % 8U);
+        __atomic_store_n(&words[whole], word, __ATOMIC_RELAXED);
+    }
+}
+
+static void write_slot(link_slot_t* const slot, const uint8_t header[LINK_FRAME_HEADER_OCTETS],
+                       const uint8_t* const payload, const size_t size)
+{
+    const uint32_t guard = __atomic_load_n(&slot->guard, __ATOMIC_RELAXED);
+    __atomic_store_n(&slot->guard, guard + 1U, __ATOMIC_RELAXED);
+    __atomic_thread_fence(__ATOMIC_RELEASE);
+    store_words(slot->words, header, LINK_FRAME_HEADER_OCTETS);
+    store_words(&slot->words[HEADER_WORDS], payload, size);
+    __atomic_store_n(&slot->guard, guard + 2U, __ATOMIC_RELEASE);
+    osal_doorbell_ring(&slot->doorbell);
+}
+
+static status_t send_datagram(link_producer_t* const producer, const link_frame_header_t* const header,
+                              const uint8_t* const payload)
+{
+    uint8_t frame[LINK_FRAME_MAX];
+    const size_t size     = link_frame_encode(header, payload, producer->terms.layout_octets, true, frame);
+    const status_t status = osal_udp_send(producer->socket, producer->consumer, frame, size);
+    if ((status == STATUS_OK) && (producer->resolver->delivered != NULL)) {
+        producer->resolver->delivered(producer->resolver->context, producer->link);
+    }
+    return status;
+}
+
+status_t link_producer_write(link_producer_t* const producer, const uint8_t state, const uint64_t now_ns,
+                             const uint8_t* const payload)
+{
+    FSW_ASSERT((producer != NULL) && (payload != NULL));
+    if (!producer->is_open) {
+        return STATUS_CLOSED;
+    }
+    const link_frame_header_t header = {.producer_state = state,
+                                        .link           = producer->link,
+                                        .epoch          = producer->epoch,
+                                        .sequence       = producer->sequence,
+                                        .time_ns        = now_ns};
+    status_t status                  = STATUS_OK;
+    if (uses(&producer->terms, RTLINK_METHOD_SHARED_MEMORY)) {
+        uint8_t octets[LINK_FRAME_HEADER_OCTETS];
+        link_frame_encode_header(&header, octets);
+        write_slot(slot_of(&producer->shm), octets, payload, producer->terms.layout_octets);
+    } else {
+        status = send_datagram(producer, &header, payload);
+    }
+    producer->counters.last_sequence = producer->sequence;
+    producer->sequence++;
+    if (status == STATUS_OK) {
+        producer->counters.frames++;
+        return STATUS_OK;
+    }
+    producer->counters.lost++;
+    return (status == STATUS_FULL) ? STATUS_FULL : STATUS_IO;
+}
+
+void link_producer_close(link_producer_t* const producer)
+{
+    FSW_ASSERT(producer != NULL);
+    if (producer->is_open && uses(&producer->terms, RTLINK_METHOD_SHARED_MEMORY)) {
+        char name[NAME_MAX_OCTETS];
+        if (producer->resolver->shm_name(producer->resolver->context, producer->link, name, sizeof name)) {
+            (void)osal_shm_remove(name);
+        }
+        osal_shm_close(&producer->shm);
+    }
+    producer->is_open = false;
+}
+
+status_t link_consumer_open(link_consumer_t* const consumer, const link_resolver_t* const resolver,
+                            const uint16_t link, const rtlink_terms_t* const agreed, const uint32_t epoch)
+{
+    FSW_ASSERT((consumer != NULL) && (resolver != NULL) && (agreed != NULL));
+    (void)memset(consumer, 0, sizeof *consumer);
+    consumer->terms = *agreed;
+    consumer->link  = link;
+    consumer->epoch = epoch;
+    if (uses(agreed, RTLINK_METHOD_SHARED_MEMORY)) {
+        char name[NAME_MAX_OCTETS];
+        if (!resolver->shm_name(resolver->context, link, name, sizeof name)) {
+            return STATUS_NOT_FOUND;
+        }
+        const status_t status = osal_shm_open(&consumer->shm, name);
+        if ((status == STATUS_OK) && (osal_shm_size(&consumer->shm) < sizeof(link_slot_t))) {
+            osal_shm_close(&consumer->shm);
+            return STATUS_IO;
+        }
+        consumer->is_open = (status == STATUS_OK);
+        return (status == STATUS_INVALID) ? STATUS_NOT_FOUND : status;
+    }
+    consumer->is_open = uses(agreed, RTLINK_METHOD_UDP);
+    return consumer->is_open ? STATUS_OK : STATUS_NOT_FOUND;
+}
+
+/// Samples missed by a step of `ahead` in the sequence: of those the decimation lets through, so that a
+/// reader that comes a little early or late misses none.
+static uint32_t missing(const uint32_t ahead, const uint32_t decimation)
+{
+    const uint32_t passed = (decimation > 1U) ? (ahead / decimation) : ahead;
+    return (passed > 0U) ? (passed - 1U) : 0U;
+}
+
+/// Take a frame over if it belongs to this opening of the link and is newer than the last.
+static status_t accept(link_consumer_t* const consumer, const uint8_t* const frame, const size_t size,
+                       const bool with_crc)
+{
+    link_frame_header_t header = {0};
+    const uint8_t* payload     = NULL;
+    const size_t payload_size  = consumer->terms.layout_octets;
+    const status_t status      = link_frame_decode(frame, size, payload_size, with_crc, &header, &payload);
+    const bool is_ours =
+        (status == STATUS_OK) && (header.link == consumer->link) && (header.epoch == consumer->epoch);
+    if (!is_ours) {
+        consumer->counters.refused++;
+        return STATUS_INVALID;
+    }
+    if (consumer->has_sample) {
+        const uint32_t ahead = header.sequence - consumer->sequence;
+        if ((ahead == 0U) || (ahead > (UINT32_MAX / 2U))) {
+            return STATUS_OK; // The same again, or overtaken.
+        }
+        consumer->counters.lost += missing(ahead, consumer->terms.decimation);
+    }
+    (void)memcpy(consumer->payload, payload, payload_size);
+    consumer->has_sample             = true;
+    consumer->sequence               = header.sequence;
+    consumer->peer_state             = header.producer_state;
+    consumer->sample_time_ns         = header.time_ns;
+    consumer->counters.last_sequence = header.sequence;
+    consumer->counters.frames++;
+    return STATUS_OK;
+}
+
+/// One attempt to copy the slot whole. *guard is the guard of what was copied before; the same again is not
+/// copied. False if the writer was inside.
+static bool copy_slot(const link_slot_t* const slot, const size_t words, uint32_t* const guard,
+                      uint64_t* const out_words)
+{
+    const uint32_t before = __atomic_load_n(&slot->guard, __ATOMIC_ACQUIRE);
+    if (before == *guard) {
+        return true;
+    }
+    if ((before & 1U) != 0U) {
+        return false;
+    }
+    for (size_t i = 0U; i < words; i++) {
+        out_words[i] = __atomic_load_n(&slot->words[i], __ATOMIC_RELAXED);
+    }
+    __atomic_thread_fence(__ATOMIC_ACQUIRE);
+    if (__atomic_load_n(&slot->guard, __ATOMIC_RELAXED) != before) {
+        return false;
+    }
+    *guard = before;
+    return true;
+}
+
+static void take_from_slot(link_consumer_t* const consumer)
+{
+    const link_slot_t* const slot = slot_of(&consumer->shm);
+    const size_t size             = LINK_FRAME_HEADER_OCTETS + consumer->terms.layout_octets;
+    const uint32_t taken          = consumer->guard;
+    uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
+    for (unsigned attempt = 0U; attempt < LINK_READ_ATTEMPTS; attempt++) {
+        if (copy_slot(slot, WORDS_OF(size), &consumer->guard, words)) {
+            if (consumer->guard != taken) {
+                (void)accept(consumer, (const uint8_t*)words, size, false);
+            }
+            return;
+        }
+    }
+    consumer->counters.torn++;
+}
+
+osal_doorbell_t* link_consumer_doorbell(const link_consumer_t* const consumer)
+{
+    FSW_ASSERT(consumer != NULL);
+    const bool is_shared = consumer->is_open && uses(&consumer->terms, RTLINK_METHOD_SHARED_MEMORY);
+    return is_shared ? &slot_of(&consumer->shm)->doorbell : NULL;
+}
+
+status_t link_consumer_read(link_consumer_t* const consumer, const uint64_t now_ns)
+{
+    FSW_ASSERT(consumer != NULL);
+    if (!consumer->is_open) {
+        return STATUS_CLOSED;
+    }
+    if (uses(&consumer->terms, RTLINK_METHOD_SHARED_MEMORY)) {
+        take_from_slot(consumer);
+    }
+    if (!consumer->has_sample) {
+        return STATUS_EMPTY;
+    }
+    const uint64_t age_ns = (now_ns > consumer->sample_time_ns) ? (now_ns - consumer->sample_time_ns) : 0U;
+    if (age_ns > ((uint64_t)consumer->terms.max_age_us * 1000U)) {
+        consumer->counters.late++;
+        return STATUS_STALE;
+    }
+    return STATUS_OK;
+}
+
+status_t link_consumer_deliver(link_consumer_t* const consumer, const uint8_t* const frame, const size_t size)
+{
+    FSW_ASSERT((consumer != NULL) && (frame != NULL));
+    if (!consumer->is_open) {
+        return STATUS_CLOSED;
+    }
+    if (!uses(&consumer->terms, RTLINK_METHOD_UDP)) { // Its samples come another way: no datagram is its own.
+        consumer->counters.refused++;
+        return STATUS_INVALID;
+    }
+    return accept(consumer, frame, size, true);
+}
+
+void link_consumer_close(link_consumer_t* const consumer)
+{
+    FSW_ASSERT(consumer != NULL);
+    if (consumer->is_open && uses(&consumer->terms, RTLINK_METHOD_SHARED_MEMORY)) {
+        osal_shm_close(&consumer->shm);
+    }
+    consumer->is_open = false;
+}

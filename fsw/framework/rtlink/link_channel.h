@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Data plane of one real-time link: one producer, the latest sample always whole, staleness by age.
+///
+/// Shared memory: a sequence lock around one frame; any number of readers, wait-free for the writer. UDP: the
+/// program pumps datagrams into link_consumer_deliver. The epoch keeps an old producer out; sequence numbers
+/// show what was lost. A consumer whose period is a multiple of the producer's sees every n-th sample.
+///
+/// Ownership  The caller places the ends. Context: one task an end; ends of one link may be in different
+///            processes. Never blocks. Time O(payload); a reader that keeps meeting a writer gives up after
+///            LINK_READ_ATTEMPTS and keeps its last sample.
+/// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
+#ifndef FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H
+#define FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/rtlink/agreement.h"
+#include "fsw/framework/rtlink/link_frame.h"
+#include "osal/include/osal/doorbell.h"
+#include "osal/include/osal/shm.h"
+#include "osal/include/osal/socket.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define LINK_READ_ATTEMPTS 8U
+
+typedef enum { // On the wire (TM[130,9] and TM[130,10]).
+    LINK_CLOSED    = 0,
+    LINK_REQUESTED = 1,
+    LINK_ACCEPTED  = 2,
+    LINK_OPEN      = 3,
+    LINK_STALE     = 4,
+    LINK_FAILED    = 5
+} link_state_t;
+
+/// How the program finds what a logical link number stands for; nothing of it is ever put into a packet.
+typedef struct {
+    void* context;
+    /// Name of the shared memory of a link. False if there is none.
+    bool (*shm_name)(void* context, uint16_t link, char* out_name, size_t capacity);
+    /// Where to send, and through which socket, frames of a link over UDP. False if there is none.
+    bool (*udp_route)(void* context, uint16_t link, osal_socket_t** out_socket, osal_address_t* out_consumer);
+    /// Told after each frame sent by UDP, so that the program can tell the calendar. May be null.
+    void (*delivered)(void* context, uint16_t link);
+} link_resolver_t;
+
+typedef struct {
+    uint32_t frames;  ///< Sent, or received and used.
+    uint32_t lost;    ///< Missing in the sequence (of those the decimation lets through).
+    uint32_t late;    ///< Read when older than allowed [reads].
+    uint32_t torn;    ///< Reads given up because the writer was always busy.
+    uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
+    uint32_t last_sequence;
+} link_counters_t;
+
+typedef struct { // Private, except counters.
+    rtlink_terms_t terms;
+    uint16_t link;
+    uint32_t epoch;
+    uint32_t sequence;
+    bool is_open;
+    osal_shm_t shm;
+    const link_resolver_t* resolver;
+    osal_socket_t* socket;
+    osal_address_t consumer;
+    link_counters_t counters;
+} link_producer_t;
+
+typedef struct { // Private, except counters, peer_state and sample_time_ns.
+    rtlink_terms_t terms;
+    uint16_t link;
+    uint32_t epoch;
+    bool is_open;
+    bool has_sample;
+    osal_shm_t shm;
+    uint32_t guard;                      // Of what was last taken out of the shared memory.
+    uint8_t payload[RTLINK_PAYLOAD_MAX]; // Producer's byte order.
+    uint32_t sequence;
+    uint8_t peer_state;      ///< State number of the producer in its last frame.
+    uint64_t sample_time_ns; ///< Time of the last sample [ns of the run].
+    link_counters_t counters;
+} link_consumer_t;
+
+/// Make the shared memory of a link (producer's side), before the consumer opens. A left-over of an earlier
+/// opening is replaced. STATUS_OK, STATUS_NOT_FOUND (no name or route), STATUS_EXHAUSTED, STATUS_DENIED,
+/// STATUS_IO.
+MUST_USE status_t link_producer_open(link_producer_t* producer, const link_resolver_t* resolver,
+                                     uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
+/// Publish a sample. STATUS_OK, STATUS_CLOSED (not open), STATUS_FULL or STATUS_IO (UDP; the sample is lost
+/// and counted).
+status_t link_producer_write(link_producer_t* producer, uint8_t state, uint64_t now_ns,
+                             const uint8_t* payload);
+void link_producer_close(link_producer_t* producer);
+
+/// STATUS_OK, STATUS_NOT_FOUND (nothing there to open, or a method this build has not), STATUS_DENIED,
+/// STATUS_IO.
+MUST_USE status_t link_consumer_open(link_consumer_t* consumer, const link_resolver_t* resolver,
+                                     uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
+/// Take in what is new. STATUS_OK (sample in payload, not stale), STATUS_EMPTY (none yet), STATUS_STALE,
+/// STATUS_CLOSED (not open).
+status_t link_consumer_read(link_consumer_t* consumer, uint64_t now_ns);
+/// A datagram for this link has arrived. STATUS_OK, STATUS_INVALID (refused and counted), STATUS_CLOSED.
+status_t link_consumer_deliver(link_consumer_t* consumer, const uint8_t* frame, size_t size);
+/// What the producer rings after each sample in shared memory; null if not open, or another method. For an
+/// executive that lets a sample start its cycle, in place of a look at each cycle; see osal/doorbell.h.
+osal_doorbell_t* link_consumer_doorbell(const link_consumer_t* consumer);
+void link_consumer_close(link_consumer_t* consumer);
+
+#endif // FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H

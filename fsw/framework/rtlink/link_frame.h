@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The data frame of real-time links (not a PUS packet): 24 octets of header, big-endian, then the payload in
+/// the producer's byte order, then, on UDP and TIPC only, CRC-32 over all before it.
+///
+///     magic u16 0x5254 | version u8 1 | producer state u8 | link id u16 | flags u16 0 | epoch u32 |
+///     sequence u32 | time u64 [ns of the run]
+#ifndef FSW_FRAMEWORK_RTLINK_LINK_FRAME_H
+#define FSW_FRAMEWORK_RTLINK_LINK_FRAME_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/rtlink/agreement.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define LINK_FRAME_HEADER_OCTETS 24U
+#define LINK_FRAME_CRC_OCTETS 4U
+#define LINK_FRAME_MAX (LINK_FRAME_HEADER_OCTETS + RTLINK_PAYLOAD_MAX + LINK_FRAME_CRC_OCTETS)
+
+typedef struct {
+    uint8_t producer_state; ///< State number of the producing subsystem.
+    uint16_t link;
+    uint32_t epoch;
+    uint32_t sequence;
+    uint64_t time_ns;
+} link_frame_header_t;
+
+/// Encode the header alone.
+void link_frame_encode_header(const link_frame_header_t* header,
+                              uint8_t out_octets[LINK_FRAME_HEADER_OCTETS]);
+/// Encode header, payload and, if asked, CRC. Returns the frame's size [octets].
+/// payload_size 1..RTLINK_PAYLOAD_MAX.
+size_t link_frame_encode(const link_frame_header_t* header, const uint8_t* payload, size_t payload_size,
+                         bool with_crc, uint8_t out_frame[LINK_FRAME_MAX]);
+/// Decode. *out_payload points into `frame`. STATUS_OK; STATUS_INVALID: magic, version or flags;
+/// STATUS_TRUNCATED: size differs from the agreed payload's; STATUS_CHECKSUM.
+MUST_USE status_t link_frame_decode(const uint8_t* frame, size_t size, size_t payload_size, bool with_crc,
+                                    link_frame_header_t* out_header, const uint8_t** out_payload);
+
+#endif // FSW_FRAMEWORK_RTLINK_LINK_FRAME_H

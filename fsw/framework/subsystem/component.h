@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How a program places and runs a generic subsystem (see subsystem.h for what a developer writes).
+///
+///     static component_t component;
+///     component_init(&component, &config);
+///     for (;;) { wait; component_accept(...) for each packet that came; wake = component_step(&component,
+///     now); }
+///
+/// A configuration may have further loops for services, each with its own rate and priority (<Loop> of the
+/// descriptor). component_step runs them too, in a fixed order before all else: what stepped time needs.
+/// Where time is real and `has_loop_tasks` is set, each is a task: it calls component_loop_step at the times
+/// that returns, with the priority of component_loop_priority, beside the task that calls component_step.
+/// What such a loop has finished leaves with the next component_step.
+///
+/// Ownership  The program places component_t (static; about 150 KiB) and all that the configuration points
+///            to.
+/// Context    One loop; component_loop_step and component_loop_priority may run in a task of their own for
+///            each loop. None blocks but for short critical sections with priority inheritance.
+#ifndef FSW_FRAMEWORK_SUBSYSTEM_COMPONENT_H
+#define FSW_FRAMEWORK_SUBSYSTEM_COMPONENT_H
+
+#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/message/octet_ring.h"
+#include "fsw/framework/parameter/parameter.h"
+#include "fsw/framework/resource/pool.h"
+#include "fsw/framework/rtlink/link_channel.h"
+#include "fsw/framework/subsystem/state_machine.h"
+#include "fsw/framework/subsystem/subsystem.h"
+#include "osal/include/osal/mutex.h"
+#include "pus/service.h"
+#include "pus/st03_housekeeping.h"
+#include "pus/st05_events.h"
+#include "pus/st08_functions.h"
+#include "pus/st129_management.h"
+#include "pus/st130_rtlink.h"
+#include "pus/st17_test.h"
+#include "pus/st20_parameters.h"
+
+#define COMPONENT_STRUCTURES 16U      ///< HK structures, from descriptor and by request.
+#define COMPONENT_SAMPLE_OCTETS 1024U ///< Values of one HK report.
+#define COMPONENT_LINKS 8U
+#define COMPONENT_TICKETS 8U    ///< Function commands under way.
+#define COMPONENT_ARGUMENTS 96U ///< Arguments of all functions.
+#define COMPONENT_ARGUMENT_WORDS 64U
+#define COMPONENT_SERVICES 12U
+#define COMPONENT_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX ///< Beside its own.
+#define COMPONENT_MAILBOX_OCTETS 4096U                     ///< From such a loop to the component's own.
+#define COMPONENT_LOOP_HEADER 10U                          ///< Of a report in a mailbox [octets].
+#define COMPONENT_LOOP_REPORTS 16U                         ///< Taken from one mailbox in one step, at most.
+#define COMPONENT_NEVER UINT64_MAX
+/// A subsystem that has not heard of the supervisor for this long considers it lost [ns].
+#define COMPONENT_SUPERVISOR_TIMEOUT_NS 3000000000ULL
+/// Cycles that a MEDIUM error waits for the supervisor's order.
+#define COMPONENT_MEDIUM_CYCLES 4U
+
+typedef struct {
+    const subsystem_descriptor_t* descriptor;
+    bool is_descriptor_valid; ///< False: stay in OFFLINE / INVALID; only apid and name of the descriptor
+                              ///< count.
+    const subsystem_callbacks_t* callbacks;
+    void* self;                    ///< First argument of the callbacks.
+    uint32_t mission_epoch_s;      ///< Mission time 0 [s of TAI since 1958].
+    uint32_t start_count;          ///< 1 for the first start of this component in the run.
+    pus_port_t port;               ///< Where its packets go.
+    const link_resolver_t* links;  ///< Null: no real-time links.
+    uint8_t link_methods;          ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
+    bool has_supervisor;           ///< False for the supervisor itself.
+    bool has_loop_tasks;           ///< Each loop of services has a task of its own.
+    const pus_service_t* services; ///< Further services (0..4).
+    size_t service_count;
+    /// TC[129,6]: read the descriptor anew, at the next rest in PRE_OPERATIONAL without a configuration or in
+    /// OFFLINE. STATUS_OK with the model to use from now on; else the old one stays in force.
+    status_t (*reload)(void* context, const subsystem_descriptor_t** out_descriptor);
+    void* reload_context;
+} component_config_t;
+
+typedef struct {        // Private: a loop of services. `mutex` guards the mailbox, loop_guard the rest.
+    uint64_t period_ns; // 0: the loop rests.
+    uint64_t first_tick;
+    uint32_t cycle;
+    uint8_t priority;
+    osal_mutex_t mutex;
+    octet_ring_t mailbox; // Finished reports: structure id, time of the values, values.
+    uint32_t lost;        // Reports that had no room there and are not counted yet.
+    uint8_t storage[COMPONENT_MAILBOX_OCTETS];
+    uint8_t report[COMPONENT_LOOP_HEADER + COMPONENT_SAMPLE_OCTETS];
+} component_loop_t;
+
+typedef struct { // Private: one end of a real-time link.
+    bool is_used;
+    bool is_producer;
+    link_state_t state;
+    uint16_t link;
+    const descriptor_port_t* port;
+    pus_link_ends_t ends;
+    rtlink_terms_t terms;
+    uint64_t accepted_ns;
+    uint64_t opened_ns;
+    bool is_stale_told;
+    link_producer_t producer;
+    link_consumer_t consumer;
+} component_link_t;
+
+struct subsystem { // Private; component_t is another name.
+    component_config_t config;
+    const subsystem_descriptor_t* descriptor;
+    state_machine_t machine;
+    uint64_t now_ns;
+    uint64_t period_ns;
+    uint64_t next_cycle_ns;
+    uint64_t next_status_ns;
+    uint64_t action_start_ns;
+    uint64_t supervisor_heard_ns;
+    uint32_t cycle;
+    state_action_t started_action; // Its clock runs; a request that changes nothing does not set it back.
+    state_t started_state;
+    bool is_action_fresh; // The present action has not been run yet.
+    bool is_supervisor_lost;
+    bool is_medium_pending;
+    uint32_t medium_cycle;
+    uint16_t configuration_id;                       // Selected; 0 none.
+    uint16_t last_code;                              // Failure code or event id behind the last transition.
+    const descriptor_configuration_t* configuration; // Applied, or being applied.
+
+    bool has_pending; // A request for a state or configuration is under way.
+    pus_token_t pending;
+    bool has_reload; // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
+    pus_token_t reload;
+
+    parameter_dictionary_t dictionary;
+    parameter_entry_t entries[DESCRIPTOR_PARAMETERS_MAX];
+    parameter_bounds_t bounds[DESCRIPTOR_FIELDS_MAX];
+
+    pus_process_t process;
+    pus_dispatcher_t dispatcher;
+    pus_service_t services[COMPONENT_SERVICES];
+    pus_test_t test;
+    pus_hk_t housekeeping;
+    pus_hk_structure_t structures[COMPONENT_STRUCTURES];
+    uint8_t samples[COMPONENT_STRUCTURES * COMPONENT_SAMPLE_OCTETS];
+    pus_events_t events;
+    pus_event_definition_t event_definitions[DESCRIPTOR_EVENTS_MAX];
+    pus_event_state_t event_states[DESCRIPTOR_EVENTS_MAX];
+    pus_functions_t functions;
+    pus_function_t function_table[DESCRIPTOR_FUNCTIONS_MAX];
+    pus_argument_t arguments[COMPONENT_ARGUMENTS];
+    uint64_t argument_area[COMPONENT_ARGUMENT_WORDS];
+    pus_parameters_t parameters;
+    pus_management_t management;
+    pus_rtlink_t rtlink;
+
+    pool_t tickets;
+    uint64_t ticket_storage[POOL_STORAGE_WORDS(sizeof(pus_token_t), COMPONENT_TICKETS)];
+    pool_slot_t ticket_slots[COMPONENT_TICKETS];
+    pus_token_t* open_tickets[COMPONENT_TICKETS];
+    uint32_t ticket_in_call; // Of the function that is being performed; its reply ends it.
+
+    osal_mutex_t loop_guard;
+    component_loop_t loops[COMPONENT_LOOPS];
+    uint16_t loop_count; // Of the applied configuration; only the component's own loop looks.
+    uint8_t loop_report[COMPONENT_LOOP_HEADER + COMPONENT_SAMPLE_OCTETS];
+
+    component_link_t links[COMPONENT_LINKS];
+    subsystem_link_totals_t closed_links; // Counters of links that are closed.
+};
+
+typedef struct subsystem component_t;
+
+/// OFFLINE, services registered. The configuration is copied.
+void component_init(component_t* component, const component_config_t* config);
+/// Take in one packet (request or report). Nothing about it is trusted.
+void component_accept(component_t* component, const uint8_t* packet, size_t size, uint64_t now_ns);
+/// The time, for a program that lets callbacks of its own raise events between two steps.
+void component_tell_time(component_t* component, uint64_t now_ns);
+/// Run what is due. Returns the time of the next wake [ns of the run].
+uint64_t component_step(component_t* component, uint64_t now_ns);
+/// Run what is due in a loop of services, 0..COMPONENT_LOOPS - 1: only where it has a task of its own.
+/// Returns its next wake; COMPONENT_NEVER while no configuration with such a loop is applied.
+uint64_t component_loop_step(component_t* component, uint8_t loop, uint64_t now_ns);
+/// Priority that the applied configuration gives to such a loop, 1..99; 0 while it rests.
+uint8_t component_loop_priority(component_t* component, uint8_t loop);
+/// Datagram of a real-time link.
+void component_link_datagram(component_t* component, const uint8_t* frame, size_t size);
+/// Its application process, for further services.
+pus_process_t* component_process(component_t* component);
+/// Ask the component itself for a state, without a request of anybody (the supervisor's own start).
+state_answer_t component_request(component_t* component, state_t target, state_cause_t cause);
+state_answer_t component_select(component_t* component, uint16_t configuration_id);
+
+#endif // FSW_FRAMEWORK_SUBSYSTEM_COMPONENT_H

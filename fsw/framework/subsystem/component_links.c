@@ -1,0 +1,567 @@
+// SPDX-License-Identifier: Apache-2.0
+// The member side of real-time links: offers, negotiation, opening, and the watch over freshness.
+#include "fsw/framework/subsystem/component_internal.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <string.h>
+
+#define METHOD_ANY 0xFFU                 ///< Wanted method: whatever both ends have.
+#define ACCEPT_DEADLINE_NS 5000000000ULL ///< An accepted link that is not opened in time is given up.
+
+// ---- Terms ----
+
+static uint8_t methods_of(const component_t* const component, const descriptor_port_t* const port)
+{
+    uint8_t methods = 0U;
+    for (uint8_t i = 0U; i < port->method_count; i++) {
+        if (port->methods[i] < (uint8_t)RTLINK_METHOD_COUNT) {
+            methods |= (uint8_t)(1U << port->methods[i]);
+        }
+    }
+    return (uint8_t)(methods & component->config.link_methods);
+}
+
+static rtlink_terms_t terms_of_port(const component_t* const component, const descriptor_port_t* const port)
+{
+    return (rtlink_terms_t){.layout_hash   = port->layout_hash,
+                            .layout_octets = port->octets,
+                            .order         = (uint8_t)rtlink_native_order(),
+                            .period_us     = port->period_us,
+                            .methods       = methods_of(component, port),
+                            .decimation    = 1U,
+                            .max_age_us    = port->stale_us};
+}
+
+static uint8_t method_number(const uint8_t methods)
+{
+    uint8_t number = 0U;
+    while ((number < (uint8_t)RTLINK_METHOD_COUNT) && ((methods & (1U << number)) == 0U)) {
+        number++;
+    }
+    return number;
+}
+
+static pus_link_properties_t properties_of(const rtlink_terms_t* const terms)
+{
+    return (pus_link_properties_t){.layout_hash = terms->layout_hash,
+                                   .layout_size = terms->layout_octets,
+                                   .byte_order  = terms->order,
+                                   .period_us   = terms->period_us,
+                                   .method      = method_number(terms->methods),
+                                   .depth       = 1U,
+                                   .age_max_us  = terms->max_age_us};
+}
+
+static rtlink_terms_t terms_of_properties(const pus_link_properties_t* const properties)
+{
+    uint8_t methods = 0U;
+    if (properties->method == METHOD_ANY) {
+        methods = 0xFFU;
+    } else if (properties->method < (uint8_t)RTLINK_METHOD_COUNT) {
+        methods = (uint8_t)(1U << properties->method);
+    } else {
+        // A method this build does not know is in no set.
+    }
+    return (rtlink_terms_t){.layout_hash   = properties->layout_hash,
+                            .layout_octets = properties->layout_size,
+                            .order         = properties->byte_order,
+                            .period_us     = properties->period_us,
+                            .methods       = methods,
+                            .decimation    = 1U,
+                            .max_age_us    = properties->age_max_us};
+}
+
+// ---- Table of links ----
+
+static component_link_t* link_by_id(component_t* const component, const uint16_t link)
+{
+    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
+        if (component->links[i].is_used && (component->links[i].link == link)) {
+            return &component->links[i];
+        }
+    }
+    return NULL;
+}
+
+static component_link_t* link_by_port(component_t* const component, const uint16_t port)
+{
+    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
+        if (component->links[i].is_used && (component->links[i].port->id == port)) {
+            return &component->links[i];
+        }
+    }
+    return NULL;
+}
+
+static component_link_t* free_link(component_t* const component)
+{
+    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
+        if (!component->links[i].is_used) {
+            return &component->links[i];
+        }
+    }
+    return NULL;
+}
+
+static void change_state(component_t* const component, component_link_t* const link, const link_state_t state,
+                         const uint8_t cause)
+{
+    const pus_link_transition_t report = {.link     = link->link,
+                                          .previous = (uint8_t)link->state,
+                                          .state    = (uint8_t)state,
+                                          .cause    = cause,
+                                          .time_ns  = component->now_ns};
+    link->state                        = state;
+    (void)pus_link_transition_report(&component->process, &report, component->now_ns);
+}
+
+static void add_counters(subsystem_link_totals_t* const totals, const component_link_t* const link)
+{
+    if (link->is_used && !link->is_producer) {
+        totals->received += link->consumer.counters.frames;
+        totals->lost += link->consumer.counters.lost;
+        totals->late += link->consumer.counters.late;
+        totals->refused += link->consumer.counters.refused + link->consumer.counters.torn;
+    }
+}
+
+static void close_link(component_t* const component, component_link_t* const link, const uint8_t reason)
+{
+    add_counters(&component->closed_links, link);
+    if (link->is_producer) {
+        link_producer_close(&link->producer);
+    } else {
+        link_consumer_close(&link->consumer);
+    }
+    change_state(component, link, LINK_CLOSED, reason);
+    link->is_used = false;
+}
+
+void component_close_links(component_t* const component, const uint8_t reason)
+{
+    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
+        if (component->links[i].is_used) {
+            close_link(component, &component->links[i], reason);
+        }
+    }
+}
+
+// ---- Port of service 130 ----
+
+static bool offer_link(void* const context, const uint16_t index, pus_link_offer_t* const out_offer)
+{
+    const component_t* const component                    = (const component_t*)context;
+    const descriptor_configuration_t* const configuration = component->configuration;
+    uint16_t left                                         = index;
+    if (configuration == NULL) {
+        return false;
+    }
+    for (uint16_t i = 0U; i < configuration->port_count; i++) {
+        const descriptor_port_t* const port = &component->descriptor->ports[configuration->first_port + i];
+        rtlink_terms_t terms                = terms_of_port(component, port);
+        const uint8_t methods               = terms.methods;
+        for (uint8_t method = 0U; method < (uint8_t)RTLINK_METHOD_COUNT; method++) {
+            if ((methods & (1U << method)) == 0U) {
+                continue;
+            }
+            if (left == 0U) {
+                terms.methods         = (uint8_t)(1U << method);
+                out_offer->port       = port->id;
+                out_offer->role       = (uint8_t)(port->is_provided ? PUS_LINK_PRODUCER : PUS_LINK_CONSUMER);
+                out_offer->properties = properties_of(&terms);
+                return true;
+            }
+            left--;
+        }
+    }
+    return false;
+}
+
+static pus_link_field_t field_of(const rtlink_verdict_t verdict)
+{
+    switch (verdict) {
+    case RTLINK_REFUSED_LAYOUT:
+        return PUS_LINK_FIELD_LAYOUT_HASH;
+    case RTLINK_REFUSED_ORDER:
+        return PUS_LINK_FIELD_BYTE_ORDER;
+    case RTLINK_REFUSED_PERIOD:
+        return PUS_LINK_FIELD_PERIOD;
+    case RTLINK_REFUSED_METHOD:
+        return PUS_LINK_FIELD_METHOD;
+    case RTLINK_REFUSED_PORT:
+        return PUS_LINK_FIELD_PORT;
+    default:
+        return PUS_LINK_FIELD_NONE;
+    }
+}
+
+static void refuse(pus_link_answer_t* const answer, const rtlink_verdict_t verdict,
+                   const rtlink_terms_t* const terms)
+{
+    answer->is_accepted      = false;
+    answer->refuse.reason    = (uint8_t)verdict;
+    answer->refuse.field     = (uint8_t)field_of(verdict);
+    answer->refuse.supported = properties_of(terms);
+}
+
+/// The endpoint's name is logical, so that no packet tells where the program runs.
+static pus_endpoint_t endpoint_of(const rtlink_terms_t* const terms, const uint16_t link)
+{
+    pus_endpoint_t endpoint = {.kind = method_number(terms->methods), .size = 7U, .octets = {0U}};
+    (void)memcpy(endpoint.octets, "link-", 5U);
+    endpoint.octets[5] = (uint8_t)('0' + ((link / 10U) % 10U));
+    endpoint.octets[6] = (uint8_t)('0' + (link % 10U));
+    return endpoint;
+}
+
+static const descriptor_port_t* port_of_request(const component_t* const component,
+                                                const pus_link_request_t* const request,
+                                                bool* const out_is_producer)
+{
+    *out_is_producer    = (request->ends.producer_apid == component->descriptor->apid);
+    const bool is_ours  = *out_is_producer || (request->ends.consumer_apid == component->descriptor->apid);
+    const uint16_t port = *out_is_producer ? request->ends.producer_port : request->ends.consumer_port;
+    if (!is_ours || (component->configuration == NULL)) {
+        return NULL;
+    }
+    const descriptor_port_t* const found =
+        descriptor_find_port(component->descriptor, component->configuration, port);
+    return ((found != NULL) && (found->is_provided == *out_is_producer)) ? found : NULL;
+}
+
+static void accept_request(component_t* const component, component_link_t* const link,
+                           const pus_link_request_t* const request, pus_link_answer_t* const answer)
+{
+    link->is_used             = true;
+    link->link                = request->link;
+    link->ends                = request->ends;
+    link->state               = LINK_CLOSED;
+    link->accepted_ns         = component->now_ns;
+    link->is_stale_told       = false;
+    link->producer            = (link_producer_t){0};
+    link->consumer            = (link_consumer_t){0};
+    answer->is_accepted       = true;
+    answer->accept.link       = request->link;
+    answer->accept.properties = properties_of(&link->terms);
+    answer->accept.endpoint   = endpoint_of(&link->terms, request->link);
+    change_state(component, link, LINK_ACCEPTED, PUS_LINK_REASON_NONE);
+}
+
+static pus_reply_t request_link(void* const context, const pus_link_request_t* const request,
+                                pus_link_answer_t* const out_answer, const pus_token_t* const token,
+                                const uint64_t now_ns)
+{
+    (void)token;
+    component_t* const component = (component_t*)context;
+    component->now_ns            = now_ns;
+    bool is_producer             = false;
+    const rtlink_terms_t wanted  = terms_of_properties(&request->properties);
+    if ((component->machine.phase != PHASE_CONFIGURED) || (component->config.links == NULL)) {
+        refuse(out_answer, RTLINK_REFUSED_STATE, &wanted);
+        return pus_done();
+    }
+    const descriptor_port_t* const port = port_of_request(component, request, &is_producer);
+    if (port == NULL) {
+        refuse(out_answer, RTLINK_REFUSED_PORT, &wanted);
+        return pus_done();
+    }
+    const rtlink_terms_t own = terms_of_port(component, port);
+    rtlink_terms_t agreed    = own;
+    const rtlink_verdict_t verdict =
+        is_producer ? rtlink_negotiate(&own, &wanted, &agreed) : rtlink_negotiate(&wanted, &own, &agreed);
+    component_link_t* const old  = link_by_port(component, port->id);
+    component_link_t* const link = (old != NULL) ? old : free_link(component);
+    if (verdict != RTLINK_ACCEPTED) {
+        refuse(out_answer, verdict, &own);
+    } else if ((link == NULL) || (request->link == 0U)) {
+        refuse(out_answer, RTLINK_REFUSED_RESOURCE, &own);
+    } else {
+        if (old != NULL) {
+            close_link(component, old, PUS_LINK_REASON_NONE);
+        }
+        link->is_producer = is_producer;
+        link->port        = port;
+        link->terms       = agreed;
+        accept_request(component, link, request, out_answer);
+    }
+    return pus_done();
+}
+
+static pus_reply_t open_link(void* const context, const pus_link_open_t* const open,
+                             const pus_token_t* const token, const uint64_t now_ns)
+{
+    (void)token;
+    component_t* const component = (component_t*)context;
+    component->now_ns            = now_ns;
+    component_link_t* const link = link_by_id(component, open->link);
+    if (link == NULL) {
+        return pus_refused(PUS_FAILURE_UNKNOWN_ID, open->link);
+    }
+    if (link->state != LINK_ACCEPTED) {
+        return pus_refused(PUS_FAILURE_STATE, open->link);
+    }
+    const link_resolver_t* const resolver = component->config.links;
+    const status_t status =
+        link->is_producer
+            ? link_producer_open(&link->producer, resolver, link->link, &link->terms, open->epoch)
+            : link_consumer_open(&link->consumer, resolver, link->link, &link->terms, open->epoch);
+    if (status != STATUS_OK) {
+        change_state(component, link, LINK_FAILED, PUS_LINK_REASON_RESOURCE);
+        link->is_used = false;
+        return pus_failed(PUS_FAILURE_IO, (uint32_t)status);
+    }
+    link->opened_ns = component->now_ns;
+    change_state(component, link, LINK_OPEN, PUS_LINK_REASON_NONE);
+    return pus_done();
+}
+
+static void raise_by_name(component_t* const component, const char* const name)
+{
+    const descriptor_event_t* const event = descriptor_find_event_name(component->descriptor, name);
+    if (event != NULL) {
+        (void)subsystem_raise(component, event->id, NULL, 0U);
+    }
+}
+
+/// DESIGN 6: a required link lost or stale is an error in OPERATIONAL and a note in the states below.
+static void tell_lost(component_t* const component, const descriptor_port_t* const port)
+{
+    const state_t state = component->machine.state;
+    if ((state == STATE_OPERATIONAL) && port->is_required) {
+        raise_by_name(component, "LINK_STALE");
+    } else if ((state == STATE_SAFE_OPERATIONAL) || (state == STATE_PRE_OPERATIONAL)) {
+        raise_by_name(component, "LINK_CLOSED");
+    } else {
+        // Going down or in error already.
+    }
+}
+
+static pus_reply_t close_requested(void* const context, const pus_link_close_t* const close,
+                                   const pus_token_t* const token, const uint64_t now_ns)
+{
+    (void)token;
+    component_t* const component = (component_t*)context;
+    component->now_ns            = now_ns;
+    component_link_t* const link = link_by_id(component, close->link);
+    if (link == NULL) {
+        return pus_refused(PUS_FAILURE_UNKNOWN_ID, close->link);
+    }
+    const descriptor_port_t* const port = link->port;
+    const bool was_needed               = !link->is_producer && port->is_required;
+    close_link(component, link, close->reason);
+    if (was_needed) {
+        tell_lost(component, port);
+    }
+    return pus_done();
+}
+
+static bool link_status(void* const context, const uint16_t index, pus_link_status_t* const out_status)
+{
+    const component_t* const component = (const component_t*)context;
+    uint16_t left                      = index;
+    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
+        const component_link_t* const link = &component->links[i];
+        if (!link->is_used) {
+            continue;
+        }
+        if (left == 0U) {
+            const link_counters_t* const counters =
+                link->is_producer ? &link->producer.counters : &link->consumer.counters;
+            *out_status = (pus_link_status_t){.link          = link->link,
+                                              .state         = (uint8_t)link->state,
+                                              .ends          = link->ends,
+                                              .properties    = properties_of(&link->terms),
+                                              .sent          = link->is_producer ? counters->frames : 0U,
+                                              .received      = link->is_producer ? 0U : counters->frames,
+                                              .lost          = counters->lost,
+                                              .late          = counters->late,
+                                              .last_sequence = counters->last_sequence};
+            return true;
+        }
+        left--;
+    }
+    return false;
+}
+
+pus_rtlink_port_t component_link_port(component_t* const component)
+{
+    return (pus_rtlink_port_t){component, offer_link, request_link, open_link, close_requested, link_status};
+}
+
+// ---- Watch ----
+
+static void tell_stale(component_t* const component, component_link_t* const link)
+{
+    if (!link->is_stale_told) {
+        link->is_stale_told = true;
+        change_state(component, link, LINK_STALE, PUS_LINK_REASON_STALE);
+        tell_lost(component, link->port);
+    }
+}
+
+/// A link that was opened has to bring a first sample within the age that is allowed to all others.
+static bool is_overdue(const component_t* const component, const component_link_t* const link)
+{
+    return (component->now_ns - link->opened_ns) > ((uint64_t)link->terms.max_age_us * 1000U);
+}
+
+static void watch_consumer(component_t* const component, component_link_t* const link)
+{
+    const status_t status = link_consumer_read(&link->consumer, component->now_ns);
+    if ((status == STATUS_STALE) || ((status == STATUS_EMPTY) && is_overdue(component, link))) {
+        tell_stale(component, link);
+    } else if ((status == STATUS_OK) && link->is_stale_told) {
+        link->is_stale_told = false;
+        change_state(component, link, LINK_OPEN, PUS_LINK_REASON_NONE);
+    } else {
+        // Fresh as before, or the first sample may still come.
+    }
+    const bool is_live = (component->machine.state >= STATE_PRE_OPERATIONAL) &&
+                         (component->machine.state <= STATE_OPERATIONAL);
+    const bool peer_is_lost = (status == STATUS_OK) && (link->consumer.peer_state == STATE_ERROR_OPERATIONAL);
+    if (is_live && peer_is_lost && link->port->is_required) {
+        component_machine_event(component, EVENT_NETWORK_FAILED, CAUSE_NETWORK, 0U);
+        raise_by_name(component, "NETWORK_FAILED");
+    }
+}
+
+void component_watch_links(component_t* const component)
+{
+    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
+        component_link_t* const link = &component->links[i];
+        if (!link->is_used) {
+            continue;
+        }
+        if ((link->state == LINK_ACCEPTED) &&
+            ((component->now_ns - link->accepted_ns) > ACCEPT_DEADLINE_NS)) {
+            close_link(component, link, PUS_LINK_REASON_DEADLINE);
+        } else if (!link->is_producer && ((link->state == LINK_OPEN) || (link->state == LINK_STALE))) {
+            watch_consumer(component, link);
+        } else {
+            // Producers have nothing to watch.
+        }
+    }
+}
+
+bool component_has_required_links(component_t* const component, uint16_t* const out_missing_port)
+{
+    const descriptor_configuration_t* const configuration = component->configuration;
+    if (configuration == NULL) {
+        return true; // Barred by the state machine: nothing is configured.
+    }
+    for (uint16_t i = 0U; i < configuration->port_count; i++) {
+        const descriptor_port_t* const port = &component->descriptor->ports[configuration->first_port + i];
+        const component_link_t* const link  = link_by_port(component, port->id);
+        const bool is_fresh = (link != NULL) && (link->state == LINK_OPEN) && link->consumer.has_sample;
+        if (port->is_required && !is_fresh) {
+            *out_missing_port = port->id;
+            return false;
+        }
+    }
+    return true;
+}
+
+void component_link_datagram(component_t* const component, const uint8_t* const frame, const size_t size)
+{
+    FSW_ASSERT((component != NULL) && (frame != NULL));
+    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
+        component_link_t* const link = &component->links[i];
+        const bool is_it             = link->is_used && !link->is_producer && (size >= 6U) &&
+                           (link->link == (uint16_t)(((uint16_t)frame[4] << 8U) | frame[5]));
+        if (is_it) {
+            (void)link_consumer_deliver(&link->consumer, frame, size);
+        }
+    }
+}
+
+// ---- What a specific subsystem calls (subsystem.h) ----
+
+/// Payload between host memory and the wire order of the link, field by field.
+static void swap_payload(const component_t* const component, const descriptor_port_t* const port,
+                         uint8_t* const payload)
+{
+    size_t offset = 0U;
+    for (uint16_t i = 0U; i < port->field_count; i++) {
+        const descriptor_field_t* const field = &component->descriptor->fields[port->first_field + i];
+        const size_t size                     = value_size(field->type);
+        for (uint16_t k = 0U; k < field->count; k++) {
+            for (size_t low = 0U; low < (size / 2U); low++) {
+                const uint8_t octet               = payload[offset + low];
+                payload[offset + low]             = payload[offset + size - 1U - low];
+                payload[offset + size - 1U - low] = octet;
+            }
+            offset += size;
+        }
+    }
+}
+
+static bool has_port(const subsystem_t* const subsystem, const uint16_t port)
+{
+    return (subsystem->configuration != NULL) &&
+           (descriptor_find_port(subsystem->descriptor, subsystem->configuration, port) != NULL);
+}
+
+status_t subsystem_link_read(subsystem_t* const subsystem, const uint16_t port, void* const payload,
+                             const size_t size)
+{
+    FSW_ASSERT((subsystem != NULL) && (payload != NULL));
+    if (!has_port(subsystem, port)) {
+        return STATUS_NOT_FOUND;
+    }
+    component_link_t* const link = link_by_port(subsystem, port);
+    if ((link == NULL) || link->is_producer || ((link->state != LINK_OPEN) && (link->state != LINK_STALE))) {
+        return STATUS_CLOSED;
+    }
+    FSW_ASSERT(size == link->terms.layout_octets);
+    const status_t status = link_consumer_read(&link->consumer, subsystem->now_ns);
+    if ((status == STATUS_OK) || (status == STATUS_STALE)) {
+        (void)memcpy(payload, link->consumer.payload, size);
+        if (link->terms.order != (uint8_t)rtlink_native_order()) {
+            swap_payload(subsystem, link->port, (uint8_t*)payload);
+        }
+    }
+    return status;
+}
+
+state_t subsystem_link_peer_state(const subsystem_t* const subsystem, const uint16_t port)
+{
+    const component_link_t* const link = link_by_port((subsystem_t*)subsystem, port);
+    return ((link != NULL) && link->consumer.has_sample) ? (state_t)link->consumer.peer_state : STATE_OFFLINE;
+}
+
+uint64_t subsystem_link_age_ns(const subsystem_t* const subsystem, const uint16_t port)
+{
+    const component_link_t* const link = link_by_port((subsystem_t*)subsystem, port);
+    if ((link == NULL) || !link->consumer.has_sample) {
+        return UINT64_MAX;
+    }
+    const uint64_t sample_ns = link->consumer.sample_time_ns; // A producer's clock may be a little ahead.
+    return (subsystem->now_ns > sample_ns) ? (subsystem->now_ns - sample_ns) : 0U;
+}
+
+status_t subsystem_link_write(subsystem_t* const subsystem, const uint16_t port, const void* const payload,
+                              const size_t size)
+{
+    FSW_ASSERT((subsystem != NULL) && (payload != NULL));
+    if (!has_port(subsystem, port)) {
+        return STATUS_NOT_FOUND;
+    }
+    component_link_t* const link = link_by_port(subsystem, port);
+    if ((link == NULL) || !link->is_producer || (link->state != LINK_OPEN)) {
+        return STATUS_CLOSED;
+    }
+    FSW_ASSERT(size == link->terms.layout_octets);
+    (void)link_producer_write(&link->producer, (uint8_t)subsystem->machine.state, subsystem->now_ns,
+                              (const uint8_t*)payload);
+    return STATUS_OK;
+}
+
+void subsystem_link_totals(const subsystem_t* const subsystem, subsystem_link_totals_t* const out_totals)
+{
+    FSW_ASSERT((subsystem != NULL) && (out_totals != NULL));
+    *out_totals = subsystem->closed_links;
+    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
+        add_counters(out_totals, &subsystem->links[i]);
+    }
+}

@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/subsystem/state_machine.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <stddef.h>
+
+// Rest states that can be asked for, in the order of the tables' columns.
+enum {
+    TARGET_0,
+    TARGET_3,
+    TARGET_4,
+    TARGET_5,
+    TARGET_6,
+    TARGET_COUNT
+};
+#define TARGET_NONE TARGET_COUNT
+
+typedef enum {
+    NO,
+    BUSY,
+    DONE,            ///< There already.
+    WALK,            ///< Go towards it hop by hop.
+    WALK_CONFIGURED, ///< As WALK, if a configuration is applied.
+    UNDO,            ///< Turn back: the de-init states down to OFFLINE.
+    RETARGET         ///< On the way down already: end in OFFLINE.
+} verdict_t;
+
+// DESIGN 6, first table: row = present state, column = requested rest state.
+static const verdict_t request_table[STATE_COUNT][TARGET_COUNT] = {
+    [STATE_OFFLINE]           = {DONE, WALK, NO, NO, NO},
+    [STATE_SOFTWARE_INIT]     = {UNDO, BUSY, NO, NO, UNDO},
+    [STATE_HARDWARE_INIT]     = {UNDO, BUSY, NO, NO, UNDO},
+    [STATE_PRE_OPERATIONAL]   = {WALK, DONE, WALK_CONFIGURED, NO, WALK},
+    [STATE_SAFE_OPERATIONAL]  = {WALK, WALK, DONE, WALK, WALK},
+    [STATE_OPERATIONAL]       = {WALK, WALK, WALK, DONE, WALK},
+    [STATE_ERROR_OPERATIONAL] = {WALK, NO, NO, NO, DONE},
+    [STATE_POST_OPERATIONAL]  = {RETARGET, BUSY, NO, NO, RETARGET},
+    [STATE_HARDWARE_DEINIT]   = {RETARGET, BUSY, NO, NO, RETARGET},
+    [STATE_SOFTWARE_DEINIT]   = {RETARGET, BUSY, NO, NO, RETARGET},
+};
+
+typedef struct {
+    state_t state;
+    state_phase_t phase;
+    state_action_t action;
+} hop_t;
+
+#define POST_HOP                                                                                             \
+    {                                                                                                        \
+        STATE_POST_OPERATIONAL, PHASE_ENTERING, ACTION_POST                                                  \
+    }
+#define SECURE_HOP                                                                                           \
+    {                                                                                                        \
+        STATE_ERROR_OPERATIONAL, PHASE_ENTERING, ACTION_SECURE                                               \
+    }
+#define DISENGAGE_HOP                                                                                        \
+    {                                                                                                        \
+        STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_DISENGAGE                                             \
+    }
+#define STOP_HOP                                                                                             \
+    {                                                                                                        \
+        STATE_SAFE_OPERATIONAL, PHASE_LEAVING, ACTION_STOP_CONTROL                                           \
+    }
+#define NO_HOP                                                                                               \
+    {                                                                                                        \
+        STATE_COUNT, PHASE_IDLE, ACTION_NONE                                                                 \
+    }
+
+// The next hop from a rest state towards a target.
+static const hop_t hop_table[STATE_COUNT][TARGET_COUNT] = {
+    [STATE_OFFLINE] =
+        {NO_HOP, {STATE_SOFTWARE_INIT, PHASE_ENTERING, ACTION_SOFTWARE_INIT}, NO_HOP, NO_HOP, NO_HOP},
+    [STATE_SOFTWARE_INIT]   = {NO_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
+    [STATE_HARDWARE_INIT]   = {NO_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
+    [STATE_PRE_OPERATIONAL] = {POST_HOP,
+                               NO_HOP,
+                               {STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_START_CONTROL},
+                               NO_HOP,
+                               SECURE_HOP},
+    [STATE_SAFE_OPERATIONAL] =
+        {STOP_HOP, STOP_HOP, NO_HOP, {STATE_OPERATIONAL, PHASE_ENTERING, ACTION_ENGAGE}, SECURE_HOP},
+    [STATE_OPERATIONAL]       = {DISENGAGE_HOP, DISENGAGE_HOP, DISENGAGE_HOP, NO_HOP, SECURE_HOP},
+    [STATE_ERROR_OPERATIONAL] = {POST_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
+    [STATE_POST_OPERATIONAL]  = {NO_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
+    [STATE_HARDWARE_DEINIT]   = {NO_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
+    [STATE_SOFTWARE_DEINIT]   = {NO_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
+};
+
+typedef enum {
+    STAY,
+    TURN_BACK,  ///< Undo what was initialised, down to OFFLINE.
+    TO_ERROR,   ///< ERROR_OPERATIONAL at once.
+    TO_SAFE,    ///< SAFE_OPERATIONAL.
+    TO_OFFLINE, ///< As a request for OFFLINE.
+    END_OFFLINE ///< On the way down already: end in OFFLINE.
+} reaction_t;
+
+// DESIGN 6, second table: row = event, column = present state.
+static const reaction_t event_table[STATE_EVENT_COUNT][STATE_COUNT] = {
+    [EVENT_OWN_HIGH]        = {STAY, TURN_BACK, TURN_BACK, TO_ERROR, TO_ERROR, TO_ERROR, STAY, END_OFFLINE,
+                               END_OFFLINE, END_OFFLINE},
+    [EVENT_NETWORK_FAILED]  = {STAY, TURN_BACK, TURN_BACK, TO_ERROR, TO_ERROR, TO_ERROR, STAY, END_OFFLINE,
+                               END_OFFLINE, END_OFFLINE},
+    [EVENT_MEDIUM_ORDER]    = {STAY, STAY, STAY, STAY, STAY, TO_SAFE, STAY, STAY, STAY, STAY},
+    [EVENT_SUPERVISOR_LOST] = {STAY, STAY, STAY, STAY, STAY, TO_SAFE, STAY, STAY, STAY, STAY},
+    [EVENT_SHUTDOWN]        = {STAY, TURN_BACK, TURN_BACK, TO_OFFLINE, TO_OFFLINE, TO_OFFLINE, TO_OFFLINE,
+                               END_OFFLINE, END_OFFLINE, END_OFFLINE},
+};
+
+static unsigned column_of(const state_t target)
+{
+    static const unsigned char columns[STATE_COUNT] = {TARGET_0,    TARGET_NONE, TARGET_NONE, TARGET_3,
+                                                       TARGET_4,    TARGET_5,    TARGET_6,    TARGET_NONE,
+                                                       TARGET_NONE, TARGET_NONE};
+    return ((unsigned)target < (unsigned)STATE_COUNT) ? columns[target] : (unsigned)TARGET_NONE;
+}
+
+/// Take on a state and phase, and note the transition if either is new.
+static void enter(state_machine_t* const machine, const state_t state, const state_phase_t phase,
+                  const state_action_t action)
+{
+    const bool is_new = (machine->state != state) || (machine->phase != phase);
+    if (is_new) {
+        FSW_ASSERT(machine->transition_count < STATE_TRANSITIONS_MAX);
+        machine->transitions[machine->transition_count] = (state_transition_t){
+            .previous = machine->state, .state = state, .phase = phase, .cause = machine->cause};
+        machine->transition_count++;
+    }
+    machine->state  = state;
+    machine->phase  = phase;
+    machine->action = action;
+}
+
+static void rest(state_machine_t* const machine, const state_t state, const state_phase_t phase)
+{
+    enter(machine, state, phase, ACTION_NONE);
+}
+
+static void rest_in_pre_operational(state_machine_t* const machine)
+{
+    rest(machine, STATE_PRE_OPERATIONAL, machine->is_configured ? PHASE_CONFIGURED : PHASE_UNCONFIGURED);
+}
+
+/// Take the next hop towards the target, or rest where it is reached.
+static void advance(state_machine_t* const machine)
+{
+    const unsigned column = column_of(machine->target);
+    FSW_ASSERT(column != (unsigned)TARGET_NONE);
+    if (machine->state != machine->target) {
+        const hop_t hop = hop_table[machine->state][column];
+        FSW_ASSERT(hop.state != STATE_COUNT);
+        enter(machine, hop.state, hop.phase, hop.action);
+    }
+}
+
+/// Give up what was going on and set off for another target.
+static void set_off(state_machine_t* const machine, const state_t target, const state_cause_t cause)
+{
+    machine->is_superseded  = (machine->action != ACTION_NONE) || (machine->target != machine->state);
+    machine->target         = target;
+    machine->cause          = cause;
+    machine->has_failed     = false;
+    machine->is_backing_out = false;
+}
+
+static void turn_back(state_machine_t* const machine)
+{
+    if (machine->state == STATE_SOFTWARE_INIT) {
+        enter(machine, STATE_SOFTWARE_DEINIT, PHASE_ENTERING, ACTION_SOFTWARE_DEINIT);
+    } else {
+        enter(machine, STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT);
+    }
+}
+
+void state_machine_init(state_machine_t* const machine, const bool is_descriptor_valid)
+{
+    FSW_ASSERT(machine != NULL);
+    *machine = (state_machine_t){.state  = STATE_OFFLINE,
+                                 .phase  = is_descriptor_valid ? PHASE_IDLE : PHASE_INVALID,
+                                 .target = STATE_OFFLINE,
+                                 .action = ACTION_NONE};
+}
+
+void state_machine_validate(state_machine_t* const machine)
+{
+    FSW_ASSERT(machine != NULL);
+    machine->transition_count = 0U;
+    machine->is_superseded    = false;
+    if (machine->phase == PHASE_INVALID) {
+        machine->cause = CAUSE_REQUEST;
+        rest(machine, STATE_OFFLINE, PHASE_IDLE);
+    }
+}
+
+/// An action that makes the devices safe is never cut short by a walk further down: it ends first.
+static bool must_finish(const state_machine_t* const machine, const state_t target)
+{
+    return (machine->action == ACTION_SECURE) ||
+           ((machine->action == ACTION_DISENGAGE) && (target != STATE_ERROR_OPERATIONAL));
+}
+
+static bool is_preempting(const state_t target)
+{
+    return (target == STATE_OFFLINE) || (target == STATE_ERROR_OPERATIONAL);
+}
+
+state_answer_t state_machine_verdict(const state_machine_t* const machine, const state_t target)
+{
+    FSW_ASSERT(machine != NULL);
+    const unsigned column = column_of(target);
+    if (column == (unsigned)TARGET_NONE) {
+        return ANSWER_NO;
+    }
+    const verdict_t verdict = request_table[machine->state][column];
+    const bool is_at_rest   = (machine->action == ACTION_NONE);
+    if ((verdict == NO) || ((machine->phase == PHASE_INVALID) && (target != STATE_OFFLINE)) ||
+        ((verdict == WALK_CONFIGURED) && is_at_rest && !machine->is_configured)) {
+        return ANSWER_NO;
+    }
+    if ((verdict == BUSY) || (!is_at_rest && !is_preempting(target))) {
+        return ANSWER_BUSY;
+    }
+    const bool is_on_the_way = !is_at_rest && (machine->target == target);
+    return ((verdict == DONE) && (is_at_rest || is_on_the_way)) ? ANSWER_DONE : ANSWER_STARTED;
+}
+
+state_answer_t state_machine_request(state_machine_t* const machine, const state_t target,
+                                     const state_cause_t cause)
+{
+    const state_answer_t answer = state_machine_verdict(machine, target);
+    machine->transition_count   = 0U;
+    machine->is_superseded      = false;
+    if (answer != ANSWER_STARTED) {
+        return answer;
+    }
+    const verdict_t verdict = request_table[machine->state][column_of(target)];
+    set_off(machine, ((verdict == UNDO) || (verdict == RETARGET)) ? STATE_OFFLINE : target, cause);
+    if (verdict == UNDO) {
+        turn_back(machine);
+    } else if ((verdict != RETARGET) && !must_finish(machine, target)) {
+        advance(machine);
+    }
+    return ANSWER_STARTED;
+}
+
+state_answer_t state_machine_configure(state_machine_t* const machine)
+{
+    FSW_ASSERT(machine != NULL);
+    machine->transition_count = 0U;
+    machine->is_superseded    = false;
+    if (machine->state != STATE_PRE_OPERATIONAL) {
+        return ANSWER_NO;
+    }
+    if (machine->action != ACTION_NONE) {
+        return ANSWER_BUSY;
+    }
+    set_off(machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST);
+    machine->is_configured = false;
+    enter(machine, STATE_PRE_OPERATIONAL, PHASE_CONFIGURING, ACTION_CONFIGURE);
+    return ANSWER_STARTED;
+}
+
+bool state_machine_event(state_machine_t* const machine, const state_event_t event, const state_cause_t cause)
+{
+    FSW_ASSERT((machine != NULL) && ((unsigned)event < (unsigned)STATE_EVENT_COUNT));
+    machine->transition_count = 0U;
+    machine->is_superseded    = false;
+    const reaction_t reaction = event_table[event][machine->state];
+    if ((reaction == STAY) || ((reaction == END_OFFLINE) && (machine->target == STATE_OFFLINE))) {
+        return false;
+    }
+    switch (reaction) {
+    case TURN_BACK:
+        set_off(machine, STATE_OFFLINE, cause);
+        turn_back(machine);
+        break;
+    case TO_ERROR:
+        set_off(machine, STATE_ERROR_OPERATIONAL, cause);
+        enter(machine, STATE_ERROR_OPERATIONAL, PHASE_ENTERING, ACTION_SECURE);
+        break;
+    case TO_SAFE:
+        set_off(machine, STATE_SAFE_OPERATIONAL, cause);
+        advance(machine);
+        break;
+    case TO_OFFLINE:
+        set_off(machine, STATE_OFFLINE, cause);
+        if (!must_finish(machine, STATE_OFFLINE)) {
+            advance(machine);
+        }
+        break;
+    default:
+        set_off(machine, STATE_OFFLINE, cause);
+        break;
+    }
+    return true;
+}
+
+/// What follows an entry action that is done.
+static void follow_done(state_machine_t* const machine)
+{
+    switch (machine->action) {
+    case ACTION_SOFTWARE_INIT:
+        enter(machine, STATE_HARDWARE_INIT, PHASE_ENTERING, ACTION_HARDWARE_INIT);
+        break;
+    case ACTION_HARDWARE_INIT:
+        rest_in_pre_operational(machine);
+        break;
+    case ACTION_CONFIGURE:
+        machine->is_configured = true;
+        rest_in_pre_operational(machine);
+        break;
+    case ACTION_STOP_CONTROL:
+        if (machine->is_backing_out) {
+            machine->is_backing_out = false;
+            rest_in_pre_operational(machine);
+        } else {
+            enter(machine, STATE_POST_OPERATIONAL, PHASE_ENTERING, ACTION_POST);
+        }
+        break;
+    case ACTION_SECURE:
+        rest(machine, STATE_ERROR_OPERATIONAL, PHASE_SECURED);
+        advance(machine);
+        break;
+    case ACTION_POST:
+        machine->is_configured = false;
+        if (machine->target == STATE_PRE_OPERATIONAL) {
+            rest_in_pre_operational(machine);
+        } else {
+            enter(machine, STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT);
+        }
+        break;
+    case ACTION_HARDWARE_DEINIT:
+        enter(machine, STATE_SOFTWARE_DEINIT, PHASE_ENTERING, ACTION_SOFTWARE_DEINIT);
+        break;
+    case ACTION_SOFTWARE_DEINIT:
+        rest(machine, STATE_OFFLINE, PHASE_IDLE);
+        break;
+    default: // START_CONTROL, ENGAGE, DISENGAGE: the state is reached.
+        rest(machine, machine->state, PHASE_IDLE);
+        advance(machine);
+        break;
+    }
+}
+
+/// What follows an entry action that failed; the request has failed with it.
+static void follow_failed(state_machine_t* const machine)
+{
+    machine->has_failed = true;
+    switch (machine->action) {
+    case ACTION_SOFTWARE_INIT:
+        machine->target = STATE_OFFLINE;
+        turn_back(machine);
+        break;
+    case ACTION_HARDWARE_INIT:
+        machine->target = STATE_OFFLINE;
+        turn_back(machine);
+        break;
+    case ACTION_CONFIGURE:
+        machine->is_configured = false;
+        rest_in_pre_operational(machine);
+        break;
+    case ACTION_START_CONTROL:
+        machine->target         = STATE_PRE_OPERATIONAL;
+        machine->is_backing_out = true;
+        enter(machine, STATE_SAFE_OPERATIONAL, PHASE_LEAVING, ACTION_STOP_CONTROL);
+        break;
+    case ACTION_ENGAGE:
+        machine->target = STATE_SAFE_OPERATIONAL;
+        enter(machine, STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_DISENGAGE);
+        break;
+    case ACTION_DISENGAGE:
+        machine->target = STATE_ERROR_OPERATIONAL;
+        enter(machine, STATE_ERROR_OPERATIONAL, PHASE_ENTERING, ACTION_SECURE);
+        break;
+    case ACTION_SECURE:
+        rest(machine, STATE_ERROR_OPERATIONAL, PHASE_UNSECURED);
+        advance(machine);
+        break;
+    case ACTION_POST:
+        machine->target        = STATE_OFFLINE;
+        machine->is_configured = false;
+        enter(machine, STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT);
+        break;
+    default: // STOP_CONTROL and the de-init actions: the way down goes on.
+        follow_done(machine);
+        break;
+    }
+}
+
+void state_machine_outcome(state_machine_t* const machine, const state_outcome_t outcome)
+{
+    FSW_ASSERT((machine != NULL) && (machine->action != ACTION_NONE));
+    machine->transition_count = 0U;
+    machine->is_superseded    = false;
+    if (outcome == OUTCOME_DONE) {
+        follow_done(machine);
+    } else {
+        machine->cause = (outcome == OUTCOME_TIMEOUT) ? CAUSE_TIMEOUT : CAUSE_OWN_ERROR;
+        follow_failed(machine);
+    }
+}
+
+const char* state_name(const state_t state)
+{
+    static const char* const names[STATE_COUNT] = {
+        "OFFLINE",     "SOFTWARE_INIT",     "HARDWARE_INIT",    "PRE_OPERATIONAL", "SAFE_OPERATIONAL",
+        "OPERATIONAL", "ERROR_OPERATIONAL", "POST_OPERATIONAL", "HARDWARE_DEINIT", "SOFTWARE_DEINIT"};
+    return ((unsigned)state < (unsigned)STATE_COUNT) ? names[state] : "?";
+}

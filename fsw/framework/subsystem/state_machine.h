@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The ten-state machine that every subsystem obeys, as one table of data (DESIGN 6; paper figure 4).
+///
+/// Pure: no time, no messages, no device. The generic subsystem feeds requests, events and the outcomes of
+/// entry actions, and carries out the action that the machine names. The state it reports is the true one.
+///
+/// Ownership  The caller places state_machine_t. Context: one task. Time: O(1).
+#ifndef FSW_FRAMEWORK_SUBSYSTEM_STATE_MACHINE_H
+#define FSW_FRAMEWORK_SUBSYSTEM_STATE_MACHINE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum { // Numbers are those on the wire.
+    STATE_OFFLINE           = 0,
+    STATE_SOFTWARE_INIT     = 1,
+    STATE_HARDWARE_INIT     = 2,
+    STATE_PRE_OPERATIONAL   = 3,
+    STATE_SAFE_OPERATIONAL  = 4,
+    STATE_OPERATIONAL       = 5,
+    STATE_ERROR_OPERATIONAL = 6,
+    STATE_POST_OPERATIONAL  = 7,
+    STATE_HARDWARE_DEINIT   = 8,
+    STATE_SOFTWARE_DEINIT   = 9,
+    STATE_COUNT             = 10
+} state_t;
+
+typedef enum {              // Sub-division of a state, on the wire in TM[129,2] and TM[129,5].
+    PHASE_IDLE         = 0, ///< At rest.
+    PHASE_ENTERING     = 1, ///< The entry action is running.
+    PHASE_INVALID      = 2, ///< OFFLINE: the descriptor was refused.
+    PHASE_UNCONFIGURED = 3, ///< PRE_OPERATIONAL without a configuration.
+    PHASE_CONFIGURING  = 4, ///< PRE_OPERATIONAL: a configuration is being applied.
+    PHASE_CONFIGURED   = 5, ///< PRE_OPERATIONAL with a configuration.
+    PHASE_LEAVING      = 6, ///< Controllers or actuators are being stopped on the way down.
+    PHASE_SECURED      = 7, ///< ERROR_OPERATIONAL: devices are in their safe state.
+    PHASE_UNSECURED    = 8  ///< ERROR_OPERATIONAL: the safe state could not be reached.
+} state_phase_t;
+
+typedef enum { // Why a transition happened, on the wire in TM[129,2].
+    CAUSE_REQUEST         = 0,
+    CAUSE_OWN_ERROR       = 1,
+    CAUSE_NETWORK         = 2,
+    CAUSE_PLAN            = 3,
+    CAUSE_SHUTDOWN        = 4,
+    CAUSE_TIMEOUT         = 5,
+    CAUSE_SUPERVISOR_LOST = 6
+} state_cause_t;
+
+typedef enum { // What the generic subsystem has to carry out next.
+    ACTION_NONE = 0,
+    ACTION_SOFTWARE_INIT,   ///< Publish parameters, set initial values.
+    ACTION_HARDWARE_INIT,   ///< Power on, boot-up seen, devices initialised.
+    ACTION_CONFIGURE,       ///< Revoke the old configuration, apply the selected one, connect devices.
+    ACTION_START_CONTROL,   ///< Controllers on, actuators stay off.
+    ACTION_STOP_CONTROL,    ///< Controllers off.
+    ACTION_ENGAGE,          ///< Bumpless engagement, actuators on.
+    ACTION_DISENGAGE,       ///< Actuators off, controllers go on.
+    ACTION_SECURE,          ///< Devices to their safe state, controllers off.
+    ACTION_POST,            ///< Close links, stop HK, disconnect devices, revoke the configuration.
+    ACTION_HARDWARE_DEINIT, ///< Devices and power off.
+    ACTION_SOFTWARE_DEINIT, ///< Withdraw parameters, give resources back.
+    ACTION_COUNT
+} state_action_t;
+
+typedef enum {
+    EVENT_OWN_HIGH = 0,   ///< A high-severity error of its own.
+    EVENT_NETWORK_FAILED, ///< A member of its real-time network failed.
+    EVENT_MEDIUM_ORDER,   ///< Medium severity: order of the supervisor, or by itself after 4 cycles.
+    EVENT_SUPERVISOR_LOST,
+    EVENT_SHUTDOWN, ///< Request for OFFLINE that overrides a network member in OPERATIONAL.
+    STATE_EVENT_COUNT
+} state_event_t;
+
+typedef enum {
+    ANSWER_DONE,    ///< The machine is there already.
+    ANSWER_STARTED, ///< On the way; ends in reached, failed or superseded.
+    ANSWER_BUSY,    ///< An action is running that this request may not pre-empt.
+    ANSWER_NO       ///< Not allowed from the present state.
+} state_answer_t;
+
+typedef enum {
+    OUTCOME_DONE,
+    OUTCOME_FAILED, ///< Refused or failed.
+    OUTCOME_TIMEOUT
+} state_outcome_t;
+
+typedef struct { // One change of what is reported.
+    state_t previous;
+    state_t state;
+    state_phase_t phase;
+    state_cause_t cause;
+} state_transition_t;
+
+#define STATE_TRANSITIONS_MAX 8U ///< Transitions one call can make, at most.
+
+typedef struct { // Read-only outside; changed by the functions below.
+    state_t state;
+    state_phase_t phase;
+    state_t target;        ///< Where the present walk ends; equal to state at rest.
+    state_action_t action; ///< To be carried out now; ACTION_NONE at rest.
+    state_cause_t cause;
+    bool is_configured;
+    bool has_failed;     ///< The walk towards the request failed on the way.
+    bool is_superseded;  ///< The walk of an earlier request was pre-empted by the last call.
+    bool is_backing_out; ///< START_CONTROL failed: stop the controllers and stay configured.
+    state_transition_t transitions[STATE_TRANSITIONS_MAX]; ///< Made by the last call, in order.
+    uint8_t transition_count;
+} state_machine_t;
+
+/// OFFLINE, at rest; or OFFLINE / PHASE_INVALID if the descriptor was refused (nothing but requests for 0 is
+/// accepted).
+void state_machine_init(state_machine_t* machine, bool is_descriptor_valid);
+/// A descriptor that was refused at first is there now: OFFLINE / PHASE_INVALID becomes at rest.
+void state_machine_validate(state_machine_t* machine);
+/// Ask for a rest state (0, 3, 4, 5, 6) with a cause. Other targets: ANSWER_NO.
+state_answer_t state_machine_request(state_machine_t* machine, state_t target, state_cause_t cause);
+/// What a request would be answered, without making it.
+state_answer_t state_machine_verdict(const state_machine_t* machine, state_t target);
+/// Ask for (re)configuration in PRE_OPERATIONAL. ANSWER_STARTED, ANSWER_BUSY, ANSWER_NO.
+state_answer_t state_machine_configure(state_machine_t* machine);
+/// An event of the second table. Returns true if it changed anything.
+bool state_machine_event(state_machine_t* machine, state_event_t event, state_cause_t cause);
+/// The running action has ended. The next action, if any, is in machine->action.
+void state_machine_outcome(state_machine_t* machine, state_outcome_t outcome);
+
+/// "OFFLINE", ...; "?" outside the range.
+const char* state_name(state_t state);
+
+#endif // FSW_FRAMEWORK_SUBSYSTEM_STATE_MACHINE_H

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The generic subsystem: state machine, cyclic step, services and links of one component.
+///
+/// A specific subsystem is a table of callbacks (subsystem_callbacks_t) and one descriptor. The generic part
+/// answers telecommands, walks through the states, reads and writes links, samples housekeeping and reports
+/// what it is; the callbacks drive the devices.
+///
+/// One cycle, every samplingTime of the applied configuration (idle_cycle_ns without one):
+///   1. `sense`: take in device data;             2. the running entry action, once;
+///   3. `control`: the cyclic code of the state;  4. `emit`: commands to the devices, SYNC last;
+///   5. links are written, housekeeping is sampled.
+/// Messages are taken in before a cycle and whenever one arrives.
+///
+/// Ownership  The program places subsystem_t and everything subsystem_config_t points to; all of it lives as
+///            long as the subsystem. Context: one task; the callbacks run inside subsystem_step and never
+///            block. Time is pushed in. Errors: each function lists its statuses.
+#ifndef FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H
+#define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/parameter/parameter.h"
+#include "fsw/framework/subsystem/state_machine.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct subsystem subsystem_t;
+
+/// A function command (ST[08]) that the specific subsystem completes now or later.
+typedef struct {
+    uint16_t function_id;  ///< As in the descriptor (generated enum).
+    const void* arguments; ///< Generated argument struct of that function; valid during the call.
+    uint32_t ticket;       ///< For subsystem_function_done when perform returns STATUS_BUSY.
+} subsystem_function_t;
+
+/// What a specific subsystem supplies. `self` is its own context. A null callback means "nothing to do".
+/// Entry actions return STATUS_BUSY while running (called again each cycle), STATUS_OK when done, anything
+/// else when failed; the descriptor's time-out for the state ends an action that does not end by itself.
+typedef struct {
+    status_t (*software_init)(void* self); ///< Publish parameters with subsystem_publish.
+    status_t (*hardware_init)(void* self); ///< Power on, wait for boot-up, initialise devices.
+    status_t (*configure)(void* self, const descriptor_configuration_t* configuration); ///< Connect devices.
+    status_t (*start_control)(void* self);   ///< Controllers on, actuators off.
+    status_t (*stop_control)(void* self);    ///< Controllers off.
+    status_t (*engage)(void* self);          ///< Bumpless: actuators on.
+    status_t (*disengage)(void* self);       ///< Actuators off.
+    status_t (*secure)(void* self);          ///< Quick stop, brakes; must be safe to call in any state.
+    status_t (*post)(void* self);            ///< Disconnect devices.
+    status_t (*hardware_deinit)(void* self); ///< Devices and power off.
+    status_t (*software_deinit)(void* self); ///< Give everything back.
+    void (*sense)(void* self);               ///< Start of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
+    void (*control)(void* self);             ///< Each cycle in states 3 (CONFIGURED), 4, 5 and 6.
+    void (*emit)(void* self);                ///< End of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
+    /// STATUS_OK done; STATUS_BUSY goes on (ticket); STATUS_FORBIDDEN wrong state; STATUS_OUT_OF_RANGE bad
+    /// argument; anything else failed.
+    status_t (*perform)(void* self, const subsystem_function_t* function);
+    /// A parameter was set by telecommand; `parameter_id` as in the generated header. May be null.
+    void (*parameter_set)(void* self, uint32_t parameter_id);
+    /// A report of another component arrived (`communication`, which carries them to the ground). May be
+    /// null.
+    void (*report)(void* self, const uint8_t* packet, size_t size);
+} subsystem_callbacks_t;
+
+// ---- Called by a specific subsystem from its callbacks -------------------------------------------------
+
+/// Time of this cycle [ns of the run] and number of cycles since the configuration was applied.
+uint64_t subsystem_now_ns(const subsystem_t* subsystem);
+uint32_t subsystem_cycle(const subsystem_t* subsystem);
+/// Nominal cycle of the applied configuration [ns].
+uint64_t subsystem_period_ns(const subsystem_t* subsystem);
+state_t subsystem_state(const subsystem_t* subsystem);
+/// Time since the running entry action was started [ns].
+uint64_t subsystem_action_age_ns(const subsystem_t* subsystem);
+/// Applied configuration, or null.
+const descriptor_configuration_t* subsystem_configuration(const subsystem_t* subsystem);
+const subsystem_descriptor_t* subsystem_descriptor(const subsystem_t* subsystem);
+parameter_dictionary_t* subsystem_dictionary(subsystem_t* subsystem);
+
+/// Publish one parameter in software_init. Statuses of parameter_publish.
+MUST_USE status_t subsystem_publish(subsystem_t* subsystem, const parameter_definition_t* definition,
+                                    void* storage);
+
+/// Raise an event of the descriptor with auxiliary octets (big-endian, as its ParamRefs say). With none
+/// given, the parameters that the event names are sampled now. HIGH takes the subsystem to ERROR_OPERATIONAL
+/// in this cycle, before anything else is emitted; MEDIUM waits for the supervisor's order and acts by itself
+/// after 4 cycles without one. STATUS_OK, STATUS_NOT_FOUND (no such event).
+status_t subsystem_raise(subsystem_t* subsystem, uint16_t event_id, const uint8_t* auxiliary, size_t size);
+
+/// End a function command that perform left running: code 0 is success, else a failure code and detail.
+void subsystem_function_done(subsystem_t* subsystem, uint32_t ticket, uint16_t failure_code, uint32_t detail);
+
+/// Latest sample of a required port into `payload` (generated struct, its exact size).
+/// STATUS_OK, STATUS_EMPTY (nothing yet), STATUS_STALE (sample delivered, but older than allowed),
+/// STATUS_CLOSED (no link; payload untouched), STATUS_NOT_FOUND (no such port in this configuration).
+MUST_USE status_t subsystem_link_read(subsystem_t* subsystem, uint16_t port, void* payload, size_t size);
+/// State of the producer of a required port as its last frame told; STATE_OFFLINE without a link.
+state_t subsystem_link_peer_state(const subsystem_t* subsystem, uint16_t port);
+/// Age of the last sample [ns]; UINT64_MAX without one.
+uint64_t subsystem_link_age_ns(const subsystem_t* subsystem, uint16_t port);
+typedef struct { // Over all links this subsystem has consumed since it started [wrap].
+    uint32_t received;
+    uint32_t lost;    ///< Missing in the sequence.
+    uint32_t late;    ///< Reads of a sample older than allowed.
+    uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
+} subsystem_link_totals_t;
+void subsystem_link_totals(const subsystem_t* subsystem, subsystem_link_totals_t* out_totals);
+typedef struct {                 // What was refused or lost since the start [wrap], for a COUNTERS parameter.
+    uint16_t pool_peak;          ///< Most blocks ever out at once (not wrapping).
+    uint32_t pool_refused;       ///< Blocks that were not to be had.
+    uint32_t requests_refused;   ///< Telecommands rejected, or failed at their start.
+    uint32_t parameters_refused; ///< Readings and settings of parameters.
+    uint32_t events_refused;     ///< Events of unknown id, with wrong data, or without room.
+    uint32_t housekeeping_dropped; ///< Housekeeping reports that nobody took.
+    uint32_t reports_lost;         ///< Other reports for which there was no room.
+} subsystem_health_t;
+void subsystem_health(const subsystem_t* subsystem, subsystem_health_t* out_health);
+/// Publish a sample on a provided port; sent at once with the present state. STATUS_OK, STATUS_CLOSED (no
+/// link open: nothing to do), STATUS_NOT_FOUND.
+status_t subsystem_link_write(subsystem_t* subsystem, uint16_t port, const void* payload, size_t size);
+
+#endif // FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H

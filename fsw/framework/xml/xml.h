@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Sequential XML parser on a static arena: checks that a document is well-formed and hands its elements, one
+/// by one, to a handler. Meaning is the handler's business.
+///
+/// Refused besides what is not well-formed: document type declarations (and with them entities and external
+/// references), encodings other than UTF-8, text between elements, and more depth, attributes, elements or
+/// octets than the limits say.
+///
+/// Ownership  The parser borrows the arena; both outlive the document. expat allocates from the arena only;
+///            the arena is emptied for each document. Strings handed to the handler live until it returns.
+/// Context    One document at a time in a thread (see the deviation in xml_arena.h).
+/// Time       O(octets).
+/// Errors     Each function lists every status; line, column and text of an error are kept in `error`.
+#ifndef FSW_FRAMEWORK_XML_XML_H
+#define FSW_FRAMEWORK_XML_XML_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define XML_ERROR_CHARACTERS 128U
+
+/// An arena of this size holds every document within the default limits [64-bit words].
+#define XML_ARENA_WORDS 32768U
+
+typedef struct {
+    const char* name;
+    const char* const* attributes; ///< name, value, name, value, .., NULL.
+    uint32_t line;                 ///< 1..
+    uint32_t column;               ///< 1..
+    uint16_t depth;                ///< 1 = the document element.
+} xml_element_t;
+
+/// Handler of a document. A status other than STATUS_OK stops the parser and is what xml_feed returns.
+typedef struct {
+    status_t (*start)(void* context, const xml_element_t* element);
+    status_t (*end)(void* context, const char* name, uint32_t line);
+    void* context;
+} xml_handler_t;
+
+typedef struct { // By default 1 MiB, 20000 elements, depth 16, 24 attributes, allocations not limited.
+    uint32_t octets_max;
+    uint32_t elements_max;
+    uint16_t depth_max;
+    uint16_t attributes_max;  ///< Per element.
+    uint32_t allocations_max; ///< Allocations from the arena per document; 0 = not limited.
+} xml_limits_t;
+
+typedef struct {
+    uint32_t line; ///< 0 if the error has no place (the document did not begin).
+    uint32_t column;
+    char message[XML_ERROR_CHARACTERS];
+} xml_error_t;
+
+typedef struct { // Private.
+    uint64_t* words;
+    size_t capacity; // [octets]
+    size_t used;     // [octets]
+    size_t last;     // Offset of the newest block, which alone can grow in place.
+    size_t peak;
+    uint32_t allocations;
+    uint32_t allocations_max;
+    uint32_t refused;
+} xml_arena_t;
+
+typedef struct { // Private, except `error`: read-only.
+    xml_arena_t arena;
+    xml_limits_t limits;
+    xml_handler_t handler;
+    xml_error_t error;
+    void* expat;
+    status_t status;
+    uint32_t octets;
+    uint32_t elements;
+    uint16_t depth;
+} xml_parser_t;
+
+/// Parser with the default limits. arena_words >= 1024.
+void xml_init(xml_parser_t* parser, uint64_t* arena, size_t arena_words);
+/// Other limits, valid from the next document on.
+void xml_set_limits(xml_parser_t* parser, const xml_limits_t* limits);
+
+/// Begin a document, forgetting the one before. STATUS_OK, STATUS_EXHAUSTED (arena).
+MUST_USE status_t xml_begin(xml_parser_t* parser, const xml_handler_t* handler);
+/// Next octets of the document, in pieces of any size; the first error is final.
+/// STATUS_OK; STATUS_INVALID (not well-formed, or refused as above); STATUS_TOO_LARGE (a limit);
+/// STATUS_EXHAUSTED (arena); or what the handler returned.
+MUST_USE status_t xml_feed(xml_parser_t* parser, const void* octets, size_t size);
+/// No more octets. Statuses of xml_feed, and STATUS_TRUNCATED (an element, or the document, is not closed).
+MUST_USE status_t xml_finish(xml_parser_t* parser);
+
+/// Value of an attribute or NULL.
+const char* xml_attribute(const xml_element_t* element, const char* name);
+
+#endif // FSW_FRAMEWORK_XML_XML_H

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/xml/xml_arena.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+#define HEADER_OCTETS 16U // Size of the block, and alignment for any type.
+
+static __thread xml_arena_t* in_use; // MISRA deviation D-1.4, see the header.
+
+void xml_arena_enter(xml_arena_t* const arena)
+{
+    FSW_ASSERT((arena != NULL) && (in_use == NULL));
+    in_use = arena;
+}
+
+void xml_arena_leave(void)
+{
+    FSW_ASSERT(in_use != NULL);
+    in_use = NULL;
+}
+
+void xml_arena_reset(xml_arena_t* const arena, const uint32_t allocations_max)
+{
+    FSW_ASSERT((arena != NULL) && (arena->words != NULL));
+    arena->used            = ((uintptr_t)arena->words % HEADER_OCTETS == 0U) ? 0U : (HEADER_OCTETS / 2U);
+    arena->last            = arena->used;
+    arena->allocations     = 0U;
+    arena->allocations_max = allocations_max;
+    arena->refused         = 0U;
+}
+
+/// Octets of a block with its header, a multiple of the alignment; 0 if that is beyond any arena.
+static size_t footprint(const size_t octets)
+{
+    return (octets > (SIZE_MAX / 2U))
+               ? 0U
+               : ((octets + HEADER_OCTETS + (HEADER_OCTETS - 1U)) & ~(size_t)(HEADER_OCTETS - 1U));
+}
+
+static uint8_t* at(const xml_arena_t* const arena, const size_t offset)
+{
+    return (uint8_t*)arena->words + offset;
+}
+
+/// Whether one more allocation is allowed and `octets` are left.
+static bool has_room(xml_arena_t* const arena, const size_t octets)
+{
+    arena->allocations++;
+    const bool is_allowed = (arena->allocations_max == 0U) || (arena->allocations <= arena->allocations_max);
+    const bool has_octets = (octets != 0U) && ((arena->capacity - arena->used) >= octets);
+    arena->refused += (is_allowed && has_octets) ? 0U : 1U;
+    return is_allowed && has_octets;
+}
+
+void* xml_arena_take(const size_t octets)
+{
+    xml_arena_t* const arena = in_use;
+    FSW_ASSERT(arena != NULL);
+    const size_t whole = footprint(octets);
+    if (!has_room(arena, whole)) {
+        return NULL;
+    }
+    arena->last = arena->used;
+    arena->used += whole;
+    arena->peak = (arena->used > arena->peak) ? arena->used : arena->peak;
+    (void)memcpy(at(arena, arena->last), &octets, sizeof octets);
+    return at(arena, arena->last + HEADER_OCTETS);
+}
+
+void* xml_arena_resize(void* const block, const size_t octets)
+{
+    xml_arena_t* const arena = in_use;
+    FSW_ASSERT(arena != NULL);
+    if (block == NULL) {
+        return xml_arena_take(octets);
+    }
+    size_t before = 0U;
+    (void)memcpy(&before, (uint8_t*)block - HEADER_OCTETS, sizeof before);
+    const size_t whole = footprint(octets);
+    if ((whole != 0U) && (whole <= footprint(before))) {
+        return block;
+    }
+    if ((uint8_t*)block == at(arena, arena->last + HEADER_OCTETS)) {
+        arena->used = arena->last; // The newest block grows in place: its content stays where it is.
+        if (!has_room(arena, whole)) {
+            arena->used = arena->last + footprint(before);
+            return NULL;
+        }
+        arena->used += whole;
+        arena->peak = (arena->used > arena->peak) ? arena->used : arena->peak;
+        (void)memcpy((uint8_t*)block - HEADER_OCTETS, &octets, sizeof octets);
+        return block;
+    }
+    void* const larger = xml_arena_take(octets);
+    if (larger != NULL) {
+        (void)memcpy(larger, block, before);
+    }
+    return larger;
+}
+
+void xml_arena_give(void* const block)
+{
+    xml_arena_t* const arena = in_use;
+    FSW_ASSERT(arena != NULL);
+    if ((block != NULL) && ((uint8_t*)block == at(arena, arena->last + HEADER_OCTETS))) {
+        arena->used = arena->last; // The newest block; older ones come back with the whole arena.
+    }
+}

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/subsystems/communication/communication.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/octets.h"
+#include "pus/packet.h"
+
+#include <string.h>
+
+#define SOURCE_OFFSET 9U       ///< Source id of a request.
+#define DESTINATION_OFFSET 11U ///< Destination id of a report.
+#define NO_CLIENT COMMUNICATION_CLIENTS
+
+static uint16_t u16_at(const uint8_t* const octets, const size_t offset)
+{
+    return (uint16_t)(((uint16_t)octets[offset] << 8U) | octets[offset + 1U]);
+}
+
+// ---- Connections ----
+
+static bool is_participant(const communication_t* const self, const unsigned client)
+{
+    osal_address_t peer   = {0U, 0U};
+    const uint16_t wanted = self->hooks.participant_port(self->hooks.context);
+    return (wanted != 0U) && (flow_tcp_peer(&self->flow, client, &peer) == STATUS_OK) &&
+           (peer.port == wanted);
+}
+
+static void connected(void* const context, const unsigned client)
+{
+    communication_t* const self = (communication_t*)context;
+    ground_queue_init(&self->queues[client]);
+    self->counters.connected++;
+    (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_CONNECTED, NULL, 0U);
+    if (!is_participant(self, client)) {
+        self->hooks.intruded(self->hooks.context); // The event comes at an instant of the client's choice.
+    }
+}
+
+static void disconnected(void* const context, const unsigned client)
+{
+    communication_t* const self = (communication_t*)context;
+    self->counters.disconnected++;
+    for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
+        if (self->users[i].client == client) {
+            self->users[i].client = NO_CLIENT;
+        }
+    }
+    (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_LOST, NULL, 0U);
+}
+
+/// Remember where a user speaks from. More users than places: the last place is taken over.
+static void note_user(communication_t* const self, const uint16_t user, const unsigned client)
+{
+    size_t place = COMMUNICATION_USERS - 1U;
+    for (size_t i = COMMUNICATION_USERS; i > 0U; i--) {
+        if ((self->users[i - 1U].user == user) || (self->users[i - 1U].client == NO_CLIENT)) {
+            place = i - 1U;
+        }
+        if ((self->users[i - 1U].user == user) && (self->users[i - 1U].client != NO_CLIENT)) {
+            break;
+        }
+    }
+    self->users[place].user   = user;
+    self->users[place].client = client;
+}
+
+static unsigned client_of(const communication_t* const self, const uint16_t user)
+{
+    for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
+        if ((self->users[i].user == user) && (self->users[i].client != NO_CLIENT)) {
+            return self->users[i].client;
+        }
+    }
+    return NO_CLIENT;
+}
+
+// ---- Up: requests ----
+
+static size_t frame(void* const context, const unsigned client, const uint8_t* const octets,
+                    const size_t size)
+{
+    communication_t* const self = (communication_t*)context;
+    size_t packet_size          = 0U;
+    const status_t status       = pus_packet_frame(octets, size, &packet_size);
+    if (status == STATUS_TRUNCATED) {
+        return 0U;
+    }
+    if (status != STATUS_OK) {
+        return FLOW_TCP_MALFORMED;
+    }
+    if (!pus_packet_is_tc(octets, packet_size)) {
+        self->not_requests++; // A report from the ground is none of ours.
+        return packet_size;
+    }
+    if (self->uplink.send(self->uplink.context, octets, packet_size) != STATUS_OK) {
+        self->is_uplink_full = true; // The supervisor's mailbox: the packet stays in the buffer.
+        return FLOW_TCP_BUSY;
+    }
+    self->counters.tc_received++;
+    if (packet_size >= (SOURCE_OFFSET + 2U)) {
+        note_user(self, u16_at(octets, SOURCE_OFFSET), client);
+    }
+    if (!is_participant(self, client)) {
+        self->hooks.intruded(self->hooks.context);
+    }
+    return packet_size;
+}
+
+static size_t allowance(void* const context, const unsigned client)
+{
+    const communication_t* const self = (const communication_t*)context;
+    return is_participant(self, client) ? self->owed : FLOW_TCP_UNLIMITED;
+}
+
+static flow_tcp_user_t user_of(communication_t* const self)
+{
+    return (flow_tcp_user_t){.context      = self,
+                             .connected    = connected,
+                             .disconnected = disconnected,
+                             .frame        = frame,
+                             .allowance    = allowance};
+}
+
+static unsigned participant_client(const communication_t* const self)
+{
+    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
+        if (flow_tcp_is_connected(&self->flow, client) && is_participant(self, client)) {
+            return client;
+        }
+    }
+    return NO_CLIENT;
+}
+
+bool communication_take_in(communication_t* const self, const uint32_t octets_due)
+{
+    FSW_ASSERT(self != NULL);
+    const flow_tcp_user_t user = user_of(self);
+    const unsigned before      = participant_client(self);
+    const uint32_t of_client   = (before != NO_CLIENT) ? flow_tcp_octets_in(&self->flow, before) : 0U;
+    const uint32_t of_all      = self->flow.counters.octets_in;
+    size_t taken               = 0U;
+    self->owed += octets_due;
+    self->is_uplink_full = false;
+    if (flow_tcp_step(&self->flow, &user, FLOW_TCP_UNLIMITED, &taken) != STATUS_OK) {
+        return false; // Not listening in this state; what is owed waits in the kernel.
+    }
+    self->counters.octets_received += (uint64_t)(self->flow.counters.octets_in - of_all);
+    const unsigned client = participant_client(self);
+    if (client == NO_CLIENT) {
+        self->owed = (before == NO_CLIENT) ? self->owed : 0U; // It has hung up.
+        return false;
+    }
+    self->owed -= flow_tcp_octets_in(&self->flow, client) - of_client;
+    return (self->owed > 0U) && !self->is_uplink_full; // What is owed then waits for room above.
+}
+
+// ---- Down: reports ----
+
+static void queue_for(communication_t* const self, const unsigned client, const uint8_t* const packet,
+                      const size_t size)
+{
+    if (!flow_tcp_is_connected(&self->flow, client)) {
+        return;
+    }
+    const uint32_t dropped_before = self->queues[client].dropped;
+    const status_t status         = ground_queue_put(&self->queues[client], packet, size);
+    self->counters.tm_dropped += self->queues[client].dropped - dropped_before;
+    if (status != STATUS_OK) { // It reads nothing at all: better no link than a link with holes.
+        const flow_tcp_user_t user = user_of(self);
+        flow_tcp_end(&self->flow, &user, client);
+    } else if ((self->queues[client].dropped != dropped_before) && !self->is_drop_told) {
+        self->is_drop_told = true;
+        (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_TM_DROPPED, NULL, 0U);
+    } else {
+        // Queued.
+    }
+}
+
+static void report(void* const context, const uint8_t* const packet, const size_t size)
+{
+    communication_t* const self = (communication_t*)context;
+    if (size < (DESTINATION_OFFSET + 2U)) {
+        return;
+    }
+    const uint16_t destination = u16_at(packet, DESTINATION_OFFSET);
+    if (destination != PUS_USER_GROUND) {
+        queue_for(self, client_of(self, destination), packet, size);
+        return;
+    }
+    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
+        queue_for(self, client, packet, size);
+    }
+}
+
+/// Send to one client what the kernel takes; tell how much.
+static void send_to(communication_t* const self, const unsigned client)
+{
+    uint32_t total      = 0U;
+    size_t size         = 0U;
+    const uint8_t* next = ground_queue_next(&self->queues[client], &size);
+    while (next != NULL) {
+        size_t sent = 0U;
+        if (flow_tcp_send(&self->flow, client, next, size, &sent) != STATUS_OK) {
+            break;
+        }
+        ground_queue_sent(&self->queues[client], sent);
+        total += (uint32_t)sent;
+        self->counters.tm_sent += (sent == size) ? 1U : 0U;
+        next = ground_queue_next(&self->queues[client], &size);
+    }
+    osal_address_t peer = {0U, 0U};
+    if ((total > 0U) && (flow_tcp_peer(&self->flow, client, &peer) == STATUS_OK)) {
+        self->counters.octets_sent += total;
+        self->hooks.sent(self->hooks.context, peer.port, total);
+    }
+}
+
+void communication_send_out(communication_t* const self)
+{
+    FSW_ASSERT(self != NULL);
+    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
+        if (flow_tcp_is_connected(&self->flow, client)) {
+            send_to(self, client);
+        }
+    }
+}
+
+size_t communication_sockets(communication_t* const self, osal_socket_t** const out_sockets,
+                             const size_t capacity)
+{
+    FSW_ASSERT((self != NULL) && (out_sockets != NULL));
+    return flow_tcp_sockets(&self->flow, out_sockets, capacity);
+}
+
+// ---- As a subsystem ----
+
+static status_t publish(void* const context)
+{
+    communication_t* const self = (communication_t*)context;
+    status_t status = subsystem_publish(self->generic, &communication_definitions[COMMUNICATION_INDEX_STATUS],
+                                        &self->status);
+    if (status == STATUS_OK) {
+        status = subsystem_publish(self->generic, &communication_definitions[COMMUNICATION_INDEX_COUNTERS],
+                                   &self->counters);
+    }
+    return status;
+}
+
+static status_t listen(void* const context, const descriptor_configuration_t* const configuration)
+{
+    (void)configuration; // The launcher has opened the port that the configuration names.
+    communication_t* const self = (communication_t*)context;
+    const status_t status       = flow_tcp_adopt(&self->flow, self->listener);
+    if ((status != STATUS_OK) && (status != STATUS_EXISTS)) {
+        (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_PORT_FAILED, NULL, 0U);
+        return status;
+    }
+    return STATUS_OK;
+}
+
+static void update_status(void* const context)
+{
+    communication_t* const self        = (communication_t*)context;
+    parameter_dictionary_t* dictionary = subsystem_dictionary(self->generic);
+    uint16_t connections               = 0U;
+    uint32_t queued                    = 0U;
+    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
+        if (flow_tcp_is_connected(&self->flow, client)) {
+            connections++;
+            queued += ground_queue_count(&self->queues[client]);
+        }
+    }
+    subsystem_health_t health;
+    subsystem_health(self->generic, &health);
+    if (quota_poll_warning(&self->sockets)) {
+        (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_POOL_WARNING, NULL, 0U);
+    }
+    parameter_lock(dictionary);
+    self->counters.tc_refused     = self->not_requests + health.requests_refused;
+    self->counters.pool_peak      = health.pool_peak;
+    self->counters.pool_refused   = health.pool_refused;
+    self->counters.socket_peak    = self->sockets.stats.peak;
+    self->counters.socket_refused = self->sockets.stats.refused;
+    self->status.connections      = connections;
+    self->status.queued           = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
+    parameter_unlock(dictionary);
+    self->is_drop_told = self->is_drop_told && (queued > 0U);
+}
+
+const subsystem_callbacks_t* communication_callbacks(void)
+{
+    static const subsystem_callbacks_t callbacks = {
+        .software_init = publish, .configure = listen, .control = update_status, .report = report};
+    return &callbacks;
+}
+
+void communication_init(communication_t* const self, subsystem_t* const generic,
+                        const pus_port_t* const uplink, const communication_hooks_t* const hooks,
+                        const int listener)
+{
+    FSW_ASSERT((self != NULL) && (generic != NULL) && (uplink != NULL) && (hooks != NULL));
+    (void)memset(self, 0, sizeof *self);
+    self->generic  = generic;
+    self->uplink   = *uplink;
+    self->hooks    = *hooks;
+    self->listener = listener;
+    flow_tcp_init(&self->flow, self->clients, COMMUNICATION_CLIENTS, self->buffers, COMMUNICATION_BUFFER);
+    quota_init(&self->sockets, COMMUNICATION_CLIENTS + 1U);
+    flow_tcp_set_quota(&self->flow, &self->sockets);
+    for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
+        self->users[i].client = NO_CLIENT;
+    }
+}

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The communication subsystem: frames packets between the ground port (TCP) and the supervisor. It judges
+/// nothing: requests go to the supervisor as they came, reports go to the connection that their user last
+/// used, or, unsolicited, to every connection.
+///
+/// Stepped time: one client may be a participant of the calendar. Of it, exactly the octets that were
+/// announced are taken in; others are taken in as they come and make the run irreproducible, since events and
+/// counters tell of them.
+///
+/// Ownership  The program places communication_t (static; about 2 MiB). Context: one loop; never blocks.
+#ifndef FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_H
+#define FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_H
+
+#include "fsw/framework/dataflow/flow_tcp.h"
+#include "fsw/framework/subsystem/component.h"
+#include "fsw/subsystems/communication/ground_queue.h"
+#include "generated/communication_descriptor.h"
+
+#define COMMUNICATION_CLIENTS 4U
+#define COMMUNICATION_USERS 8U
+#define COMMUNICATION_BUFFER 8192U
+
+typedef struct {
+    void* context;
+    /// Octets have been sent to the client with this local port at its end.
+    void (*sent)(void* context, uint16_t peer_port, uint32_t octets);
+    /// Port of the participant of the calendar, 0 if there is none.
+    uint16_t (*participant_port)(void* context);
+    /// A client that is no participant has connected, or a telecommand of one was taken in.
+    void (*intruded)(void* context);
+} communication_hooks_t;
+
+typedef struct { // Private.
+    subsystem_t* generic;
+    pus_port_t uplink;
+    communication_hooks_t hooks;
+    int listener;
+    flow_tcp_t flow;
+    quota_t sockets;
+    flow_tcp_client_t clients[COMMUNICATION_CLIENTS];
+    uint8_t buffers[COMMUNICATION_CLIENTS * COMMUNICATION_BUFFER];
+    ground_queue_t queues[COMMUNICATION_CLIENTS];
+    struct {
+        uint16_t user;
+        unsigned client; // COMMUNICATION_CLIENTS: none.
+    } users[COMMUNICATION_USERS];
+    uint32_t owed;       // Octets of the participant announced and not taken in yet.
+    bool is_uplink_full; // A request could not go up in this step.
+    bool is_drop_told;
+    uint32_t not_requests;             // Packets of the ground that are no telecommands [wraps].
+    communication_status_t status;     // Published.
+    communication_counters_t counters; // Published.
+} communication_t;
+
+/// listener: descriptor of the listening socket, opened by the launcher. uplink: where requests go.
+void communication_init(communication_t* communication, subsystem_t* generic, const pus_port_t* uplink,
+                        const communication_hooks_t* hooks, int listener);
+const subsystem_callbacks_t* communication_callbacks(void);
+/// Take in what the ground sent; `octets_due` more were announced for the participant. Call before the
+/// component's step. True if announced octets are still missing (they are on their way: wait and call again).
+bool communication_take_in(communication_t* communication, uint32_t octets_due);
+/// Send what waits. Call after the component's step.
+void communication_send_out(communication_t* communication);
+/// Open sockets, for the program's wait. Returns their number, <= COMMUNICATION_CLIENTS + 1.
+size_t communication_sockets(communication_t* communication, osal_socket_t** out_sockets, size_t capacity);
+
+#endif // FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_H

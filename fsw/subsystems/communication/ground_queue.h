@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reports waiting for one ground client. A slow reader loses the oldest housekeeping first, and never an
+/// event or a verification: those have a queue of their own; order of arrival is kept across both.
+/// Ownership: the caller places it. Context: one loop. Time: O(size).
+#ifndef FSW_SUBSYSTEMS_COMMUNICATION_GROUND_QUEUE_H
+#define FSW_SUBSYSTEMS_COMMUNICATION_GROUND_QUEUE_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/message/octet_ring.h"
+#include "pus/tailoring.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define GROUND_QUEUE_OCTETS 131072U ///< Of each of the two queues.
+#define GROUND_STAMP_OCTETS 4U
+
+typedef struct { // Private, except `dropped`.
+    octet_ring_t housekeeping;
+    octet_ring_t firm; // Everything that must not be lost.
+    uint8_t housekeeping_storage[GROUND_QUEUE_OCTETS];
+    uint8_t firm_storage[GROUND_QUEUE_OCTETS];
+    uint32_t next_stamp;
+    uint8_t
+        sending[GROUND_STAMP_OCTETS + PUS_PACKET_MAX]; // The block under way, and how much of it has left.
+    size_t sending_size;                               // 0: none.
+    size_t sent;
+    uint32_t dropped; ///< Housekeeping reports dropped [wraps].
+} ground_queue_t;
+
+void ground_queue_init(ground_queue_t* queue);
+/// STATUS_OK (kept; old housekeeping may have gone for it), STATUS_FULL (a firm report has no room: the
+/// client does not read at all).
+MUST_USE status_t ground_queue_put(ground_queue_t* queue, const uint8_t* packet, size_t size);
+/// Octets to send next, or null if nothing waits. They stay until ground_queue_sent tells they have left.
+const uint8_t* ground_queue_next(ground_queue_t* queue, size_t* out_size);
+void ground_queue_sent(ground_queue_t* queue, size_t size);
+/// Reports waiting.
+uint32_t ground_queue_count(const ground_queue_t* queue);
+
+#endif // FSW_SUBSYSTEMS_COMMUNICATION_GROUND_QUEUE_H

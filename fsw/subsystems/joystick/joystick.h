@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The subsystem JOYSTICK: a force-reflecting joystick of two axes.
+///
+/// TELEPRESENCE tells the robot the hand's position and lets the hand feel the robot's external torque;
+/// STAND_ALONE displays a commanded torque (FORCE, or DES_TORQUE by telecommand). A configuration with the
+/// required port ROBOT_STATE reflects, one without displays. All tunable values are the parameter CONTROL.
+///
+/// Ownership  The program places joystick_t and the generic subsystem; both must not be moved.
+/// Context    The task of the generic subsystem; its callbacks never block.
+///
+///     static joystick_t joystick;
+///     joystick_init(&joystick, &component, &resolver);
+///     config.callbacks = joystick_callbacks();
+///     config.self      = &joystick;
+#ifndef FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_H
+#define FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_H
+
+#include "fsw/drives/drives.h"
+#include "fsw/framework/subsystem/subsystem.h"
+#include "fsw/subsystems/joystick/force_display.h"
+#include "fsw/subsystems/joystick/stick_control.h"
+
+#include "generated/joystick_descriptor.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum {         // Private.
+    JOYSTICK_RESTING,  ///< Controllers off.
+    JOYSTICK_PREPARED, ///< Controllers on, actuators off.
+    JOYSTICK_ENGAGED   ///< Actuators on.
+} joystick_activity_t;
+
+typedef struct { // All fields are private.
+    subsystem_t* generic;
+    drives_t drives;
+    joystick_parameters_t parameters;
+    joystick_activity_t activity;
+    bool is_reflecting; ///< The configuration has a robot to feel.
+    stick_control_t control;
+    double felt_nm[STICK_AXES]; ///< External torque of the robot; falls to zero without fresh samples.
+    double share;               ///< Of the reflection, 0..1; grows while both sides are operational.
+    force_display_t display;
+    uint32_t force_ticket; ///< Function FORCE under way; 0 none.
+} joystick_t;
+
+/// Once, before the generic subsystem runs. Pointers are kept.
+void joystick_init(joystick_t* joystick, subsystem_t* generic, const flow_resolver_t* resolver);
+/// Callbacks for the generic subsystem; their context is the joystick_t.
+const subsystem_callbacks_t* joystick_callbacks(void);
+
+#endif // FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_H

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cycle of the joystick: position, torque, links and telemetry.
+#include "fsw/subsystems/joystick/joystick_internal.h"
+
+#include "fsw/canopen/axis.h"
+#include "fsw/framework/control/elementary.h"
+
+#include <stddef.h>
+
+#define FORGET_1_S 200.0 // Rate at which a torque is forgotten that is not renewed: gone in 20 ms.
+#define NS_PER_US 1000U
+
+static double period_s(const joystick_t* const joystick)
+{
+    return (double)subsystem_period_ns(joystick->generic) * 1.0e-9;
+}
+
+static void take_felt_torque(joystick_t* const joystick)
+{
+    joystick_robot_state_payload_t robot;
+    const status_t status =
+        subsystem_link_read(joystick->generic, JOYSTICK_PORT_ROBOT_STATE, &robot, sizeof robot);
+    const double kept = 1.0 - elementary_clamp(FORGET_1_S * period_s(joystick), 0.0, 1.0);
+    for (unsigned i = 0U; i < STICK_AXES; i++) {
+        joystick->felt_nm[i] =
+            (status == STATUS_OK) ? robot.external_torque[i] : (kept * joystick->felt_nm[i]);
+    }
+}
+
+void joystick_sense(void* const self)
+{
+    joystick_t* const joystick = self;
+    drives_sense(&joystick->drives);
+    const canopen_device_t* const device = drives_device(&joystick->drives, 0U);
+    if (!drives_are_running(&joystick->drives) || (device == NULL)) {
+        return;
+    }
+    const double position[STICK_AXES] = {cia402_axis_position_rad(&device->axes[0]),
+                                         cia402_axis_position_rad(&device->axes[1])};
+    stick_control_sense(&joystick->control, &joystick->parameters.control, period_s(joystick), position);
+    if (joystick->is_reflecting) {
+        take_felt_torque(joystick);
+    }
+}
+
+/// The reflection fades in, with zero slope at both ends, once both sides are operational, and is forgotten
+/// when the robot holds by its brakes: a robot that is engaged under load must not pull the hand away.
+static double fade(joystick_t* const joystick, const double period)
+{
+    const double fade_time = joystick->parameters.control.fade_time;
+    const bool is_coupled =
+        (subsystem_link_peer_state(joystick->generic, JOYSTICK_PORT_ROBOT_STATE) == STATE_OPERATIONAL);
+    const double rate = is_coupled ? (1.0 / fade_time) : -FORGET_1_S;
+    joystick->share   = elementary_clamp(joystick->share + (rate * period), 0.0, 1.0);
+    return joystick->share * joystick->share * (3.0 - (2.0 * joystick->share));
+}
+
+static void command(joystick_t* const joystick, canopen_device_t* const device)
+{
+    const joystick_control_t* const gains = &joystick->parameters.control;
+    const double period                   = period_s(joystick);
+    if (joystick->is_reflecting) {
+        stick_control_reflect(&joystick->control, gains, period, joystick->felt_nm, fade(joystick, period));
+    } else {
+        joystick_display_step(joystick, period);
+        stick_control_display(&joystick->control, gains, joystick->display.torque_nm);
+    }
+    for (unsigned i = 0U; i < STICK_AXES; i++) {
+        cia402_axis_command_torque(&device->axes[i], joystick->control.command_nm[i]);
+    }
+}
+
+static void count(joystick_t* const joystick, joystick_counters_t* const counters)
+{
+    const canopen_network_t* const network = &joystick->drives.network;
+    const master_counters_t* const master  = &network->master.counters;
+    subsystem_link_totals_t links;
+    subsystem_link_totals(joystick->generic, &links);
+    counters->link_lost       = links.lost;
+    counters->link_stale      = links.late;
+    counters->link_refused    = links.refused;
+    counters->cycles          = subsystem_cycle(joystick->generic);
+    counters->frames_received = network->flow.counters.received;
+    counters->frames_sent     = network->flow.counters.sent;
+    counters->frames_refused  = master->unknown + master->malformed + master->remote;
+    counters->pdo_missed      = drives_missed(&joystick->drives, 0U);
+    counters->emergencies     = master->emergencies;
+    counters->transmit_full   = network->flow.counters.refused;
+    counters->command_limited = joystick->control.limited + drives_limited(&joystick->drives);
+    subsystem_health_t health;
+    subsystem_health(joystick->generic, &health);
+    counters->tc_refused        = health.requests_refused;
+    counters->parameter_refused = health.parameters_refused;
+    counters->pool_peak         = health.pool_peak;
+    counters->pool_refused      = health.pool_refused;
+}
+
+/// Age of the samples of a link as the parameter LINK_AGE tells it [us]; without one, the largest number.
+static uint32_t link_age_us(const joystick_t* const joystick)
+{
+    const uint64_t age_us = subsystem_link_age_ns(joystick->generic, JOYSTICK_PORT_ROBOT_STATE) / NS_PER_US;
+    return (age_us < UINT32_MAX) ? (uint32_t)age_us : UINT32_MAX;
+}
+
+static void publish(joystick_t* const joystick, const canopen_device_t* const device)
+{
+    const stick_control_t* const control     = &joystick->control;
+    joystick_parameters_t* const parameters  = &joystick->parameters;
+    parameter_dictionary_t* const dictionary = subsystem_dictionary(joystick->generic);
+    const uint32_t age_us                    = link_age_us(joystick);
+    parameter_lock(dictionary);
+    parameters->cur_values.state = (int32_t)subsystem_state(joystick->generic);
+    for (unsigned i = 0U; i < STICK_AXES; i++) {
+        parameters->cur_values.position[i]    = control->position_rad[i];
+        parameters->cur_values.velocity[i]    = control->motion[i].velocity;
+        parameters->cur_values.felt_torque[i] = control->command_nm[i];
+        parameters->cur_values.statusword[i]  = (device != NULL) ? device->axes[i].statusword : 0U;
+        parameters->des_torque[i] = joystick->is_reflecting ? 0.0 : joystick->display.torque_nm[i];
+    }
+    count(joystick, &parameters->counters);
+    parameters->link_age = age_us;
+    parameter_unlock(dictionary);
+}
+
+void joystick_control(void* const self)
+{
+    joystick_t* const joystick     = self;
+    canopen_device_t* const device = drives_device(&joystick->drives, 0U);
+    if (drives_are_running(&joystick->drives) && (device != NULL) && joystick->control.is_started) {
+        command(joystick, device);
+    }
+    const joystick_hand_position_payload_t payload = {
+        .position = {joystick->control.position_rad[0], joystick->control.position_rad[1]}};
+    (void)subsystem_link_write(joystick->generic, JOYSTICK_PORT_HAND_POSITION, &payload, sizeof payload);
+    publish(joystick, device);
+}
+
+void joystick_emit(void* const self)
+{
+    joystick_t* const joystick = self;
+    drives_emit(&joystick->drives);
+}

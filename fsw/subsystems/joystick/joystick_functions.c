@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// Function commands of the joystick.
+#include "fsw/subsystems/joystick/joystick_internal.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/control/elementary.h"
+#include "pus/tailoring.h"
+
+#include <stddef.h>
+
+static void end_force(joystick_t* const joystick, const uint16_t failure_code)
+{
+    if (joystick->force_ticket != 0U) {
+        const uint32_t ticket  = joystick->force_ticket;
+        joystick->force_ticket = 0U;
+        subsystem_function_done(joystick->generic, ticket, failure_code, 0U);
+    }
+}
+
+void joystick_abandon(joystick_t* const joystick)
+{
+    FSW_ASSERT(joystick != NULL);
+    force_display_clear(&joystick->display);
+    end_force(joystick, PUS_FAILURE_ABORTED);
+}
+
+void joystick_display_step(joystick_t* const joystick, const double period_s)
+{
+    FSW_ASSERT(joystick != NULL);
+    const joystick_control_t* const gains = &joystick->parameters.control;
+    if (!joystick->display.is_active) {
+        return;
+    }
+    // A ceiling of zero lets nothing through; the display then runs its time at the smallest rate.
+    const double rate = gains->torque_ceiling / gains->ramp_time;
+    force_display_step(&joystick->display, period_s, (rate > 0.0) ? rate : 1.0);
+    if (!joystick->display.is_active) {
+        end_force(joystick, PUS_FAILURE_NONE);
+    }
+}
+
+static bool may_display(const joystick_t* const joystick)
+{
+    return (joystick->activity == JOYSTICK_ENGAGED) && !joystick->is_reflecting;
+}
+
+static bool is_in_range(const joystick_t* const joystick, const double torque_nm[STICK_AXES])
+{
+    const double ceiling = joystick->parameters.control.torque_ceiling;
+    return (elementary_absolute(torque_nm[0]) <= ceiling) && (elementary_absolute(torque_nm[1]) <= ceiling);
+}
+
+static status_t force(joystick_t* const joystick, const joystick_force_arguments_t* const arguments,
+                      const uint32_t ticket)
+{
+    if (!may_display(joystick) || (joystick->force_ticket != 0U)) {
+        return STATUS_FORBIDDEN;
+    }
+    if (!is_in_range(joystick, arguments->torque) || !(arguments->duration > 0.0)) {
+        return STATUS_OUT_OF_RANGE;
+    }
+    force_display_begin(&joystick->display, arguments->torque, arguments->duration);
+    joystick->force_ticket = ticket;
+    return STATUS_BUSY;
+}
+
+static status_t stop(joystick_t* const joystick)
+{
+    if (!may_display(joystick)) {
+        return STATUS_FORBIDDEN;
+    }
+    force_display_stop(&joystick->display);
+    end_force(joystick, PUS_FAILURE_ABORTED);
+    return STATUS_OK;
+}
+
+/// Only low-severity events may be raised by command: the others have consequences.
+static status_t raise_event(joystick_t* const joystick, const uint16_t event_id)
+{
+    const descriptor_event_t* const event =
+        descriptor_find_event(subsystem_descriptor(joystick->generic), event_id);
+    if ((event == NULL) || (event->severity != DESCRIPTOR_LOW)) {
+        return STATUS_OUT_OF_RANGE;
+    }
+    return subsystem_raise(joystick->generic, event_id, NULL, 0U);
+}
+
+status_t joystick_perform(void* const self, const subsystem_function_t* const function)
+{
+    joystick_t* const joystick = self;
+    switch (function->function_id) {
+    case JOYSTICK_FUNCTION_FORCE:
+        return force(joystick, function->arguments, function->ticket);
+    case JOYSTICK_FUNCTION_RAISE:
+        return raise_event(joystick, ((const joystick_raise_arguments_t*)function->arguments)->event);
+    case JOYSTICK_FUNCTION_STOP:
+        return stop(joystick);
+    default:
+        return STATUS_NOT_FOUND;
+    }
+}
+
+/// DES_TORQUE set by telecommand: display it until STOP, where that is allowed.
+void joystick_parameter_set(void* const self, const uint32_t parameter_id)
+{
+    joystick_t* const joystick = self;
+    const double* const torque = joystick->parameters.des_torque;
+    if ((parameter_id == JOYSTICK_PARAMETER_DES_TORQUE) && may_display(joystick) &&
+        (joystick->force_ticket == 0U) && is_in_range(joystick, torque)) {
+        force_display_begin(&joystick->display, torque, 0.0);
+    }
+}

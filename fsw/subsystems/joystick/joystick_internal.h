@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Between the source files of the joystick; for nobody else.
+#ifndef FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_INTERNAL_H
+#define FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_INTERNAL_H
+
+#include "fsw/subsystems/joystick/joystick.h"
+
+/// joystick_cycle.c: the cyclic callbacks.
+void joystick_sense(void* self);
+void joystick_control(void* self);
+void joystick_emit(void* self);
+
+/// joystick_functions.c: function commands.
+status_t joystick_perform(void* self, const subsystem_function_t* function);
+void joystick_parameter_set(void* self, uint32_t parameter_id);
+/// Next torque of the commanded display; ends its function command.
+void joystick_display_step(joystick_t* joystick, double period_s);
+/// Nothing that was commanded goes on.
+void joystick_abandon(joystick_t* joystick);
+
+#endif // FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_INTERNAL_H

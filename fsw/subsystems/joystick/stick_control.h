@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Torque of the force-reflecting joystick: what the robot feels, and damping that grows in contact.
+///
+///     u = s_f r - (b0 + b1 s) v        s = 0 in free space .. 1 in contact, per axis: quick to rise, slow to
+///     fall
+///
+/// The loop over the robot is stable because of the damping; free space needs little, contact more.
+///
+/// Ownership  The caller places stick_control_t. Gains are the parameter CONTROL. Context: one task. Time:
+/// O(1).
+#ifndef FSW_SUBSYSTEMS_JOYSTICK_STICK_CONTROL_H
+#define FSW_SUBSYSTEMS_JOYSTICK_STICK_CONTROL_H
+
+#include "fsw/framework/control/tracker.h"
+
+#include "generated/joystick_descriptor.h"
+
+#include <stdbool.h>
+
+#define STICK_AXES 2U
+
+typedef struct { // Read-only outside.
+    bool is_started;
+    double position_rad[STICK_AXES];
+    tracker_t motion[STICK_AXES];
+    double contact[STICK_AXES]; ///< s
+    double command_nm[STICK_AXES];
+    unsigned limited; ///< Commands cut at the ceiling [commands, wraps].
+} stick_control_t;
+
+void stick_control_init(stick_control_t* control);
+/// Take in the position; the velocity follows.
+void stick_control_sense(stick_control_t* control, const joystick_control_t* gains, double period_s,
+                         const double position_rad[STICK_AXES]);
+/// Command that reflects a torque felt by the robot. `share` 0..1 fades the reflection in; damping is always
+/// whole.
+void stick_control_reflect(stick_control_t* control, const joystick_control_t* gains, double period_s,
+                           const double felt_nm[STICK_AXES], double share);
+/// Command that displays a torque, with the damping of free space.
+void stick_control_display(stick_control_t* control, const joystick_control_t* gains,
+                           const double torque_nm[STICK_AXES]);
+
+#endif // FSW_SUBSYSTEMS_JOYSTICK_STICK_CONTROL_H

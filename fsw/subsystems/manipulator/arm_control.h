@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Joint control of the arm: from sensors and desired motion to the commands of the drives.
+///
+/// Each cycle: arm_control_sense takes in the sensors; then either arm_control_hold (actuators are off: the
+/// law is computed for the present pose, so that engaging at any moment is without a step) or
+/// arm_control_step with what is desired. Torque mode closes the loop here; position mode leaves it to the
+/// drive and sends the motor angle and the torque fed forward.
+///
+///     motor target  th_d = q_d + (M a_d + C + g) / K + offset         offset, bias: what the pose at
+///     engagement feed-forward  u_ff = M a_d + C + g + J a_d + friction(v_d)      differs from the model;
+///     they fade away torque        u    = u_ff + bias + Kp (th_d - th) + Kd (v_d - v)
+///
+/// Ownership  The caller places arm_control_t. Gains and model are the parameters CONTROL and MODEL.
+/// Context    One task. Time O(1).
+#ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_CONTROL_H
+#define FSW_SUBSYSTEMS_MANIPULATOR_ARM_CONTROL_H
+
+#include "fsw/framework/control/tracker.h"
+#include "fsw/subsystems/manipulator/arm_model.h"
+#include "fsw/subsystems/manipulator/arm_observer.h"
+
+#include <stdbool.h>
+
+typedef struct {
+    double position_rad[ARM_JOINTS];
+    double velocity_rad_s[ARM_JOINTS];
+    double acceleration_rad_s2[ARM_JOINTS];
+} arm_motion_t;
+
+typedef struct {
+    const manipulator_control_t* gains;
+    const manipulator_model_t* model;
+    double period_s;
+} arm_setup_t;
+
+typedef struct { // Read-only outside.
+    bool is_started;
+    bool is_coupled; ///< hand_zero_rad is known.
+    double motor_rad[ARM_JOINTS];
+    double torque_nm[ARM_JOINTS]; ///< Sensor, raw.
+    double link_rad[ARM_JOINTS];
+    tracker_t motor[ARM_JOINTS];     ///< Velocity of the motor angle.
+    tracker_t reference[ARM_JOINTS]; ///< Desired link motion.
+    arm_observer_t observer;
+    double zero_nm[ARM_JOINTS];       ///< Of the torque sensors.
+    double hand_zero_rad[ARM_JOINTS]; ///< Joystick angle that corresponds to link_zero_rad.
+    double link_zero_rad[ARM_JOINTS];
+    double goal_rad[ARM_JOINTS]; ///< Where the reference is led to, limited in speed and range.
+    double offset_rad[ARM_JOINTS];
+    double bias_nm[ARM_JOINTS];
+    double motor_target_rad[ARM_JOINTS];
+    double feed_forward_nm[ARM_JOINTS];
+    double command_nm[ARM_JOINTS]; ///< Torque mode.
+    unsigned limited;              ///< Torque commands cut at the ceiling [commands, wraps].
+} arm_control_t;
+
+void arm_control_init(arm_control_t* control);
+/// Take in motor angle and joint torque; estimates of link angle, velocities and external torque follow.
+void arm_control_sense(arm_control_t* control, const arm_setup_t* setup, const double motor_rad[ARM_JOINTS],
+                       const double torque_nm[ARM_JOINTS]);
+/// Be coupled in the present pose: the hand's present angle (may be null: no hand) corresponds to it, and the
+/// commands are those that hold it as it is.
+void arm_control_hold(arm_control_t* control, const arm_setup_t* setup, const double* hand_rad);
+/// The desired motion that follows the hand: its angle, or null while it is not known (the arm is held).
+arm_motion_t arm_control_follow(arm_control_t* control, const arm_setup_t* setup, const double* hand_rad);
+/// Commands for a desired motion.
+void arm_control_step(arm_control_t* control, const arm_setup_t* setup, const arm_motion_t* desired);
+
+#endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_CONTROL_H

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/subsystems/manipulator/arm_model.h"
+
+#include "fsw/framework/control/elementary.h"
+
+arm_terms_t arm_terms(const manipulator_model_t* const model, const double angle_rad[ARM_JOINTS])
+{
+    const sine_cosine_t elbow    = elementary_sine_cosine(angle_rad[1]);
+    const sine_cosine_t shoulder = elementary_sine_cosine(angle_rad[0]);
+    const sine_cosine_t forearm  = elementary_sine_cosine(angle_rad[0] + angle_rad[1]);
+
+    const double m1       = model->link_mass[0];
+    const double m2       = model->link_mass[1];
+    const double l1       = model->link_length[0];
+    const double c1       = model->link_centre[0];
+    const double c2       = model->link_centre[1];
+    const double coupling = m2 * l1 * c2;
+    const double outer    = model->link_inertia[1] + (m2 * c2 * c2);
+    const double inner    = model->link_inertia[0] + (m1 * c1 * c1) + (m2 * l1 * l1);
+    const double weight2  = model->gravity * m2 * c2 * forearm.cosine;
+
+    return (arm_terms_t){
+        .m11        = inner + outer + (2.0 * coupling * elbow.cosine),
+        .m12        = outer + (coupling * elbow.cosine),
+        .m22        = outer,
+        .h          = coupling * elbow.sine,
+        .gravity_nm = {(model->gravity * ((m1 * c1) + (m2 * l1)) * shoulder.cosine) + weight2, weight2},
+    };
+}
+
+void arm_inertia_times(const arm_terms_t* const terms, const double vector[ARM_JOINTS],
+                       double out[ARM_JOINTS])
+{
+    const double first = (terms->m11 * vector[0]) + (terms->m12 * vector[1]);
+    out[1]             = (terms->m12 * vector[0]) + (terms->m22 * vector[1]);
+    out[0]             = first;
+}
+
+void arm_coriolis(const arm_terms_t* const terms, const double velocity_rad_s[ARM_JOINTS],
+                  double out_nm[ARM_JOINTS])
+{
+    const double v1 = velocity_rad_s[0];
+    const double v2 = velocity_rad_s[1];
+    out_nm[0]       = -terms->h * ((2.0 * v1 * v2) + (v2 * v2));
+    out_nm[1]       = terms->h * v1 * v1;
+}
+
+void arm_coriolis_transposed(const arm_terms_t* const terms, const double velocity_rad_s[ARM_JOINTS],
+                             double out_nm[ARM_JOINTS])
+{
+    const double v1 = velocity_rad_s[0];
+    const double v2 = velocity_rad_s[1];
+    out_nm[0]       = 0.0;
+    out_nm[1]       = -terms->h * ((v1 * v1) + (v1 * v2));
+}

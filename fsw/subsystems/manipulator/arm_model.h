@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Rigid-body model of the two-joint arm in its vertical plane, as the controller believes it to be.
+///
+/// Angles are geometric: tip = (l1 cos q1 + l2 cos(q1 + q2), l1 sin q1 + l2 sin(q1 + q2)), x forward, z up.
+/// All values come from the parameter MODEL. Pure functions of their arguments. Context: any. Time: O(1).
+#ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H
+#define FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H
+
+#include "generated/manipulator_descriptor.h"
+
+#define ARM_JOINTS 2U
+
+typedef struct { // What the equations of motion need in one pose.
+    double m11;  ///< Mass matrix (link side, without rotors) [kgm2].
+    double m12;
+    double m22;
+    double h;                      ///< Coupling of the velocities, m2 l1 c2 sin q2 [kgm2].
+    double gravity_nm[ARM_JOINTS]; ///< Torque that holds the arm still.
+} arm_terms_t;
+
+arm_terms_t arm_terms(const manipulator_model_t* model, const double angle_rad[ARM_JOINTS]);
+
+/// M a.
+void arm_inertia_times(const arm_terms_t* terms, const double vector[ARM_JOINTS], double out[ARM_JOINTS]);
+/// C(q, v) v: centrifugal and Coriolis torque [Nm].
+void arm_coriolis(const arm_terms_t* terms, const double velocity_rad_s[ARM_JOINTS],
+                  double out_nm[ARM_JOINTS]);
+/// C(q, v)^T v: what the momentum observer needs [Nm].
+void arm_coriolis_transposed(const arm_terms_t* terms, const double velocity_rad_s[ARM_JOINTS],
+                             double out_nm[ARM_JOINTS]);
+
+#endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/subsystems/manipulator/arm_tare.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/control/elementary.h"
+
+#include <stddef.h>
+
+#define REST_RAD_S 0.02 // Faster is motion, not noise.
+
+void arm_tare_init(arm_tare_t* const tare)
+{
+    FSW_ASSERT(tare != NULL);
+    *tare = (arm_tare_t){.result = STATUS_EMPTY};
+}
+
+void arm_tare_begin(arm_tare_t* const tare)
+{
+    FSW_ASSERT(tare != NULL);
+    tare->result    = STATUS_BUSY;
+    tare->samples   = 0U;
+    tare->sum_nm[0] = 0.0;
+    tare->sum_nm[1] = 0.0;
+}
+
+static void finish(arm_tare_t* const tare, const double ceiling_nm)
+{
+    double mean[ARM_JOINTS];
+    bool is_free = true;
+    for (unsigned i = 0U; i < ARM_JOINTS; i++) {
+        mean[i] = tare->sum_nm[i] / (double)tare->samples;
+        is_free = is_free && (elementary_absolute(mean[i]) <= ceiling_nm);
+    }
+    tare->result = is_free ? STATUS_OK : STATUS_OUT_OF_RANGE;
+    for (unsigned i = 0U; is_free && (i < ARM_JOINTS); i++) {
+        tare->offset_nm[i] = mean[i];
+    }
+}
+
+status_t arm_tare_step(arm_tare_t* const tare, const arm_tare_sample_t* const sample, const uint32_t samples,
+                       const double ceiling_nm)
+{
+    FSW_ASSERT((tare != NULL) && (sample != NULL));
+    if (tare->result != STATUS_BUSY) {
+        return tare->result;
+    }
+    for (unsigned i = 0U; i < ARM_JOINTS; i++) {
+        if (elementary_absolute(sample->velocity_rad_s[i]) > REST_RAD_S) {
+            arm_tare_begin(tare);
+            return STATUS_BUSY;
+        }
+    }
+    for (unsigned i = 0U; i < ARM_JOINTS; i++) {
+        tare->sum_nm[i] += sample->difference_nm[i];
+    }
+    tare->samples++;
+    if (tare->samples >= samples) {
+        finish(tare, ceiling_nm);
+    }
+    return tare->result;
+}

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// Entry actions of the manipulator.
+#include "fsw/subsystems/manipulator/manipulator.h"
+
+#include "fsw/canopen/cia402.h"
+#include "fsw/framework/base/assertion.h"
+#include "fsw/subsystems/manipulator/manipulator_internal.h"
+
+#include <stddef.h>
+
+void manipulator_init(manipulator_t* const manipulator, subsystem_t* const generic,
+                      const flow_resolver_t* const resolver)
+{
+    FSW_ASSERT((manipulator != NULL) && (generic != NULL) && (resolver != NULL));
+    *manipulator = (manipulator_t){.generic = generic, .activity = MANIPULATOR_RESTING};
+    drives_init(&manipulator->drives, generic, resolver);
+    arm_control_init(&manipulator->control);
+    arm_tare_init(&manipulator->tare);
+}
+
+arm_setup_t manipulator_setup(const manipulator_t* const manipulator)
+{
+    return (arm_setup_t){.gains    = &manipulator->parameters.control,
+                         .model    = &manipulator->parameters.model,
+                         .period_s = (double)subsystem_period_ns(manipulator->generic) * 1.0e-9};
+}
+
+static status_t software_init(void* const self)
+{
+    manipulator_t* const manipulator = self;
+    uint8_t* const storage           = (uint8_t*)&manipulator->parameters;
+    status_t status                  = STATUS_OK;
+    for (size_t i = 0U; (status == STATUS_OK) && (i < MANIPULATOR_PARAMETER_COUNT); i++) {
+        status = subsystem_publish(manipulator->generic, &manipulator_definitions[i],
+                                   &storage[manipulator_places[i]]);
+    }
+    return status;
+}
+
+static status_t hardware_init(void* const self)
+{
+    manipulator_t* const manipulator = self;
+    manipulator->activity            = MANIPULATOR_RESTING;
+    manipulator->has_zero            = false;
+    arm_tare_init(&manipulator->tare);
+    return drives_hardware_init(&manipulator->drives);
+}
+
+/// Torque or position mode, the same for all joints. STATUS_OK, STATUS_INVALID (neither, or mixed, or not as
+/// many devices as joints).
+static status_t find_mode(manipulator_t* const manipulator,
+                          const descriptor_configuration_t* const configuration)
+{
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(manipulator->generic);
+    if (configuration->device_count != ARM_JOINTS) {
+        return STATUS_INVALID;
+    }
+    const descriptor_device_t* const devices = &descriptor->devices[configuration->first_device];
+    const int mode                           = drives_mode(descriptor, &devices[0]);
+    const bool is_one_mode                   = (mode == drives_mode(descriptor, &devices[1]));
+    manipulator->is_torque_mode              = (mode == CIA402_MODE_CST);
+    return (is_one_mode && ((mode == CIA402_MODE_CST) || (mode == CIA402_MODE_CSP))) ? STATUS_OK
+                                                                                     : STATUS_INVALID;
+}
+
+static status_t configure(void* const self, const descriptor_configuration_t* const configuration)
+{
+    manipulator_t* const manipulator = self;
+    manipulator->activity            = MANIPULATOR_RESTING;
+    arm_control_init(&manipulator->control);
+    manipulator->control.zero_nm[0] = manipulator->tare.offset_nm[0];
+    manipulator->control.zero_nm[1] = manipulator->tare.offset_nm[1];
+    const status_t status           = find_mode(manipulator, configuration);
+    return (status == STATUS_OK) ? drives_configure(&manipulator->drives, configuration) : status;
+}
+
+static status_t start_control(void* const self)
+{
+    manipulator_t* const manipulator = self;
+    const status_t status            = drives_go(&manipulator->drives, CIA402_GOAL_STANDBY);
+    if (status == STATUS_OK) {
+        manipulator->activity = MANIPULATOR_PREPARED;
+        arm_tare_begin(&manipulator->tare);
+    }
+    return status;
+}
+
+static status_t stop_control(void* const self)
+{
+    manipulator_t* const manipulator = self;
+    manipulator->activity            = MANIPULATOR_RESTING;
+    manipulator_abandon(manipulator);
+    return drives_go(&manipulator->drives, CIA402_GOAL_DISABLED);
+}
+
+/// In torque mode a tare is needed, and a running one is waited for: forces felt with a wrong zero would be
+/// worse than a late start. In position mode the arm may be moved out of a contact that bars taring.
+static status_t engage(void* const self)
+{
+    manipulator_t* const manipulator = self;
+    if (manipulator->is_torque_mode && (manipulator->tare.result == STATUS_BUSY)) {
+        return STATUS_BUSY;
+    }
+    if (manipulator->is_torque_mode && !manipulator->has_zero) {
+        return STATUS_FORBIDDEN;
+    }
+    const status_t status = drives_go(&manipulator->drives, CIA402_GOAL_ENABLED);
+    if (status == STATUS_OK) {
+        manipulator_abandon(manipulator);
+        manipulator->activity           = MANIPULATOR_ENGAGED;
+        manipulator->is_beyond_limit[0] = false;
+        manipulator->is_beyond_limit[1] = false;
+    }
+    return status;
+}
+
+static status_t disengage(void* const self)
+{
+    manipulator_t* const manipulator = self;
+    manipulator->activity            = MANIPULATOR_PREPARED;
+    manipulator_motion_reset(manipulator);
+    return drives_go(&manipulator->drives, CIA402_GOAL_STANDBY);
+}
+
+static status_t secure(void* const self)
+{
+    manipulator_t* const manipulator = self;
+    manipulator->activity            = MANIPULATOR_RESTING;
+    manipulator_abandon(manipulator);
+    return drives_secure(&manipulator->drives);
+}
+
+static status_t post(void* const self)
+{
+    manipulator_t* const manipulator = self;
+    manipulator->activity            = MANIPULATOR_RESTING;
+    manipulator_abandon(manipulator);
+    return drives_post(&manipulator->drives);
+}
+
+static status_t hardware_deinit(void* const self)
+{
+    manipulator_t* const manipulator = self;
+    return drives_hardware_deinit(&manipulator->drives);
+}
+
+const subsystem_callbacks_t* manipulator_callbacks(void)
+{
+    static const subsystem_callbacks_t callbacks = {
+        .software_init   = software_init,
+        .hardware_init   = hardware_init,
+        .configure       = configure,
+        .start_control   = start_control,
+        .stop_control    = stop_control,
+        .engage          = engage,
+        .disengage       = disengage,
+        .secure          = secure,
+        .post            = post,
+        .hardware_deinit = hardware_deinit,
+        .sense           = manipulator_sense,
+        .control         = manipulator_control,
+        .emit            = manipulator_emit,
+        .perform         = manipulator_perform,
+        .parameter_set   = manipulator_parameter_set,
+    };
+    return &callbacks;
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The subsystem MANIPULATOR: a two-joint torque-sensed arm.
+///
+/// STAND_ALONE (drives close the position loop) executes MOVE_TO; TELEPRESENCE (torque loop here) follows the
+/// joystick and tells it the external torque at the joints. Which of the two a configuration is follows from
+/// the mode of operation its devices are set to. All tunable values are the parameters CONTROL, MODEL,
+/// TORQUE_LIMIT.
+///
+/// Ownership  The program places manipulator_t and the generic subsystem; both must not be moved.
+/// Context    The task of the generic subsystem; its callbacks never block.
+///
+///     static manipulator_t manipulator;
+///     manipulator_init(&manipulator, &component, &resolver);
+///     config.callbacks = manipulator_callbacks();
+///     config.self      = &manipulator;
+#ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_H
+#define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_H
+
+#include "fsw/drives/drives.h"
+#include "fsw/framework/control/motion.h"
+#include "fsw/framework/subsystem/subsystem.h"
+#include "fsw/subsystems/manipulator/arm_control.h"
+#include "fsw/subsystems/manipulator/arm_tare.h"
+
+#include "generated/manipulator_descriptor.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum {            // Private.
+    MANIPULATOR_RESTING,  ///< Controllers off.
+    MANIPULATOR_PREPARED, ///< Controllers on, actuators off.
+    MANIPULATOR_ENGAGED   ///< Actuators on.
+} manipulator_activity_t;
+
+typedef struct { // All fields are private.
+    subsystem_t* generic;
+    drives_t drives;
+    manipulator_parameters_t parameters;
+    manipulator_activity_t activity;
+    bool is_torque_mode;
+    arm_control_t control;
+    arm_tare_t tare;
+    bool has_zero;        ///< A tare has succeeded since HARDWARE_INIT.
+    uint32_t tare_ticket; ///< Function TARE under way; 0 none.
+    bool has_hand;        ///< The joystick's angle is known in this cycle.
+    manipulator_hand_position_payload_t hand;
+    motion_t motion[ARM_JOINTS];
+    motion_point_t point[ARM_JOINTS];
+    bool is_moving;
+    uint32_t move_ticket; ///< Function MOVE_TO under way; 0 none.
+    bool is_beyond_limit[ARM_JOINTS];
+} manipulator_t;
+
+/// Once, before the generic subsystem runs. Pointers are kept.
+void manipulator_init(manipulator_t* manipulator, subsystem_t* generic, const flow_resolver_t* resolver);
+/// Callbacks for the generic subsystem; their context is the manipulator_t.
+const subsystem_callbacks_t* manipulator_callbacks(void);
+
+#endif // FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_H

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Graph of the real-time links that are open: an edge a link, a real-time network a connected component.
+/// Ownership: the caller places it. Context: one loop. Time: O(links^2), links <= LINK_GRAPH_EDGES.
+#ifndef FSW_SUPERVISOR_LINK_GRAPH_H
+#define FSW_SUPERVISOR_LINK_GRAPH_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define LINK_GRAPH_EDGES 32U
+#define LINK_GRAPH_MEMBERS 16U
+
+typedef struct {
+    uint16_t link;
+    uint16_t producer_apid;
+    uint16_t producer_port;
+    uint16_t consumer_apid;
+    uint16_t consumer_port;
+    bool is_stale; ///< The consumer says so.
+} link_edge_t;
+
+typedef struct {
+    link_edge_t edges[LINK_GRAPH_EDGES];
+    uint16_t count;
+} link_graph_t;
+
+/// Add or replace the edge of a link. STATUS_OK, STATUS_EXHAUSTED.
+MUST_USE status_t link_graph_add(link_graph_t* graph, const link_edge_t* edge);
+/// Remove the edge of a link. True if there was one.
+bool link_graph_remove(link_graph_t* graph, uint16_t link);
+/// Edge of a link, or null.
+link_edge_t* link_graph_find(link_graph_t* graph, uint16_t link);
+/// Edge that arrives at a port of a consumer, or null.
+const link_edge_t* link_graph_into(const link_graph_t* graph, uint16_t consumer_apid, uint16_t consumer_port);
+/// All members connected with `apid`, itself first. Returns their number, >= 1, <= LINK_GRAPH_MEMBERS.
+uint16_t link_graph_members(const link_graph_t* graph, uint16_t apid,
+                            uint16_t out_members[LINK_GRAPH_MEMBERS]);
+/// Smallest member id of the network of `apid`: the number of the network.
+uint16_t link_graph_network(const link_graph_t* graph, uint16_t apid);
+
+#endif // FSW_SUPERVISOR_LINK_GRAPH_H

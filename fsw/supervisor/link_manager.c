@@ -1,0 +1,470 @@
+// SPDX-License-Identifier: Apache-2.0
+// Manager of real-time links: negotiates between two members on request, opens both ends with one epoch, and
+// keeps the graph of what is open. Link ids are the mission's link numbers.
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <string.h>
+
+#define SESSION_TIMEOUT_NS 2000000000ULL
+#define OPEN_DEADLINE_MS 2000U
+
+// ---- Sessions ----
+
+static link_session_t* session_of_link(supervisor_t* const supervisor, const uint16_t link)
+{
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        if ((supervisor->sessions[i].step != SESSION_FREE) && (supervisor->sessions[i].link == link)) {
+            return &supervisor->sessions[i];
+        }
+    }
+    return NULL;
+}
+
+static link_session_t* new_session(supervisor_t* const supervisor, const uint16_t link,
+                                   const session_step_t step, const pus_token_t* const token)
+{
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        link_session_t* const session = &supervisor->sessions[i];
+        if (session->step == SESSION_FREE) {
+            *session             = (link_session_t){.step = step, .link = link};
+            session->has_token   = (token != NULL);
+            session->deadline_ns = supervisor->now_ns + SESSION_TIMEOUT_NS;
+            if (token != NULL) {
+                session->token = *token;
+            }
+            return session;
+        }
+    }
+    return NULL;
+}
+
+static void end_session(supervisor_t* const supervisor, link_session_t* const session, const uint16_t code,
+                        const uint32_t detail)
+{
+    pus_process_t* const process = component_process(&supervisor->component);
+    if (session->has_token && (code == PUS_FAILURE_NONE)) {
+        pus_verify_completed(process, &session->token, supervisor->now_ns);
+    } else if (session->has_token) {
+        const pus_failure_t failure = pus_failure(code, detail);
+        pus_verify_failed(process, &session->token, &failure, supervisor->now_ns);
+    } else {
+        // Nobody asked: a clean-up of the supervisor's own.
+    }
+    session->step = SESSION_FREE;
+}
+
+static link_edge_t* accepted_of(supervisor_t* const supervisor, const uint16_t link)
+{
+    const bool is_link = (link >= 1U) && (link <= MISSION_LINKS_MAX);
+    return (is_link && (supervisor->accepted[link - 1U].link == link)) ? &supervisor->accepted[link - 1U]
+                                                                       : NULL;
+}
+
+static pus_link_ends_t ends_of(const link_edge_t* const edge)
+{
+    return (pus_link_ends_t){edge->producer_apid, edge->producer_port, edge->consumer_apid,
+                             edge->consumer_port};
+}
+
+static bool is_end(const pus_link_ends_t* const ends, const uint16_t apid)
+{
+    return (ends->producer_apid == apid) || (ends->consumer_apid == apid);
+}
+
+// ---- Requests to members ----
+
+static status_t ask_member(supervisor_t* const supervisor, const uint16_t apid,
+                           const link_session_t* const session, const pus_link_properties_t* const properties)
+{
+    const pus_link_request_t request = {.transaction = session->transaction,
+                                        .link        = session->link,
+                                        .ends        = session->ends,
+                                        .properties  = *properties};
+    octet_writer_t writer =
+        pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_RTLINK, PUS_LINK_REQUEST, 0U);
+    pus_link_request_write(&writer, &request);
+    return pus_tc_send(&supervisor->requester, &writer, NULL);
+}
+
+static status_t open_member(supervisor_t* const supervisor, const uint16_t apid,
+                            const link_session_t* const session)
+{
+    const pus_link_open_t open = {.link        = session->link,
+                                  .epoch       = session->epoch,
+                                  .peer        = {.kind = 0U, .size = 0U, .octets = {0U}},
+                                  .deadline_ms = OPEN_DEADLINE_MS};
+    octet_writer_t writer = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_RTLINK, PUS_LINK_OPEN, 0U);
+    pus_link_open_write(&writer, &open);
+    return pus_tc_send(&supervisor->requester, &writer, NULL);
+}
+
+static status_t close_member(supervisor_t* const supervisor, const uint16_t apid, const uint16_t link,
+                             const uint8_t reason)
+{
+    const pus_link_close_t close = {.link = link, .reason = reason};
+    octet_writer_t writer =
+        pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_RTLINK, PUS_LINK_CLOSE, 0U);
+    pus_link_close_write(&writer, &close);
+    return pus_tc_send(&supervisor->requester, &writer, NULL);
+}
+
+/// The link is neither agreed on nor open any more.
+static void drop_link(supervisor_t* const supervisor, const uint16_t link)
+{
+    link_edge_t* const accepted = accepted_of(supervisor, link);
+    (void)link_graph_remove(&supervisor->graph, link);
+    if (accepted != NULL) {
+        accepted->link = 0U;
+    }
+}
+
+/// Nothing of the link is to stay behind at either end, but for the one that has nothing (0: both have).
+static void forget_link(supervisor_t* const supervisor, const uint16_t link,
+                        const pus_link_ends_t* const ends, const uint16_t without)
+{
+    drop_link(supervisor, link);
+    if (ends->producer_apid != without) {
+        (void)close_member(supervisor, ends->producer_apid, link, (uint8_t)PUS_LINK_REASON_PEER);
+    }
+    if (ends->consumer_apid != without) {
+        (void)close_member(supervisor, ends->consumer_apid, link, (uint8_t)PUS_LINK_REASON_PEER);
+    }
+}
+
+/// A session that cannot go on: no end stays open, or accepted, alone.
+static void give_up(supervisor_t* const supervisor, link_session_t* const session, const uint16_t failed,
+                    const uint16_t code, const uint32_t detail)
+{
+    const bool is_agreed = (accepted_of(supervisor, session->link) != NULL);
+    if (session->step == SESSION_CLOSING) {
+        drop_link(supervisor, session->link); // Both have been told.
+    } else if ((session->step != SESSION_ASK_PRODUCER) || is_agreed) {
+        forget_link(supervisor, session->link, &session->ends, failed);
+    } else {
+        // Nobody has agreed to anything yet.
+    }
+    end_session(supervisor, session, code, detail);
+}
+
+// ---- Port of service 130 ----
+
+static bool no_offer(void* const context, const uint16_t index, pus_link_offer_t* const out_offer)
+{
+    (void)context;
+    (void)index;
+    (void)out_offer;
+    return false; // Ports belong to the members; ask them.
+}
+
+static bool is_configured(supervisor_t* const supervisor, const uint16_t apid)
+{
+    const roster_entry_t* const member = roster_find(supervisor, apid);
+    return (member != NULL) && (member->state == STATE_PRE_OPERATIONAL) &&
+           (member->phase == PHASE_CONFIGURED);
+}
+
+static void refuse(pus_link_answer_t* const answer, const pus_link_reason_t reason,
+                   const pus_link_field_t field, const pus_link_properties_t* const wanted)
+{
+    answer->is_accepted      = false;
+    answer->refuse.reason    = (uint8_t)reason;
+    answer->refuse.field     = (uint8_t)field;
+    answer->refuse.supported = *wanted;
+}
+
+static pus_reply_t request_link(void* const context, const pus_link_request_t* const request,
+                                pus_link_answer_t* const out_answer, const pus_token_t* const token,
+                                const uint64_t now_ns)
+{
+    supervisor_t* const supervisor    = (supervisor_t*)context;
+    supervisor->now_ns                = now_ns;
+    const pus_link_ends_t* const ends = &request->ends;
+    const mission_link_t* const link =
+        mission_find_link(supervisor->mission, ends->producer_apid, ends->producer_port, ends->consumer_apid,
+                          ends->consumer_port);
+    if (link == NULL) {
+        refuse(out_answer, PUS_LINK_REASON_PORT, PUS_LINK_FIELD_PORT, &request->properties);
+        return pus_done();
+    }
+    if (!is_configured(supervisor, ends->producer_apid) || !is_configured(supervisor, ends->consumer_apid)) {
+        refuse(out_answer, PUS_LINK_REASON_STATE, PUS_LINK_FIELD_NONE, &request->properties);
+        return pus_done();
+    }
+    link_session_t* const session = (session_of_link(supervisor, link->number) == NULL)
+                                        ? new_session(supervisor, link->number, SESSION_ASK_PRODUCER, token)
+                                        : NULL;
+    if (session == NULL) {
+        refuse(out_answer, PUS_LINK_REASON_RESOURCE, PUS_LINK_FIELD_NONE, &request->properties);
+        return pus_done();
+    }
+    supervisor->link_transaction++;
+    session->ends        = *ends;
+    session->asked       = request->transaction;
+    session->transaction = supervisor->link_transaction;
+    if (ask_member(supervisor, ends->producer_apid, session, &request->properties) != STATUS_OK) {
+        session->step = SESSION_FREE;
+        refuse(out_answer, PUS_LINK_REASON_RESOURCE, PUS_LINK_FIELD_NONE, &request->properties);
+        return pus_done();
+    }
+    return pus_later();
+}
+
+static pus_reply_t open_link(void* const context, const pus_link_open_t* const open,
+                             const pus_token_t* const token, const uint64_t now_ns)
+{
+    supervisor_t* const supervisor    = (supervisor_t*)context;
+    supervisor->now_ns                = now_ns;
+    const link_edge_t* const accepted = accepted_of(supervisor, open->link);
+    if (accepted == NULL) {
+        return pus_refused(PUS_FAILURE_UNKNOWN_ID, open->link);
+    }
+    link_session_t* const session = (session_of_link(supervisor, open->link) == NULL)
+                                        ? new_session(supervisor, open->link, SESSION_OPEN_PRODUCER, token)
+                                        : NULL;
+    if (session == NULL) {
+        return pus_refused(PUS_FAILURE_TABLE_FULL, SUPERVISOR_LINK_SESSIONS);
+    }
+    supervisor->link_epoch++;
+    session->epoch = supervisor->link_epoch;
+    session->ends  = ends_of(accepted);
+    if (open_member(supervisor, accepted->producer_apid, session) != STATUS_OK) {
+        session->step = SESSION_FREE;
+        return pus_failed(PUS_FAILURE_NO_ANSWER, accepted->producer_apid);
+    }
+    return pus_later();
+}
+
+static pus_reply_t close_link(void* const context, const pus_link_close_t* const close,
+                              const pus_token_t* const token, const uint64_t now_ns)
+{
+    supervisor_t* const supervisor = (supervisor_t*)context;
+    supervisor->now_ns             = now_ns;
+    link_edge_t* const accepted    = accepted_of(supervisor, close->link);
+    if (accepted == NULL) {
+        return pus_refused(PUS_FAILURE_UNKNOWN_ID, close->link);
+    }
+    if (session_of_link(supervisor, close->link) != NULL) {
+        return pus_refused(PUS_FAILURE_STATE, close->link);
+    }
+    link_session_t* const session = new_session(supervisor, close->link, SESSION_CLOSING, token);
+    if (session == NULL) {
+        return pus_refused(PUS_FAILURE_TABLE_FULL, SUPERVISOR_LINK_SESSIONS);
+    }
+    session->ends = ends_of(accepted);
+    (void)close_member(supervisor, accepted->consumer_apid, close->link, close->reason);
+    (void)close_member(supervisor, accepted->producer_apid, close->link, close->reason);
+    return pus_later();
+}
+
+static bool link_status(void* const context, const uint16_t index, pus_link_status_t* const out_status)
+{
+    const supervisor_t* const supervisor = (const supervisor_t*)context;
+    if (index >= supervisor->graph.count) {
+        return false;
+    }
+    const link_edge_t* const edge = &supervisor->graph.edges[index];
+    *out_status                   = (pus_link_status_t){
+                          .link  = edge->link,
+                          .state = (uint8_t)(edge->is_stale ? PUS_LINK_STATE_STALE : PUS_LINK_STATE_OPEN),
+                          .ends  = {edge->producer_apid, edge->producer_port, edge->consumer_apid, edge->consumer_port}};
+    return true;
+}
+
+pus_rtlink_port_t link_manager_port(supervisor_t* const supervisor)
+{
+    return (pus_rtlink_port_t){supervisor, no_offer, request_link, open_link, close_link, link_status};
+}
+
+// ---- Answers of members ----
+
+static link_session_t* session_asking(supervisor_t* const supervisor, const uint16_t apid,
+                                      const uint32_t transaction)
+{
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        link_session_t* const session = &supervisor->sessions[i];
+        const bool is_producer =
+            (session->step == SESSION_ASK_PRODUCER) && (session->ends.producer_apid == apid);
+        const bool is_consumer =
+            (session->step == SESSION_ASK_CONSUMER) && (session->ends.consumer_apid == apid);
+        if ((is_producer || is_consumer) && (session->transaction == transaction)) {
+            return session;
+        }
+    }
+    return NULL;
+}
+
+static void member_accepts(supervisor_t* const supervisor, const uint16_t apid,
+                           const pus_link_accept_t* const accept)
+{
+    link_session_t* const session = session_asking(supervisor, apid, accept->transaction);
+    if (session == NULL) {
+        return;
+    }
+    session->deadline_ns = supervisor->now_ns + SESSION_TIMEOUT_NS;
+    if (session->step == SESSION_ASK_PRODUCER) {
+        session->step = SESSION_ASK_CONSUMER;
+        if (ask_member(supervisor, session->ends.consumer_apid, session, &accept->properties) != STATUS_OK) {
+            give_up(supervisor, session, session->ends.consumer_apid, PUS_FAILURE_NO_ANSWER,
+                    session->ends.consumer_apid);
+        }
+        return;
+    }
+    FSW_ASSERT(session->link <= MISSION_LINKS_MAX);
+    pus_link_accept_t agreed                 = *accept;
+    agreed.transaction                       = session->asked;
+    supervisor->accepted[session->link - 1U] = (link_edge_t){.link          = session->link,
+                                                             .producer_apid = session->ends.producer_apid,
+                                                             .producer_port = session->ends.producer_port,
+                                                             .consumer_apid = session->ends.consumer_apid,
+                                                             .consumer_port = session->ends.consumer_port};
+    (void)pus_link_accept_report(component_process(&supervisor->component), session->token.source, &agreed,
+                                 supervisor->now_ns);
+    end_session(supervisor, session, PUS_FAILURE_NONE, 0U);
+}
+
+static void member_refuses(supervisor_t* const supervisor, const uint16_t apid,
+                           const pus_link_refuse_t* const refused)
+{
+    link_session_t* const session = session_asking(supervisor, apid, refused->transaction);
+    if (session == NULL) {
+        return;
+    }
+    pus_link_refuse_t told = *refused;
+    told.transaction       = session->asked;
+    (void)pus_link_refuse_report(component_process(&supervisor->component), session->token.source, &told,
+                                 supervisor->now_ns);
+    give_up(supervisor, session, 0U, PUS_FAILURE_LINK_REFUSED,
+            ((uint32_t)refused->reason << 8U) | (uint32_t)refused->field);
+}
+
+static void member_opened(supervisor_t* const supervisor, link_session_t* const session, const uint16_t apid)
+{
+    if ((session->step == SESSION_OPEN_PRODUCER) && (apid == session->ends.producer_apid)) {
+        session->step        = SESSION_OPEN_CONSUMER;
+        session->deadline_ns = supervisor->now_ns + SESSION_TIMEOUT_NS;
+        if (open_member(supervisor, session->ends.consumer_apid, session) != STATUS_OK) {
+            give_up(supervisor, session, 0U, PUS_FAILURE_NO_ANSWER, session->ends.consumer_apid);
+        }
+    } else if ((session->step == SESSION_OPEN_CONSUMER) && (apid == session->ends.consumer_apid)) {
+        const status_t status = link_graph_add(&supervisor->graph, &supervisor->accepted[session->link - 1U]);
+        end_session(supervisor, session, (status == STATUS_OK) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL,
+                    LINK_GRAPH_EDGES);
+    } else {
+        // Out of turn: the time-out ends the session.
+    }
+}
+
+/// One end is closed: the other must not stay open, or accepted, alone.
+static void member_closed(supervisor_t* const supervisor, const uint16_t link, const uint16_t apid,
+                          const pus_link_ends_t* const ends)
+{
+    link_session_t* const session = session_of_link(supervisor, link);
+    if (session == NULL) {
+        forget_link(supervisor, link, ends, apid);
+        return;
+    }
+    const bool had_edge = link_graph_remove(&supervisor->graph, link);
+    if ((session->step == SESSION_CLOSING) && !had_edge) {
+        accepted_of(supervisor, link)->link = 0U;
+        end_session(supervisor, session, PUS_FAILURE_NONE, 0U);
+    }
+}
+
+/// An end of a link that was agreed on has told what became of it.
+static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
+                        const pus_link_transition_t* const transition, const pus_link_ends_t* const ends)
+{
+    link_session_t* const session = session_of_link(supervisor, transition->link);
+    link_edge_t* const edge       = link_graph_find(&supervisor->graph, transition->link);
+    switch (transition->state) {
+    case PUS_LINK_STATE_OPEN:
+        if ((edge != NULL) && (transition->previous == PUS_LINK_STATE_STALE)) {
+            edge->is_stale = false;
+        } else if (session != NULL) {
+            member_opened(supervisor, session, apid);
+        } else {
+            // An end that opened by itself: not of this manager's making.
+        }
+        break;
+    case PUS_LINK_STATE_STALE:
+        if (edge != NULL) {
+            edge->is_stale = true;
+        }
+        break;
+    case PUS_LINK_STATE_CLOSED:
+        member_closed(supervisor, transition->link, apid, ends);
+        break;
+    case PUS_LINK_STATE_FAILED:
+        if (session != NULL) {
+            give_up(supervisor, session, apid, PUS_FAILURE_IO, apid);
+        }
+        break;
+    default: // Requested, accepted: on the way.
+        break;
+    }
+}
+
+/// Only the two that agreed on a link may say anything about it.
+static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
+                           const pus_link_transition_t* const transition)
+{
+    const link_edge_t* const accepted = accepted_of(supervisor, transition->link);
+    if (accepted != NULL) {
+        const pus_link_ends_t ends = ends_of(accepted);
+        if (is_end(&ends, apid)) {
+            end_changed(supervisor, apid, transition, &ends);
+        }
+    }
+}
+
+void link_manager_report(supervisor_t* const supervisor, const pus_tm_t* const tm)
+{
+    if (tm->service != PUS_SERVICE_RTLINK) {
+        return;
+    }
+    octet_reader_t reader = octet_reader(tm->data, tm->size);
+    pus_link_accept_t accept;
+    pus_link_refuse_t refused;
+    pus_link_transition_t transition;
+    if ((tm->subtype == PUS_LINK_ACCEPT) && (pus_link_accept_read(&reader, &accept) == STATUS_OK)) {
+        member_accepts(supervisor, tm->apid, &accept);
+    } else if ((tm->subtype == PUS_LINK_REFUSE) && (pus_link_refuse_read(&reader, &refused) == STATUS_OK)) {
+        member_refuses(supervisor, tm->apid, &refused);
+    } else if ((tm->subtype == PUS_LINK_TRANSITION) &&
+               (pus_link_transition_read(&reader, &transition) == STATUS_OK)) {
+        member_changed(supervisor, tm->apid, &transition);
+    } else {
+        // Offers and status are for the ground.
+    }
+}
+
+void link_manager_watch(supervisor_t* const supervisor)
+{
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        link_session_t* const session = &supervisor->sessions[i];
+        if ((session->step != SESSION_FREE) && (supervisor->now_ns >= session->deadline_ns)) {
+            give_up(supervisor, session, 0U, PUS_FAILURE_TIMEOUT, (uint32_t)(SESSION_TIMEOUT_NS / 1000000U));
+        }
+    }
+}
+
+void link_manager_member_lost(supervisor_t* const supervisor, const uint16_t apid)
+{
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        link_session_t* const session = &supervisor->sessions[i];
+        if ((session->step != SESSION_FREE) && is_end(&session->ends, apid)) {
+            give_up(supervisor, session, apid, PUS_FAILURE_LOST, apid);
+        }
+    }
+    for (uint16_t link = 1U; link <= MISSION_LINKS_MAX; link++) {
+        const link_edge_t* const accepted = accepted_of(supervisor, link);
+        if (accepted != NULL) {
+            const pus_link_ends_t ends = ends_of(accepted);
+            if (is_end(&ends, apid)) {
+                forget_link(supervisor, link, &ends, apid);
+            }
+        }
+    }
+}

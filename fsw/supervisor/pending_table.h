@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Requests that have been passed to an addressee and whose verification is not over: when the addressee
+/// dies, each is ended with TM[1,8], so that no request stays open.
+/// Ownership: the caller places the table. Context: one loop. Time: O(PENDING_MAX).
+#ifndef FSW_SUPERVISOR_PENDING_TABLE_H
+#define FSW_SUPERVISOR_PENDING_TABLE_H
+
+#include "fsw/framework/base/status.h"
+#include "pus/packet.h"
+#include "pus/st01_verification.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define PENDING_MAX 128U
+
+typedef struct { // Private, except `count` and `refused`.
+    struct {
+        bool is_used;
+        uint16_t apid;
+        pus_token_t token;
+    } entries[PENDING_MAX];
+    uint16_t count;
+    uint32_t refused; ///< Requests not tracked because the table was full.
+} pending_table_t;
+
+void pending_init(pending_table_t* table);
+/// Track a request that was passed to `apid`. A request that asks for no report is over at once.
+/// STATUS_OK, STATUS_EXHAUSTED (counted).
+status_t pending_add(pending_table_t* table, uint16_t apid, const pus_token_t* token);
+/// A verification report of `apid` to `destination` has passed; drops the entry if its chain ends here.
+void pending_report(pending_table_t* table, uint16_t apid, uint16_t destination,
+                    const pus_verification_t* verification);
+/// Take one request of `apid` out. False if there is none (left).
+bool pending_take(pending_table_t* table, uint16_t apid, pus_token_t* out_token);
+
+#endif // FSW_SUPERVISOR_PENDING_TABLE_H

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether a request may pass: the mission's permission matrix, and the gates on the way up (DESIGN 6).
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <string.h>
+
+/// What a request selects, for the matrix: a function, a state, a configuration or a link.
+typedef struct {
+    char text[PUS_NAME_SIZE + 1U];
+    bool has_text;
+    uint16_t number;
+} selector_t;
+
+static uint16_t mission_link_of_ends(const supervisor_t* const supervisor, const pus_link_ends_t* const ends)
+{
+    const mission_link_t* const link =
+        mission_find_link(supervisor->mission, ends->producer_apid, ends->producer_port, ends->consumer_apid,
+                          ends->consumer_port);
+    return (link != NULL) ? link->number : 0U;
+}
+
+static selector_t selector_of(const supervisor_t* const supervisor, const pus_tc_t* const tc)
+{
+    selector_t selector   = {.text = {0}, .has_text = false, .number = 0U};
+    octet_reader_t reader = octet_reader(tc->data, tc->size);
+    if (tc->service == PUS_SERVICE_FUNCTIONS) {
+        const uint8_t* const name = octet_read_octets(&reader, PUS_NAME_SIZE);
+        if (name != NULL) {
+            (void)memcpy(selector.text, name, PUS_NAME_SIZE);
+        }
+        selector.has_text = (name != NULL);
+    } else if ((tc->service == PUS_SERVICE_MANAGEMENT) && (tc->subtype == PUS_MANAGEMENT_REQUEST_STATE)) {
+        selector.number = octet_read_u8(&reader);
+    } else if ((tc->service == PUS_SERVICE_MANAGEMENT) && (tc->subtype == PUS_MANAGEMENT_SELECT)) {
+        selector.number = octet_read_u16(&reader);
+    } else if ((tc->service == PUS_SERVICE_RTLINK) && (tc->subtype == PUS_LINK_REQUEST)) {
+        pus_link_request_t request;
+        if (pus_link_request_read(&reader, &request) == STATUS_OK) {
+            selector.number = mission_link_of_ends(supervisor, &request.ends);
+        }
+    } else if (tc->service == PUS_SERVICE_RTLINK) {
+        selector.number = octet_read_u16(&reader); // Link ids are the mission's link numbers.
+    } else if (tc->service == PUS_SERVICE_MISSION) {
+        selector.number = octet_read_u8(&reader);
+    } else {
+        // Nothing to select.
+    }
+    return selector;
+}
+
+// ---- Gates ----
+
+/// G2: every required port of the target's configuration has an open, fresh link.
+static pus_failure_t check_links(const supervisor_t* const supervisor, const roster_entry_t* const target)
+{
+    for (uint16_t i = 0U; i < target->mission->port_count; i++) {
+        const mission_port_t* const port = &target->mission->ports[i];
+        const bool is_needed          = port->is_required && (port->configuration == target->configuration);
+        const link_edge_t* const edge = link_graph_into(&supervisor->graph, target->mission->apid, port->id);
+        if (is_needed && ((edge == NULL) || edge->is_stale)) {
+            return pus_failure(PUS_FAILURE_LINK_MISSING, ((uint32_t)target->mission->apid << 16U) | port->id);
+        }
+    }
+    return pus_failure(PUS_FAILURE_NONE, 0U);
+}
+
+/// A member of the target's network, other than itself, that is in a state; 0 if there is none.
+static uint16_t member_in(supervisor_t* const supervisor, const uint16_t apid, const state_t state)
+{
+    uint16_t members[LINK_GRAPH_MEMBERS];
+    const uint16_t count = link_graph_members(&supervisor->graph, apid, members);
+    for (uint16_t i = 1U; i < count; i++) {
+        const roster_entry_t* const member = roster_find(supervisor, members[i]);
+        if ((member != NULL) && (member->state == state)) {
+            return members[i];
+        }
+    }
+    return 0U;
+}
+
+/// G1: electrical power for the state asked for.
+static pus_failure_t check_power(supervisor_t* const supervisor, const uint16_t apid, const state_t state)
+{
+    const uint32_t needed_w    = roster_power_w(supervisor, apid, state);
+    const uint32_t available_w = supervisor->mission->power_available_w;
+    if ((available_w == 0U) || (needed_w <= available_w)) {
+        return pus_failure(PUS_FAILURE_NONE, 0U);
+    }
+    raise_u16(supervisor, SUPERVISOR_EVENT_RESOURCE_REFUSED, apid);
+    return pus_failure(PUS_FAILURE_RESOURCES, needed_w - available_w);
+}
+
+static pus_failure_t check_state_request(supervisor_t* const supervisor, const pus_tc_t* const tc)
+{
+    roster_entry_t* const target = roster_find(supervisor, tc->apid);
+    const state_t wanted         = (state_t)tc->data[0];
+    FSW_ASSERT(target != NULL);
+    if (((unsigned)wanted >= (unsigned)STATE_COUNT) || (wanted == STATE_ERROR_OPERATIONAL)) {
+        return pus_failure(PUS_FAILURE_NONE, 0U); // The addressee refuses what is none.
+    }
+    const bool is_up = (wanted > target->state) && (target->state <= STATE_OPERATIONAL);
+    if (!is_up) {
+        const uint16_t active = member_in(supervisor, tc->apid, STATE_OPERATIONAL);
+        const bool is_barred  = (wanted <= STATE_PRE_OPERATIONAL) && (active != 0U);
+        return is_barred ? pus_failure(PUS_FAILURE_MEMBER_ACTIVE, active) : pus_failure(PUS_FAILURE_NONE, 0U);
+    }
+    pus_failure_t failure = check_power(supervisor, tc->apid, wanted);
+    if ((failure.code == PUS_FAILURE_NONE) && (wanted >= STATE_SAFE_OPERATIONAL)) {
+        failure = check_links(supervisor, target);
+    }
+    if ((failure.code == PUS_FAILURE_NONE) && (wanted == STATE_OPERATIONAL)) {
+        const uint16_t failed = member_in(supervisor, tc->apid, STATE_ERROR_OPERATIONAL);
+        if (failed != 0U) {
+            failure = pus_failure(PUS_FAILURE_MEMBER_ACTIVE, failed);
+        }
+    }
+    return failure;
+}
+
+pus_failure_t permission_of(supervisor_t* const supervisor, const pus_tc_t* const tc)
+{
+    const roster_entry_t* const target = roster_find(supervisor, tc->apid);
+    FSW_ASSERT(target != NULL);
+    const selector_t selector          = selector_of(supervisor, tc);
+    const permission_request_t request = {.service = tc->service,
+                                          .subtype = tc->subtype,
+                                          .select  = selector.has_text ? selector.text : NULL,
+                                          .number  = selector.number,
+                                          .target  = tc->apid,
+                                          .mode    = supervisor->mode,
+                                          .state   = (uint8_t)target->state};
+    int rule                           = PERMISSION_RULE_NONE;
+    if (permission_check(supervisor->mission, &request, &rule) != STATUS_OK) {
+        return pus_failure(PUS_FAILURE_PERMISSION,
+                           ((uint32_t)supervisor->mode << 8U) | (uint32_t)target->state);
+    }
+    const bool is_state_request = (tc->service == PUS_SERVICE_MANAGEMENT) &&
+                                  (tc->subtype == PUS_MANAGEMENT_REQUEST_STATE) && (tc->size == 1U);
+    return is_state_request ? check_state_request(supervisor, tc) : pus_failure(PUS_FAILURE_NONE, 0U);
+}

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is known of each subsystem: its process, its state as it last told, its heartbeat, its power.
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#define SILENT_NS 3000000000ULL ///< Longest silence of a running subsystem; its status comes once a second.
+
+void roster_init(supervisor_t* const supervisor)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        roster_entry_t* const entry = &supervisor->roster[i];
+        entry->mission              = &supervisor->mission->subsystems[i];
+        entry->process              = PROCESS_RUNNING; // The launcher starts all; roster_watch corrects it.
+        entry->state                = STATE_OFFLINE;
+    }
+}
+
+roster_entry_t* roster_find(supervisor_t* const supervisor, const uint16_t apid)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        if (supervisor->mission->subsystems[i].apid == apid) {
+            return &supervisor->roster[i];
+        }
+    }
+    return NULL;
+}
+
+/// A state that is none is not believed.
+static void keep(supervisor_t* const supervisor, roster_entry_t* const entry, const uint8_t state,
+                 const uint8_t phase, const uint16_t configuration)
+{
+    if ((state >= (uint8_t)STATE_COUNT) || (phase > (uint8_t)PHASE_UNSECURED)) {
+        supervisor->counters.tm_malformed++;
+        return;
+    }
+    entry->state         = (state_t)state;
+    entry->phase         = (state_phase_t)phase;
+    entry->configuration = configuration;
+}
+
+void roster_report(supervisor_t* const supervisor, const pus_tm_t* const tm)
+{
+    roster_entry_t* const entry = roster_find(supervisor, tm->apid);
+    if (entry == NULL) {
+        return;
+    }
+    entry->is_heard       = true;
+    entry->heard_ns       = supervisor->now_ns;
+    octet_reader_t reader = octet_reader(tm->data, tm->size);
+    if (tm->service != PUS_SERVICE_MANAGEMENT) {
+        return;
+    }
+    pus_transition_t transition;
+    pus_subsystem_status_t status;
+    if ((tm->subtype == PUS_MANAGEMENT_TRANSITION) &&
+        (pus_transition_read(&reader, &transition) == STATUS_OK)) {
+        keep(supervisor, entry, transition.state, transition.phase, transition.configuration);
+    } else if ((tm->subtype == PUS_MANAGEMENT_STATUS) &&
+               (pus_subsystem_status_read(&reader, &status) == STATUS_OK)) {
+        keep(supervisor, entry, status.state, status.phase, status.configuration);
+    } else {
+        // Another report of the service.
+    }
+}
+
+uint32_t roster_power_w(const supervisor_t* const supervisor, const uint16_t apid, const state_t state)
+{
+    uint32_t power_w = 0U;
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        const roster_entry_t* const entry = &supervisor->roster[i];
+        const state_t counted             = (entry->mission->apid == apid) ? state : entry->state;
+        power_w += entry->mission->power_w[counted];
+    }
+    return power_w;
+}
+
+void roster_end_pending(supervisor_t* const supervisor, const uint16_t apid)
+{
+    pus_token_t token;
+    const pus_failure_t failure = pus_failure(PUS_FAILURE_LOST, apid);
+    while (pending_take(&supervisor->pending, apid, &token)) {
+        pus_verify_failed(component_process(&supervisor->component), &token, &failure, supervisor->now_ns);
+    }
+}
+
+/// Start it again as long as its budget lasts, then, or if that fails, fall back to mode SAFE (id 0). On the
+/// way down to the end of the mission nothing is started.
+static void restart(supervisor_t* const supervisor, roster_entry_t* const entry)
+{
+    const supervisor_platform_t* const platform = &supervisor->config.platform;
+    if (supervisor->shutdown_step != 0U) {
+        return;
+    }
+    status_t status = STATUS_EXHAUSTED;
+    if (entry->restarts < entry->mission->restart_budget) {
+        entry->restarts++;
+        supervisor->counters.restarts++;
+        status = platform->start(platform->context, entry->mission->apid);
+    }
+    if (status != STATUS_OK) {
+        error_set_mode(supervisor, 0U, (uint8_t)PUS_CAUSE_OWN_ERROR);
+        return;
+    }
+    entry->process    = PROCESS_RUNNING;
+    entry->is_heard   = false;
+    entry->started_ns = supervisor->now_ns;
+}
+
+static void process_lost(supervisor_t* const supervisor, roster_entry_t* const entry)
+{
+    const uint16_t apid = entry->mission->apid;
+    entry->process      = PROCESS_LOST;
+    entry->state        = STATE_OFFLINE;
+    entry->phase        = PHASE_IDLE;
+    roster_end_pending(supervisor, apid);
+    raise_u16(supervisor, SUPERVISOR_EVENT_PROCESS_LOST, apid);
+    error_member_lost(supervisor, apid);
+    link_manager_member_lost(supervisor, apid);
+    if (apid == COMMUNICATION_APID) {
+        supervisor->autostart_step = 0U;
+    }
+    restart(supervisor, entry);
+}
+
+static void watch_one(supervisor_t* const supervisor, roster_entry_t* const entry)
+{
+    const supervisor_platform_t* const platform = &supervisor->config.platform;
+    const uint16_t apid                         = entry->mission->apid;
+    if ((entry->process == PROCESS_RUNNING) && !platform->is_running(platform->context, apid)) {
+        process_lost(supervisor, entry);
+        return;
+    }
+    const uint64_t since_ns = (entry->heard_ns > entry->started_ns) ? entry->heard_ns : entry->started_ns;
+    if ((entry->process == PROCESS_RUNNING) && ((supervisor->now_ns - since_ns) > SILENT_NS)) {
+        raise_u16(supervisor, SUPERVISOR_EVENT_SUBSYSTEM_SILENT, apid);
+        entry->started_ns = supervisor->now_ns; // Told again only after the same silence.
+        error_member_silent(supervisor, apid);
+    }
+}
+
+void roster_watch(supervisor_t* const supervisor)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        if (supervisor->roster[i].mission->apid != SUPERVISOR_APID) {
+            watch_one(supervisor, &supervisor->roster[i]);
+        }
+    }
+}

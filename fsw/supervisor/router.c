@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// Routing: every packet between subsystems and ground passes here, is checked, logged and carried on.
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#define NO_PACKETS_LIMIT (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
+
+/// A packet log that fails is told once, until a strategy is selected again.
+static void log_status(supervisor_t* const supervisor, const status_t status)
+{
+    if ((status != STATUS_OK) && !supervisor->is_log_failure_told) {
+        supervisor->is_log_failure_told = true;
+        const uint8_t strategy          = (uint8_t)supervisor->log.strategy;
+        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_LOG_FAILED, &strategy, 1U);
+    }
+}
+
+static void log_packet(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
+{
+    const bool is_tc = pus_packet_is_tc(packet, size);
+    log_status(supervisor, packet_log_append(&supervisor->log, supervisor->now_ns, is_tc, packet, size));
+}
+
+void router_flush_log(supervisor_t* const supervisor)
+{
+    log_status(supervisor, packet_log_flush(&supervisor->log));
+}
+
+/// Send what may get lost: the endpoint counts it.
+static void send_now(supervisor_t* const supervisor, const uint16_t apid, const uint8_t* const packet,
+                     const size_t size)
+{
+    const status_t status = message_send(supervisor->config.endpoint, apid, packet, size);
+    (void)status;
+}
+
+static bool is_ground(const uint16_t user)
+{
+    return user < PUS_USER_ONBOARD;
+}
+
+/// Carry a report to the ground; what the mailbox refuses waits, in order. A backlog that is full drops the
+/// report here (it is in the log) and counts it.
+static void send_to_ground(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
+{
+    octet_ring_t* const backlog = &supervisor->ground_backlog;
+    if ((backlog->blocks == 0U) &&
+        (message_send(supervisor->config.endpoint, COMMUNICATION_APID, packet, size) != STATUS_FULL)) {
+        return;
+    }
+    if (octet_ring_put(backlog, packet, size) != STATUS_OK) {
+        supervisor->counters.tc_unroutable++;
+    }
+}
+
+void router_flush(supervisor_t* const supervisor)
+{
+    octet_ring_t* const backlog = &supervisor->ground_backlog;
+    size_t size                 = 0U;
+    while ((backlog->blocks > 0U) && (message_credit(supervisor->config.endpoint, COMMUNICATION_APID) > 0U) &&
+           (octet_ring_take(backlog, supervisor->packet, sizeof supervisor->packet, &size) == STATUS_OK)) {
+        send_now(supervisor, COMMUNICATION_APID, supervisor->packet, size);
+    }
+}
+
+// ---- Reports ----
+
+/// Keep up with what a report tells. `is_own` for those of the supervisor itself.
+static void learn_from(supervisor_t* const supervisor, const pus_tm_t* const tm)
+{
+    pus_verification_t verification;
+    if (pus_verification_read(tm, &verification) == STATUS_OK) {
+        pending_report(&supervisor->pending, tm->apid, tm->destination, &verification);
+    }
+    roster_report(supervisor, tm);
+    link_manager_report(supervisor, tm);
+    if (tm->service == PUS_SERVICE_EVENTS) {
+        error_event(supervisor, tm);
+    }
+}
+
+static void route_report(supervisor_t* const supervisor, const uint16_t from, const uint8_t* const packet,
+                         const size_t size)
+{
+    pus_tm_t tm;
+    pus_failure_t failure;
+    const status_t status = pus_tm_decode(packet, size, &tm, &failure);
+    if ((status != STATUS_OK) || (tm.apid != from)) {
+        supervisor->counters.tm_malformed++;
+        return;
+    }
+    log_packet(supervisor, packet, size);
+    supervisor->counters.tm_routed++;
+    if (is_ground(tm.destination)) {
+        send_to_ground(supervisor, packet, size);
+    }
+    learn_from(supervisor, &tm);
+}
+
+// ---- Requests ----
+
+static void reject(supervisor_t* const supervisor, const pus_tc_t* const tc,
+                   const pus_failure_t* const failure)
+{
+    const pus_token_t token = pus_token_of(tc);
+    if ((failure->code == PUS_FAILURE_NO_ROUTE) || (failure->code == PUS_FAILURE_UNAVAILABLE) ||
+        (failure->code == PUS_FAILURE_QUEUE_FULL)) {
+        supervisor->counters.tc_unroutable++;
+        pus_verify_unrouted(component_process(&supervisor->component), &token, failure, supervisor->now_ns);
+    } else {
+        supervisor->counters.tc_forbidden++;
+        pus_verify_rejected(component_process(&supervisor->component), &token, failure, supervisor->now_ns);
+    }
+}
+
+static bool is_known_user(const supervisor_t* const supervisor, const uint16_t source, const uint16_t from)
+{
+    if (!is_ground(source)) {
+        return source == (PUS_USER_ONBOARD | from);
+    }
+    for (uint16_t i = 0U; i < supervisor->mission->user_count; i++) {
+        if ((supervisor->mission->users[i].id == source) && (from == COMMUNICATION_APID)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// May the request go on? PUS_FAILURE_NONE or why not.
+static pus_failure_t judge(supervisor_t* const supervisor, const pus_tc_t* const tc, const uint16_t from)
+{
+    if (!is_known_user(supervisor, tc->source, from)) {
+        return pus_failure(PUS_FAILURE_SOURCE, tc->source);
+    }
+    const roster_entry_t* const entry = roster_find(supervisor, tc->apid);
+    if (entry == NULL) {
+        return pus_failure(PUS_FAILURE_NO_ROUTE, tc->apid);
+    }
+    if (entry->process != PROCESS_RUNNING) {
+        return pus_failure(PUS_FAILURE_UNAVAILABLE, tc->apid);
+    }
+    return permission_of(supervisor, tc);
+}
+
+/// Hand a request to its addressee: a subsystem, or the supervisor itself.
+static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* const tc,
+                                const uint8_t* const packet, const size_t size)
+{
+    if (tc->apid == SUPERVISOR_APID) {
+        component_accept(&supervisor->component, packet, size, supervisor->now_ns);
+        return STATUS_OK;
+    }
+    const status_t status = message_send(supervisor->config.endpoint, tc->apid, packet, size);
+    if (status == STATUS_OK) {
+        const pus_token_t token = pus_token_of(tc);
+        (void)pending_add(&supervisor->pending, tc->apid, &token);
+    }
+    return status;
+}
+
+static void route_request(supervisor_t* const supervisor, const uint16_t from, const uint8_t* const packet,
+                          const size_t size)
+{
+    pus_tc_t tc;
+    pus_failure_t failure;
+    log_packet(supervisor, packet, size);
+    const status_t decoded = pus_tc_decode(packet, size, &tc, &failure);
+    if (decoded != STATUS_OK) {
+        supervisor->counters.tc_malformed++;
+        const pus_token_t token = pus_token_of(&tc);
+        if (size >= PUS_TC_HEADER_SIZE) { // Its source can be told.
+            pus_verify_rejected(component_process(&supervisor->component), &token, &failure,
+                                supervisor->now_ns);
+        }
+        return;
+    }
+    failure = judge(supervisor, &tc, from);
+    if (failure.code == PUS_FAILURE_NONE) {
+        const status_t status = deliver_request(supervisor, &tc, packet, size);
+        if (status == STATUS_OK) {
+            supervisor->counters.tc_routed++;
+            return;
+        }
+        failure =
+            pus_failure((status == STATUS_FULL) ? PUS_FAILURE_QUEUE_FULL : PUS_FAILURE_UNAVAILABLE, tc.apid);
+    }
+    reject(supervisor, &tc, &failure);
+}
+
+void router_take_in(supervisor_t* const supervisor)
+{
+    for (unsigned i = 0U; i < NO_PACKETS_LIMIT; i++) {
+        uint16_t from         = 0U;
+        size_t size           = 0U;
+        const status_t status = message_receive(supervisor->config.endpoint, &from, supervisor->packet,
+                                                sizeof supervisor->packet, &size);
+        if (status == STATUS_EMPTY) {
+            return;
+        }
+        if ((status != STATUS_OK) || (size == 0U)) {
+            supervisor->counters.tm_malformed++;
+        } else if (pus_packet_is_tc(supervisor->packet, size)) {
+            route_request(supervisor, from, supervisor->packet, size);
+        } else {
+            route_report(supervisor, from, supervisor->packet, size);
+        }
+    }
+}
+
+// ---- What the supervisor sends itself ----
+
+/// The supervisor's status is its heartbeat: every subsystem hears it.
+static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        const uint16_t apid = supervisor->mission->subsystems[i].apid;
+        if ((apid != SUPERVISOR_APID) && (apid != COMMUNICATION_APID)) {
+            send_now(supervisor, apid, packet, size); // One that cannot take it now hears the next.
+        }
+    }
+}
+
+status_t router_send(void* const context, const uint8_t* const packet, const size_t size)
+{
+    supervisor_t* const supervisor = (supervisor_t*)context;
+    if (pus_packet_is_tc(packet, size)) {
+        pus_tc_t tc;
+        pus_failure_t failure;
+        const status_t decoded = pus_tc_decode(packet, size, &tc, &failure);
+        FSW_ASSERT(decoded == STATUS_OK);
+        if ((tc.apid != SUPERVISOR_APID) && (message_credit(supervisor->config.endpoint, tc.apid) == 0U)) {
+            return STATUS_FULL; // Not sent, so not logged.
+        }
+        log_packet(supervisor, packet, size); // The request first, then what it brings about.
+        return deliver_request(supervisor, &tc, packet, size);
+    }
+    pus_tm_t tm;
+    pus_failure_t failure;
+    const status_t decoded = pus_tm_decode(packet, size, &tm, &failure);
+    FSW_ASSERT(decoded == STATUS_OK);
+    log_packet(supervisor, packet, size);
+    if (is_ground(tm.destination)) {
+        send_to_ground(supervisor, packet, size); // Logged in any case; the ground may be absent.
+    }
+    if ((tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS)) {
+        send_heartbeat(supervisor, packet, size);
+    }
+    roster_report(supervisor, &tm);
+    return STATUS_OK;
+}
+
+status_t order_state(supervisor_t* const supervisor, const uint16_t apid, const state_t target)
+{
+    octet_writer_t writer = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_MANAGEMENT,
+                                         PUS_MANAGEMENT_REQUEST_STATE, PUS_ACK_COMPLETION);
+    octet_write_u8(&writer, (uint8_t)target);
+    return pus_tc_send(&supervisor->requester, &writer, NULL);
+}
+
+status_t order_configuration(supervisor_t* const supervisor, const uint16_t apid,
+                             const uint16_t configuration)
+{
+    octet_writer_t writer = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_MANAGEMENT,
+                                         PUS_MANAGEMENT_SELECT, PUS_ACK_COMPLETION);
+    octet_write_u16(&writer, configuration);
+    return pus_tc_send(&supervisor->requester, &writer, NULL);
+}

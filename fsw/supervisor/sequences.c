@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the supervisor does by itself step by step: bring up what the mission marks `autostart`, and shut the
+// mission down with `communication` last.
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#define SHUTDOWN_STEP_TIMEOUT_NS 3000000000ULL
+
+// ---- Autostart ----
+
+/// Next order that takes a subsystem from its present state towards OPERATIONAL. True if it is there.
+static bool bring_up(supervisor_t* const supervisor, const roster_entry_t* const entry)
+{
+    const uint16_t apid = entry->mission->apid;
+    status_t status     = STATUS_OK;
+    if (entry->state == STATE_OFFLINE) {
+        status = order_state(supervisor, apid, STATE_PRE_OPERATIONAL);
+    } else if ((entry->state == STATE_PRE_OPERATIONAL) && (entry->phase == PHASE_UNCONFIGURED)) {
+        status = order_configuration(supervisor, apid, entry->mission->configurations[0].id);
+    } else if ((entry->state == STATE_PRE_OPERATIONAL) && (entry->phase == PHASE_CONFIGURED)) {
+        status = order_state(supervisor, apid, STATE_SAFE_OPERATIONAL);
+    } else if ((entry->state == STATE_SAFE_OPERATIONAL) && (entry->phase == PHASE_IDLE)) {
+        status = order_state(supervisor, apid, STATE_OPERATIONAL);
+    } else {
+        return (entry->state == STATE_OPERATIONAL) && (entry->phase == PHASE_IDLE);
+    }
+    (void)status; // What was refused for lack of room is ordered again at the next tick.
+    return false;
+}
+
+/// Without `communication` nobody on the ground could order it up again.
+static bool is_ground_cut_off(supervisor_t* const supervisor)
+{
+    const roster_entry_t* const entry = roster_find(supervisor, COMMUNICATION_APID);
+    return (entry != NULL) && entry->mission->is_autostart && entry->is_heard &&
+           (entry->process == PROCESS_RUNNING) && (entry->state == STATE_OFFLINE);
+}
+
+void sequence_autostart(supervisor_t* const supervisor)
+{
+    if (is_ground_cut_off(supervisor)) {
+        supervisor->autostart_step = 0U;
+    }
+    if ((supervisor->autostart_step != 0U) || (supervisor->shutdown_step != 0U)) {
+        return;
+    }
+    bool are_all_up = true;
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        const roster_entry_t* const entry = &supervisor->roster[i];
+        const bool is_wanted = entry->mission->is_autostart && (entry->process == PROCESS_RUNNING) &&
+                               (entry->mission->configuration_count > 0U);
+        if (is_wanted && entry->is_heard) {
+            are_all_up = bring_up(supervisor, entry) && are_all_up;
+        } else if (is_wanted) {
+            are_all_up = false;
+        } else {
+            // The operator brings it up.
+        }
+    }
+    supervisor->autostart_step = are_all_up ? 1U : 0U;
+}
+
+// ---- Shutdown ----
+
+enum {
+    SHUTDOWN_NONE = 0,
+    SHUTDOWN_TO_SAFE,       ///< Whoever is OPERATIONAL goes to SAFE_OPERATIONAL first, together.
+    SHUTDOWN_TO_OFFLINE,    ///< All but communication and supervisor.
+    SHUTDOWN_COMMUNICATION, ///< The request is answered; communication goes down.
+    SHUTDOWN_SELF,
+    SHUTDOWN_DONE
+};
+
+static bool is_in_shutdown_group(const roster_entry_t* const entry)
+{
+    return (entry->mission->apid != SUPERVISOR_APID) && (entry->mission->apid != COMMUNICATION_APID) &&
+           (entry->process == PROCESS_RUNNING);
+}
+
+static void order_group(supervisor_t* const supervisor, const state_t only_from, const state_t target)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        const roster_entry_t* const entry = &supervisor->roster[i];
+        const bool is_meant               = (only_from == STATE_COUNT) || (entry->state == only_from);
+        if (is_in_shutdown_group(entry) && is_meant && (entry->state != target)) {
+            (void)order_state(supervisor, entry->mission->apid, target);
+        }
+    }
+}
+
+static bool is_any_in(const supervisor_t* const supervisor, const bool is_operational)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        const roster_entry_t* const entry = &supervisor->roster[i];
+        const bool is_meant =
+            is_operational ? (entry->state == STATE_OPERATIONAL) : (entry->state != STATE_OFFLINE);
+        if (is_in_shutdown_group(entry) && is_meant) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void enter_step(supervisor_t* const supervisor, const unsigned step)
+{
+    supervisor->shutdown_step = step;
+    supervisor->shutdown_ns   = supervisor->now_ns;
+    switch (step) {
+    case SHUTDOWN_TO_SAFE:
+        order_group(supervisor, STATE_OPERATIONAL, STATE_SAFE_OPERATIONAL);
+        break;
+    case SHUTDOWN_TO_OFFLINE:
+        order_group(supervisor, STATE_COUNT, STATE_OFFLINE);
+        break;
+    case SHUTDOWN_COMMUNICATION:
+        if (supervisor->has_shutdown_token) {
+            pus_verify_completed(component_process(&supervisor->component), &supervisor->shutdown_token,
+                                 supervisor->now_ns);
+        }
+        (void)order_state(supervisor, COMMUNICATION_APID, STATE_OFFLINE);
+        break;
+    case SHUTDOWN_SELF:
+        (void)component_request(&supervisor->component, STATE_OFFLINE, CAUSE_SHUTDOWN);
+        break;
+    default:
+        router_flush_log(supervisor);
+        supervisor->is_finished = true;
+        supervisor->config.platform.finished(supervisor->config.platform.context);
+        break;
+    }
+}
+
+void sequence_shutdown_begin(supervisor_t* const supervisor, const pus_token_t* const token)
+{
+    if (supervisor->shutdown_step != SHUTDOWN_NONE) {
+        return;
+    }
+    supervisor->has_shutdown_token = (token != NULL);
+    if (token != NULL) {
+        supervisor->shutdown_token = *token;
+    }
+    enter_step(supervisor, SHUTDOWN_TO_SAFE);
+}
+
+static bool is_step_done(supervisor_t* const supervisor)
+{
+    const roster_entry_t* const communication = roster_find(supervisor, COMMUNICATION_APID);
+    switch (supervisor->shutdown_step) {
+    case SHUTDOWN_TO_SAFE:
+        return !is_any_in(supervisor, true);
+    case SHUTDOWN_TO_OFFLINE:
+        return !is_any_in(supervisor, false);
+    case SHUTDOWN_COMMUNICATION:
+        return (communication == NULL) || (communication->process != PROCESS_RUNNING) ||
+               (communication->state == STATE_OFFLINE);
+    default:
+        return supervisor->component.machine.state == STATE_OFFLINE;
+    }
+}
+
+void sequence_shutdown(supervisor_t* const supervisor)
+{
+    if ((supervisor->shutdown_step == SHUTDOWN_NONE) || supervisor->is_finished) {
+        return;
+    }
+    const bool is_late = (supervisor->now_ns - supervisor->shutdown_ns) > SHUTDOWN_STEP_TIMEOUT_NS;
+    if (is_step_done(supervisor) || is_late) {
+        enter_step(supervisor, supervisor->shutdown_step + 1U);
+    }
+}

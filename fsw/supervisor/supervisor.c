@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/supervisor.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include <string.h>
+
+#define TICK_NS 10000000ULL
+
+// ---- The supervisor as a subsystem ----
+
+static status_t publish(void* const self)
+{
+    supervisor_t* const supervisor = (supervisor_t*)self;
+    status_t status                = subsystem_publish(
+                       &supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_STATUS], &supervisor->status);
+    if (status == STATUS_OK) {
+        status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_COUNTERS],
+                                   &supervisor->counters);
+    }
+    return status;
+}
+
+static uint16_t count_networks(const supervisor_t* const supervisor)
+{
+    const link_graph_t* const graph = &supervisor->graph;
+    uint16_t count                  = 0U;
+    for (uint16_t i = 0U; i < graph->count; i++) {
+        bool is_new = true;
+        for (uint16_t k = 0U; k < i; k++) {
+            is_new = is_new && (link_graph_network(graph, graph->edges[k].producer_apid) !=
+                                link_graph_network(graph, graph->edges[i].producer_apid));
+        }
+        count = (uint16_t)(count + (is_new ? 1U : 0U));
+    }
+    return count;
+}
+
+static void update_status(void* const self)
+{
+    supervisor_t* const supervisor     = (supervisor_t*)self;
+    parameter_dictionary_t* dictionary = subsystem_dictionary(&supervisor->component);
+    parameter_lock(dictionary);
+    supervisor->status                = (supervisor_status_t){.mode         = supervisor->mode,
+                                                              .log_strategy = (uint8_t)supervisor->log.strategy,
+                                                              .subsystems   = supervisor->mission->subsystem_count,
+                                                              .networks     = count_networks(supervisor),
+                                                              .links        = supervisor->graph.count,
+                                                              .pending      = supervisor->pending.count,
+                                                              .records      = supervisor->log.next_number - 1U};
+    supervisor->counters.pool_peak    = supervisor->component.tickets.stats.peak;
+    supervisor->counters.pool_refused = supervisor->component.tickets.stats.refused;
+    parameter_unlock(dictionary);
+}
+
+const subsystem_callbacks_t* supervisor_callbacks(void)
+{
+    static const subsystem_callbacks_t callbacks = {.software_init = publish, .control = update_status};
+    return &callbacks;
+}
+
+// ---- Life ----
+
+static void init_component(supervisor_t* const supervisor)
+{
+    const supervisor_config_t* const config = &supervisor->config;
+    const pus_port_t port                   = {supervisor, router_send};
+    const pus_mission_port_t mission        = mission_service_port(supervisor);
+    const pus_rtlink_port_t links           = link_manager_port(supervisor);
+    pus_mission_init(&supervisor->mission_service, &mission);
+    pus_rtlink_init(&supervisor->link_service, &links);
+    supervisor->services[0] = pus_mission_service(&supervisor->mission_service);
+    supervisor->services[1] = pus_rtlink_service(&supervisor->link_service);
+    pus_requester_init(&supervisor->requester, SUPERVISOR_APID, &port);
+    const component_config_t component = {.descriptor          = config->descriptor,
+                                          .is_descriptor_valid = config->is_descriptor_valid,
+                                          .callbacks           = supervisor_callbacks(),
+                                          .self                = supervisor,
+                                          .mission_epoch_s     = supervisor->mission->epoch_s,
+                                          .start_count         = config->start_count,
+                                          .port                = port,
+                                          .has_supervisor      = false,
+                                          .services            = supervisor->services,
+                                          .service_count       = 2U};
+    component_init(&supervisor->component, &component);
+}
+
+status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config_t* const config)
+{
+    FSW_ASSERT((supervisor != NULL) && (config != NULL) && (config->mission != NULL) &&
+               (config->endpoint != NULL));
+    (void)memset(supervisor, 0, sizeof *supervisor);
+    supervisor->config  = *config;
+    supervisor->mission = config->mission;
+    supervisor->mode    = (uint8_t)config->mission->initial_mode;
+    roster_init(supervisor);
+    pending_init(&supervisor->pending);
+    octet_ring_init(&supervisor->ground_backlog, supervisor->ground_storage,
+                    sizeof supervisor->ground_storage);
+    init_component(supervisor);
+    return packet_log_open(&supervisor->log, config->log_folder,
+                           (packet_log_strategy_t)config->mission->log_strategy, 1U);
+}
+
+static void tick(supervisor_t* const supervisor)
+{
+    roster_watch(supervisor);
+    link_manager_watch(supervisor);
+    error_run_plans(supervisor);
+    sequence_autostart(supervisor);
+    if (supervisor->config.platform.is_stop_requested(supervisor->config.platform.context)) {
+        sequence_shutdown_begin(supervisor, NULL);
+    }
+    sequence_shutdown(supervisor);
+}
+
+uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
+{
+    FSW_ASSERT(supervisor != NULL);
+    supervisor->now_ns = now_ns;
+    router_flush(supervisor);
+    router_take_in(supervisor);
+    const uint64_t component_wake_ns = component_step(&supervisor->component, now_ns);
+    if (now_ns >= supervisor->next_tick_ns) {
+        tick(supervisor);
+        supervisor->next_tick_ns = ((now_ns / TICK_NS) + 1U) * TICK_NS;
+    }
+    router_flush_log(supervisor);
+    return (component_wake_ns < supervisor->next_tick_ns) ? component_wake_ns : supervisor->next_tick_ns;
+}
+
+void supervisor_close(supervisor_t* const supervisor)
+{
+    FSW_ASSERT(supervisor != NULL);
+    packet_log_close(&supervisor->log);
+}

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The supervisor: a subsystem itself, superior to the others. Routes and logs every packet, gives
+/// permission, keeps track of subsystems, processes and real-time networks, and reacts to errors
+/// (paper, 4.3).
+///
+///     supervision           router.c, error_handling.c, link_manager.c, sequences.c, mission_service.c
+///     platform abstraction  packet_log (database interface), supervisor_platform_t (processes),
+///                           message endpoint (communication interface)
+///
+/// Ownership  The program places supervisor_t (static) and all that the configuration points to.
+/// Context    One loop; supervisor_step never blocks. It is woken by each message and every 10 ms.
+#ifndef FSW_SUPERVISOR_SUPERVISOR_H
+#define FSW_SUPERVISOR_SUPERVISOR_H
+
+#include "fsw/framework/descriptor/mission_descriptor.h"
+#include "fsw/framework/message/message.h"
+#include "fsw/framework/subsystem/component.h"
+#include "fsw/supervisor/link_graph.h"
+#include "fsw/supervisor/packet_log.h"
+#include "fsw/supervisor/pending_table.h"
+#include "generated/supervisor_descriptor.h"
+#include "pus/requester.h"
+#include "pus/st130_rtlink.h"
+#include "pus/st131_mission.h"
+
+#define SUPERVISOR_APID 1U
+#define COMMUNICATION_APID 2U
+#define SUPERVISOR_LINK_SESSIONS 8U
+#define SUPERVISOR_GROUND_BACKLOG 65536U ///< Reports that wait for the mailbox of `communication` [octets].
+#define SUPERVISOR_PLANS 8U              ///< Recovery plans under way.
+
+/// How the supervisor reaches processes; the launcher is behind it.
+typedef struct {
+    void* context;
+    status_t (*start)(void* context, uint16_t apid); ///< STATUS_OK, STATUS_EXISTS (runs), STATUS_NOT_FOUND.
+    status_t (*stop)(void* context, uint16_t apid);  ///< STATUS_OK, STATUS_NOT_FOUND.
+    bool (*is_running)(void* context, uint16_t apid);
+    bool (*is_stop_requested)(void* context); ///< Somebody asked the program to end (Ctrl-C).
+    void (*finished)(void* context);          ///< The mission is shut down; the run may end.
+} supervisor_platform_t;
+
+typedef enum { // Process state in TM[131,9].
+    PROCESS_STOPPED = 0,
+    PROCESS_RUNNING = 1,
+    PROCESS_LOST    = 2
+} process_state_t;
+
+typedef struct { // What is known of one subsystem.
+    const mission_subsystem_t* mission;
+    process_state_t process;
+    bool is_heard; ///< It has reported since its process was started.
+    state_t state;
+    state_phase_t phase;
+    uint16_t configuration;
+    uint8_t restarts;
+    uint64_t heard_ns;
+    uint64_t started_ns;
+} roster_entry_t;
+
+typedef enum {
+    SESSION_FREE = 0,
+    SESSION_ASK_PRODUCER,
+    SESSION_ASK_CONSUMER,
+    SESSION_OPEN_PRODUCER,
+    SESSION_OPEN_CONSUMER,
+    SESSION_CLOSING
+} session_step_t;
+
+typedef struct { // Negotiation, opening or closing of one link under way.
+    session_step_t step;
+    uint16_t link;
+    uint32_t asked;       ///< Transaction number of who asked.
+    uint32_t transaction; ///< The manager's own, by which members answer.
+    uint32_t epoch;
+    pus_link_ends_t ends;
+    pus_token_t token;
+    bool has_token; ///< Somebody asked for it.
+    uint64_t deadline_ns;
+} link_session_t;
+
+typedef struct { // A recovery plan under way.
+    bool is_used;
+    const mission_plan_t* plan;
+    uint16_t apid; ///< Raised the event.
+    uint16_t lost; ///< Member whose process died: no part of the plan; 0: none.
+    uint16_t members[LINK_GRAPH_MEMBERS];
+    uint16_t member_count;
+    uint64_t start_ns;
+    uint16_t next_action;
+} plan_run_t;
+
+typedef struct {
+    const mission_descriptor_t* mission;
+    const subsystem_descriptor_t* descriptor;
+    bool is_descriptor_valid;
+    message_endpoint_t* endpoint;
+    supervisor_platform_t platform;
+    const char* log_folder;
+    uint32_t start_count;
+} supervisor_config_t;
+
+typedef struct { // All fields are private.
+    supervisor_config_t config;
+    const mission_descriptor_t* mission;
+    component_t component;
+    uint64_t now_ns;
+    uint64_t next_tick_ns;
+    uint8_t mode;
+    roster_entry_t roster[MISSION_SUBSYSTEMS_MAX];
+    packet_log_t log;
+    bool is_log_failure_told;
+    pending_table_t pending;
+    pus_requester_t requester;
+    link_graph_t graph;
+    link_session_t sessions[SUPERVISOR_LINK_SESSIONS];
+    link_edge_t accepted[MISSION_LINKS_MAX]; // Negotiated, by mission link number - 1; link 0 = none.
+    uint32_t link_epoch;
+    uint32_t link_transaction;
+    plan_run_t plans[SUPERVISOR_PLANS];
+    unsigned autostart_step;
+    unsigned shutdown_step; // 0: not under way.
+    uint64_t shutdown_ns;
+    bool has_shutdown_token;
+    pus_token_t shutdown_token;
+    bool is_finished;
+    pus_mission_t mission_service;
+    pus_rtlink_t link_service;
+    pus_service_t services[2];
+    uint16_t network_members[LINK_GRAPH_MEMBERS];
+    uint16_t network_links[LINK_GRAPH_EDGES];
+    supervisor_status_t status;     // Published.
+    supervisor_counters_t counters; // Published.
+    octet_ring_t ground_backlog;
+    uint8_t ground_storage[SUPERVISOR_GROUND_BACKLOG];
+    uint8_t packet[PUS_PACKET_MAX];
+} supervisor_t;
+
+/// Opens the packet log. STATUS_OK, or the status of packet_log_open.
+MUST_USE status_t supervisor_init(supervisor_t* supervisor, const supervisor_config_t* config);
+/// Take in messages and run what is due. Returns the time of the next wake [ns of the run].
+uint64_t supervisor_step(supervisor_t* supervisor, uint64_t now_ns);
+/// Flush and close the log.
+void supervisor_close(supervisor_t* supervisor);
+
+#endif // FSW_SUPERVISOR_SUPERVISOR_H

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Between the source files of the supervisor; for nobody else.
+#ifndef FSW_SUPERVISOR_SUPERVISOR_INTERNAL_H
+#define FSW_SUPERVISOR_SUPERVISOR_INTERNAL_H
+
+#include "fsw/supervisor/supervisor.h"
+
+/// router.c
+void router_take_in(supervisor_t* supervisor);
+/// Write out the packet log; a failure is an event.
+void router_flush_log(supervisor_t* supervisor);
+/// Send on what waits for the ground.
+void router_flush(supervisor_t* supervisor);
+/// Port of the supervisor's own reports and requests: log, then deliver.
+status_t router_send(void* context, const uint8_t* packet, size_t size);
+/// Order to a subsystem: TC[129,1].
+status_t order_state(supervisor_t* supervisor, uint16_t apid, state_t target);
+/// Order to a subsystem: TC[129,3].
+status_t order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t configuration);
+
+/// roster.c
+roster_entry_t* roster_find(supervisor_t* supervisor, uint16_t apid);
+void roster_init(supervisor_t* supervisor);
+/// Keep up with a report that passed.
+void roster_report(supervisor_t* supervisor, const pus_tm_t* tm);
+/// End every request that a subsystem which is gone still owed an answer to.
+void roster_end_pending(supervisor_t* supervisor, uint16_t apid);
+/// Look after processes and heartbeats; once per tick.
+void roster_watch(supervisor_t* supervisor);
+/// Electrical power [W] of all subsystems, with one of them in another state.
+uint32_t roster_power_w(const supervisor_t* supervisor, uint16_t apid, state_t state);
+
+/// permission.c: PUS_FAILURE_NONE or why the request may not pass.
+pus_failure_t permission_of(supervisor_t* supervisor, const pus_tc_t* tc);
+
+/// link_manager.c
+pus_rtlink_port_t link_manager_port(supervisor_t* supervisor);
+void link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm);
+void link_manager_watch(supervisor_t* supervisor);
+/// Every edge of a member that is gone: remove it and close the other end.
+void link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
+
+/// error_handling.c
+void error_event(supervisor_t* supervisor, const pus_tm_t* tm);
+/// The process of a member died; its links are still in the graph.
+void error_member_lost(supervisor_t* supervisor, uint16_t apid);
+/// A member has not been heard for too long.
+void error_member_silent(supervisor_t* supervisor, uint16_t apid);
+void error_run_plans(supervisor_t* supervisor);
+void error_set_mode(supervisor_t* supervisor, uint8_t mode, uint8_t cause);
+/// Raise an event of the supervisor with up to two u16 of auxiliary data.
+void raise_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first);
+void raise_u16_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first, uint16_t second);
+
+/// sequences.c
+void sequence_autostart(supervisor_t* supervisor);
+void sequence_shutdown_begin(supervisor_t* supervisor, const pus_token_t* token);
+void sequence_shutdown(supervisor_t* supervisor);
+
+/// mission_service.c
+pus_mission_port_t mission_service_port(supervisor_t* supervisor);
+
+/// supervisor.c: publishes status and counters.
+const subsystem_callbacks_t* supervisor_callbacks(void);
+
+#endif // FSW_SUPERVISOR_SUPERVISOR_INTERNAL_H

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Interface control document from the descriptors: what is on the wire, octet by octet. A page per mission."""
+
+from ground_dictionary import dictionary
+from page import escape, shell, table
+from source import STATES
+
+TELECOMMANDS = {
+    (3, 1): "create a housekeeping structure", (3, 3): "delete structures", (3, 5): "enable reports", (3, 6): "disable reports",
+    (3, 27): "one-shot report", (3, 31): "modify the interval", (5, 5): "enable event reports", (5, 6): "disable event reports",
+    (8, 1): "perform a function", (17, 1): "are-you-alive", (20, 1): "report parameters", (20, 3): "set parameters",
+    (129, 1): "request a state", (129, 3): "select a configuration", (129, 6): "reload the descriptor", (130, 3): "request a link",
+    (130, 6): "open a link", (131, 1): "set the mode", (131, 3): "select the packet log", (131, 6): "start a process",
+    (131, 7): "stop a process",
+}
+
+
+def mono(text):
+    """Cell in the typeface of code."""
+    return f'<span class="mono">{escape(text)}</span>'
+
+
+def type_of(item):
+    """DOUBLE[2]."""
+    return mono(item["type"] + (f"[{item['count']}]" if item.get("count", 1) > 1 else ""))
+
+
+def number(value):
+    """A bound, or nothing."""
+    return "" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def bounds(item):
+    """min .. max of a field."""
+    low, high = number(item.get("min")), number(item.get("max"))
+    return f"{low} .. {high}" if low or high else ""
+
+
+def octets_of(item, sizes):
+    """Octets of a field."""
+    return sizes[item["type"]] * item.get("count", 1)
+
+
+def parameters(subsystem, sizes):
+    """Table of all parameters; fields of a structure below it with their offset in it."""
+    rows, kinds = [], []
+    for item in subsystem["parameters"]:
+        place = f'<a id="{subsystem["name"].lower()}-{item["name"].lower()}"></a>'
+        mark = ' <span class="chip">settable</span>' if item["settable"] else ""
+        first = [place + mono(item["name"]) + mark, mono(f"0x{item['parameter_id']:08X}")]
+        if item["type"] == "STRUCT":
+            rows.append([*first, mono("STRUCT"), "0", item["size"], "", "", ""])
+            kinds.append("")
+            at = 0
+            for field in item["fields"]:
+                size = octets_of(field, sizes)
+                rows.append([mono(field["name"]), "", type_of(field), at, size, escape(field["unit"]), bounds(field), escape(field["init"] or "")])
+                kinds.append("in")
+                at += size
+        else:
+            rows.append([*first, type_of(item), "0", item["size"], escape(item["unit"]), bounds(item), escape(item["init"] or "")])
+            kinds.append("")
+    return table(["parameter", "id", "type", "at", "octets", "unit", "range", "initially"], rows, (3, 4), kinds)
+
+
+def layout(fields, sizes, start=0):
+    """Wire layout of fields that follow each other."""
+    rows, at = [], start
+    for item in fields:
+        size = octets_of(item, sizes)
+        rows.append([at, size, mono(item["name"]), type_of(item), escape(item.get("unit") or "")])
+        at += size
+    return table(["at", "octets", "value", "type", "unit"], rows, (0, 1))
+
+
+def refer(subsystem, name):
+    """Link to a parameter of the subsystem."""
+    return f'<a class="mono" href="#{subsystem["name"].lower()}-{name.lower()}">{escape(name)}</a>'
+
+
+def events(subsystem, sizes):
+    """Table of events with their auxiliary data."""
+    rows = []
+    for item in subsystem["events"]:
+        at, parts = 0, []
+        for value in item["parameters"]:
+            if isinstance(value, dict):
+                parts.append(f"{at}: {mono(value['name'])} {type_of(value)} {escape(value['unit'])}")
+                at += octets_of(value, sizes)
+            else:
+                parts.append(f"{at}: {refer(subsystem, value)}, sampled")
+                at += next(p["size"] for p in subsystem["parameters"] if p["name"] == value)
+        chip = f'<span class="chip {item["severity"]}">{item["severity"]}</span>'
+        subtype = ("INFORMATIVE", "LOW", "MEDIUM", "HIGH").index(item["severity"]) + 1
+        rows.append([item["id"], mono(item["name"]), chip, f"TM[5,{subtype}]", "<br>".join(parts) or "none", at])
+    return table(["id", "event", "severity", "report", "auxiliary data", "octets"], rows, (0, 5))
+
+
+def functions(subsystem, sizes):
+    """Table of functions with their arguments."""
+    rows = []
+    for item in subsystem["functions"]:
+        arguments = [
+            f"{argument['id']}: {mono(argument['name'])} {type_of(argument)} {escape(argument['unit'])} {bounds(argument)}"
+            for argument in item["arguments"]
+        ]
+        states = "any" if len(item["states"]) == len(STATES) else "<br>".join(item["states"])
+        every = len(item["configurations"]) == len(subsystem["configurations"])
+        rows.append([mono(item["name"]), "<br>".join(arguments) or "none", states, "any" if every else "<br>".join(item["configurations"])])
+    return table(["function", "arguments (id: name, type, unit, range)", "states", "configurations"], rows)
+
+
+def structure(subsystem, item):
+    """A housekeeping report: heading and layout."""
+    size_of = {p["name"]: p["size"] for p in subsystem["parameters"]}
+    rows, at = [], 0
+    for name in item["once"]:
+        rows.append([at, size_of[name], refer(subsystem, name), "once"])
+        at += size_of[name]
+    for part in item["repeated"]:
+        each = sum(size_of[name] for name in part["parameters"])
+        for name in part["parameters"]:
+            rows.append([at, size_of[name], refer(subsystem, name), f"{part['nrep']} times, {each} octets apart"])
+            at += size_of[name]
+        at += each * (part["nrep"] - 1)
+    off = "" if item["enabled"] else ", disabled at first"
+    loop = f" of loop {item['loop']}" if item["loop"] else ""
+    every = f"every {item['interval']} cycles{loop}, {item['period_us'] / 1e6:g} s{off}"
+    return f"<p>Structure <b>{item['id']}</b>: {every}; {at} octets</p>" + table(["at", "octets", "parameter", "sampled"], rows, (0, 1))
+
+
+def ports(title, items, sizes):
+    """Ports of a configuration with the layout of their samples."""
+    parts = []
+    for item in items:
+        needs = "" if title == "provides" else f", {'required' if item['required'] else 'optional'}, stale after {item['stale_us'] / 1000:g} ms ({item['severity']})"
+        head = f"{title} <b class='mono'>{item['name']}</b>, port {item['id']}: {item['octets']} octets each {item['period_us'] / 1000:g} ms{needs}"
+        code = mono(f"0x{item['layout_hash']:08X}")
+        parts.append(f"<p>{head}; by {', '.join(item['methods'])}; layout hash {code}</p>" + layout(item["layout"], sizes))
+    return "".join(parts)
+
+
+def devices(items):
+    """Devices of a configuration with end nodes and settings."""
+    rows = []
+    for item in items:
+        ends = "<br>".join(escape(" ".join(f"{key} {value}" for key, value in end.items())) for end in item["endnodes"])
+        settings = "<br>".join(mono(f"{s['object']} = {s['value']} ({s['type']})") for s in item["settings"])
+        rows.append([mono(item["name"]), mono(item["type"]), ends, settings])
+    return table(["device", "class", "end node", "settings, in this order"], rows) if rows else ""
+
+
+def configuration(subsystem, item, sizes):
+    """HTML of a configuration."""
+    place = f"{subsystem['name'].lower()}-configuration-{item['name'].lower()}"
+    loops = "".join(f" Loop {loop['name']}: {loop['sampling_us'] / 1000:g} ms, priority {loop['priority']}." for loop in item["loops"])
+    head = f'<h3 id="{place}">Configuration {item["name"]}, id {item["id"]}</h3><p>Cycle {item["sampling_us"] / 1000:g} ms, priority {item["priority"]}.{loops}</p>'
+    reports = "".join(structure(subsystem, part) for part in item["housekeeping"])
+    return head + reports + ports("provides", item["provides"], sizes) + ports("requires", item["requires"], sizes) + devices(item["devices"])
+
+
+def subsystem_section(subsystem, sizes):
+    """HTML of a subsystem."""
+    name = subsystem["name"]
+    hashes = f"interface {mono(subsystem['interface_hash'])}, configuration {mono(subsystem['configuration_hash'])}"
+    parts = [f'<h2 id="{name.lower()}">{name}</h2><p class="sub">APID {subsystem["apid"]}, executable <code>{subsystem["executable"]}</code>; {hashes}</p>']
+    for title, items, show in (("Parameters", "parameters", parameters), ("Events", "events", events), ("Functions", "functions", functions)):
+        if subsystem[items]:
+            parts.append(f"<h3>{title}</h3>{show(subsystem, sizes)}")
+    parts += [configuration(subsystem, item, sizes) for item in subsystem["configurations"]]
+    return "".join(parts)
+
+
+def permissions(content):
+    """The permission matrix."""
+    rows = []
+    for rule in content["permissions"]:
+        kind = (rule["service"], rule["subtype"])
+        states = "any" if len(rule["states"]) == len(STATES) else ", ".join(rule["states"])
+        rows.append([f"TC[{kind[0]},{kind[1]}]", TELECOMMANDS.get(kind, ""), mono(rule["select"]), mono(rule["to"]), ", ".join(rule["modes"]), states])
+    return table(["telecommand", "", "selected", "to", "modes", "states"], rows)
+
+
+def mission_page(loaded):
+    """(file, title, HTML) of a mission."""
+    content = dictionary(loaded)
+    sizes = {name: item["size"] for name, item in content["types"].items()}
+    file, title = f"icd-{content['mission']}.html", f"ICD of {content['mission']}"
+    members = [[s["apid"], f'<a href="#{s["name"].lower()}">{s["name"]}</a>', mono(s["executable"]), "by itself" if s["autostart"] else "by telecommand"] for s in content["subsystems"]]
+    links = [[l["number"], mono(l["name"]), f"{l['producer']}, port {l['producer_port']}", f"{l['consumer']}, port {l['consumer_port']}", "yes" if l["required"] else "no"] for l in content["links"]]
+    buses = [[mono(b["name"]), b["bit_rate"] // 1000, b["data_bit_rate"] // 1000 or ""] for b in content["buses"]]
+    body = (
+        f'<h1>{title}</h1><p class="sub">From the descriptors. Octets are big-endian; packets are CCSDS space packets with ECSS-E-ST-70-41C services. '
+        f"Interface {mono(content['interface_hash'])}, configuration {mono(content['configuration_hash'])}; mission time 0 is {content['epoch_tai']} TAI; "
+        f"ground port {content['ground']['address']}:{content['ground']['port']}.</p>"
+        + '<h2 id="subsystems">Subsystems</h2>' + table(["APID", "subsystem", "executable", "comes up"], members, (0,))
+        + '<h2 id="links">Real-time links</h2>' + (table(["number", "link", "from", "to", "required"], links, (0,)) if links else "<p>None.</p>")
+        + '<h2 id="buses">Buses</h2>' + table(["bus", "kbit/s", "data phase kbit/s"], buses, (1, 2))
+        + '<h2 id="permissions">Permissions</h2><p>What is not listed is denied, except reports, reads, TC[17,1] and requests downwards.</p>' + permissions(content)
+        + "".join(subsystem_section(item, sizes) for item in content["subsystems"])
+    )
+    contents = [(2, place, place.capitalize()) for place in ("subsystems", "links", "buses", "permissions")]
+    for item in content["subsystems"]:
+        contents.append((2, item["name"].lower(), item["name"]))
+        contents += [(3, f"{item['name'].lower()}-configuration-{c['name'].lower()}", c["name"]) for c in item["configurations"]]
+    return file, title, shell(file, title, body, contents)
+
+
+def pages(missions):
+    """Dict file -> HTML: a page per mission, and the one that leads to them."""
+    made = [mission_page(loaded) for loaded in missions]
+    cards = "".join(f'<a href="{file}"><b>{title}</b><span>{len(loaded.subsystems)} subsystems</span></a>' for (file, title, _), loaded in zip(made, missions))
+    front = shell("icd.html", "Interface control", f'<h1>Interface control documents</h1><p class="sub">From the descriptors, one per mission.</p><div class="cards">{cards}</div>')
+    return {"icd.html": front, **{file: text for file, _, text in made}}

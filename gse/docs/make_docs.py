@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Make the documentation as pages under build/docs: architecture with the layer graph, tutorial, API from the headers,
+interface control documents from the descriptors. Ends with an error if any link leads nowhere.
+"""
+
+import argparse
+import html.parser
+import os
+import pathlib
+import re
+import shutil
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "gse" / "generator"))
+
+import api
+import icd
+import layers
+import mission as mission_descriptor
+from page import STYLE, escape, from_markdown, shell
+from source import DescriptorError
+
+FIXED = {"README.md": "readme.html", "CONTRIBUTING.md": "contributing.html", "docs/architecture.md": "architecture.html"}
+CARDS = (
+    ("tutorial.html", "Tutorial", "A subsystem of your own in ten minutes"),
+    ("architecture.html", "Architecture", "Components, packets, time, layers"),
+    ("api.html", "API reference", "From the headers"),
+    ("icd.html", "Interface control", "Parameters, events, functions and reports, octet by octet"),
+    ("descriptors.html", "Descriptors", "The XML of subsystems and missions"),
+    ("readme.html", "Overview", "Building, flying, looking at packets, commanding"),
+    ("contributing.html", "Contributing", "House rules, tests, commits"),
+    ("misra.html", "MISRA", "Deviations, numbered"),
+)
+
+
+def markdown_files():
+    """Dict path -> page of every Markdown file that becomes one."""
+    found = {ROOT / name: page for name, page in FIXED.items()}
+    for path in sorted((ROOT / "docs").rglob("*.md")):
+        prefix = "decision-" if path.parent.name == "decisions" else ""
+        found.setdefault(path, f"{prefix}{path.stem}.html")
+    for path in sorted([*ROOT.glob("gse/*.md"), *ROOT.glob("sim/*/*.md"), *ROOT.glob("test/**/README.md")]):
+        found.setdefault(path, "-".join(path.relative_to(ROOT).with_suffix("").parts).lower() + ".html")
+    return found
+
+
+def prose_pages(out):
+    """Dict file -> HTML of the Markdown files; pictures are copied."""
+    places = markdown_files()
+
+    def rename(path):
+        if path in places:
+            return places[path]
+        if path.suffix == ".png" and path.is_file():
+            shutil.copyfile(path, out / path.name)
+            return path.name
+        return os.path.relpath(path, out) if path.exists() else None
+
+    made = {}
+    for path, page in places.items():
+        title, body, contents = from_markdown(path, rename)
+        body = re.sub(r'src="([^"]+)"', lambda found, path=path: f'src="{rename((path.parent / found[1]).resolve())}"', body)
+        if page == "architecture.html":
+            graph = layers.section()
+            body = body.replace("<h2", f"{graph}<h2", 1)
+            contents.insert(0, (2, "layers", "Layers"))
+        made[page] = shell(page, title, body, contents)
+    return made, places
+
+
+def front(places):
+    """The first page."""
+    cards = "".join(f'<a href="{page}"><b>{title}</b><span>{about}</span></a>' for page, title, about in CARDS if page in {*places.values(), "api.html", "icd.html"})
+    decisions = []
+    for path, page in places.items():
+        if path.parent.name == "decisions" and not path.stem.startswith("0000"):
+            title = re.search(r"^# (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+            decisions.append(f'<a href="{page}">{escape(title[1] if title else path.stem)}</a><br>')
+    return shell(
+        "index.html",
+        "Documentation",
+        '<h1>hirosco</h1><p class="sub">Flight software for robotic spacecraft, with the hardware to fly it against and the ground to operate it from.</p>'
+        f'<div class="cards">{cards}</div><h2 id="decisions">Decisions</h2><p>{"".join(decisions)}</p>',
+    )
+
+
+class Links(html.parser.HTMLParser):
+    """Anchors and links of a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.anchors, self.links = set(), []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        """Collect."""
+        for key, value in attributes:
+            if key == "id":
+                self.anchors.add(value)
+            if (tag, key) in {("a", "href"), ("img", "src"), ("link", "href")} and value:
+                self.links.append(value)
+
+
+def dead_links(out):
+    """Every link within the pages that leads nowhere, as a line of text."""
+    pages = {path.name: Links(path.read_text(encoding="utf-8")) for path in sorted(out.glob("*.html"))}
+    for name, page in pages.items():
+        for link in page.links:
+            if re.match(r"[a-z]+:", link):
+                continue
+            target, _, place = link.partition("#")
+            file = out / (target or name)
+            if not file.exists():
+                yield f"{name}: {link} leads to no file"
+            elif place and (target or name) in pages and place not in pages[target or name].anchors:
+                yield f"{name}: {link} leads to no such place"
+
+
+def main(arguments=None):
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build" / "docs")
+    out = parser.parse_args(arguments).out.resolve()
+    if out.exists():
+        shutil.rmtree(out)
+    out.mkdir(parents=True)
+    try:
+        missions = [mission_descriptor.load(path) for path in sorted((ROOT / "descriptors" / "missions").glob("*.xml"))]
+    except DescriptorError as error:
+        print(error, file=sys.stderr)
+        return 1
+    prose, places = prose_pages(out)
+    pages = {**prose, **api.pages(), **icd.pages(missions), "index.html": front(places)}
+    (out / "style.css").write_text(STYLE.strip() + "\n", encoding="utf-8")
+    for name, text in pages.items():
+        (out / name).write_text(text, encoding="utf-8")
+    dead = list(dead_links(out))
+    if dead:
+        print("\n".join(dead), file=sys.stderr)
+        return 1
+    size = sum(path.stat().st_size for path in out.iterdir())
+    shown = out.relative_to(ROOT) if out.is_relative_to(ROOT) else out
+    print(f"{len(pages)} pages, {size / 1e6:.1f} MB, no dead link: {shown}/index.html")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

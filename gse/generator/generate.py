@@ -1,0 +1,86 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Make C names and layouts, and a dictionary for the ground, from the descriptors of missions.
+
+    python3 gse/generator/generate.py --mission descriptors/missions/*.xml --out build/generated
+
+A subsystem may fly in several missions, by one descriptor: it has one header.
+
+Needs nothing but Python's standard library; checks the files against their XML schemas too where xmllint is there.
+A file is only written when its content changes. An error reads file:line, value found, what is expected; exit 1.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import mission as mission_descriptor
+from c_header import header
+from ground_dictionary import dictionary
+from source import DescriptorError
+
+SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "schema"
+
+
+def validate(path, schema):
+    """Check a file against a schema with xmllint, if that is installed."""
+    if not shutil.which("xmllint"):
+        return
+    command = ["xmllint", "--noout", "--nonet", "--schema", str(SCHEMAS / schema), str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        line = done.stderr.strip().splitlines()[0] if done.stderr.strip() else "xmllint failed"
+        raise SystemExit(line if str(path) in line else f"{path}: {line}")
+
+
+def write(path, text):
+    """Write a file if its content differs; the old one stays whole until the new one is."""
+    if path.exists() and path.read_text(encoding="utf-8") == text:
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f"{path.name}.{os.getpid()}")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)
+
+
+def generate(path, out, described):
+    """Files of one mission; `described` keeps the path of each subsystem's descriptor."""
+    loaded = mission_descriptor.load(path)
+    validate(path, "mission.xsd")
+    if loaded.name != path.stem:
+        loaded.element.wrong("name", f"{path.stem}, as the file is named")
+    for listed, subsystem in loaded.subsystems:
+        source = pathlib.Path(subsystem.element.path)
+        known = described.setdefault(subsystem.name, source)
+        if known != source:
+            listed.wrong("descriptor", f"the descriptor that {subsystem.name} has in other missions, {known}")
+        validate(source, "subsystem.xsd")
+        write(out / f"{subsystem.name.lower()}_descriptor.h", header(subsystem, source.name))
+    write(out / f"{loaded.name}.json", json.dumps(dictionary(loaded), indent=1) + "\n")
+
+
+def main(arguments=None):
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--mission", required=True, nargs="+", type=pathlib.Path, help="mission descriptors")
+    parser.add_argument("--out", required=True, type=pathlib.Path, help="folder to write into")
+    options = parser.parse_args(arguments)
+    described = {}
+    try:
+        for path in options.mission:
+            generate(path, options.out, described)
+    except DescriptorError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"{error.filename}: {error.strerror}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

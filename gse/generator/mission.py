@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mission descriptors: from XML to a checked model, every name resolved through the subsystems' descriptors."""
+
+import datetime
+import os
+import pathlib
+import re
+from dataclasses import dataclass, field
+
+import subsystem as subsystem_descriptor
+from source import METHODS, REST_STATES, SEVERITIES, STATES, canonical, fnv64, read
+from subsystem import unique
+
+TABLE = {
+    ("", "Mission"): "name! epoch! power!",
+    ("Mission", "Subsystems"): "",
+    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts",
+    ("Subsystem", "Power"): "state! watts!",
+    ("Mission", "Modes"): "",
+    ("Modes", "Mode"): "name! id! initial",
+    ("Mission", "Users"): "",
+    ("Users", "User"): "name! id!",
+    ("Mission", "Permissions"): "",
+    ("Permissions", "Allow"): "tc! select to! modes! states!",
+    ("Mission", "Links"): "",
+    ("Links", "Link"): "name! from! to!",
+    ("Mission", "RecoveryPlans"): "",
+    ("RecoveryPlans", "Plan"): "name! severity! subsystem event",
+    ("Plan", "Action"): "do! target state mode after",
+    ("Mission", "PacketLog"): "strategy ringRecords",
+    ("Mission", "Buses"): "",
+    ("Buses", "Bus"): "name! bitRate! dataBitRate",
+    ("Mission", "Transports"): "messages links",
+    ("Mission", "Ground"): "address! port!",
+}
+STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
+EPOCH = re.compile(r"(\d{4})-(\d{2})-(\d{2})T(\d{2}):(\d{2}):(\d{2})\Z")
+REQUESTABLE = tuple(STATES[number] for number in REST_STATES)
+
+
+@dataclass
+class Mission:
+    """A whole mission."""
+
+    element: object
+    name: str
+    epoch: str
+    epoch_s: int
+    subsystems: list = field(default_factory=list)  # of (element, Subsystem)
+    names: list = field(default_factory=list)  # of the subsystems listed
+    modes: list = field(default_factory=list)
+    rules: list = field(default_factory=list)
+    links: list = field(default_factory=list)
+    interface_hash: int = 0
+    configuration_hash: int = 0
+
+    def subsystem(self, name):
+        """Descriptor of a subsystem, or None."""
+        return next((item for _, item in self.subsystems if item.name == name), None)
+
+
+def load(path):
+    """Checked model of a mission and its subsystems. Raises DescriptorError."""
+    root = read(path, TABLE, "Mission")
+    mission = Mission(root, root.lower_identifier(), root.text("epoch"), _epoch(root))
+    root.unsigned("power", 0, 1000000)
+    checks = {
+        "Subsystems": _list_subsystems,
+        "Modes": _modes,
+        "Users": _users,
+        "Permissions": _check_rules,
+        "Links": _check_links,
+        "RecoveryPlans": _check_plans,
+        "PacketLog": _packet_log,
+        "Buses": _buses,
+        "Transports": _transports,
+        "Ground": _ground,
+    }
+    for element in root.children:
+        if element is not root.first(element.name):
+            element.fail(f"a second <{element.name}>")
+        checks[element.name](mission, element)
+    for name in ("Subsystems", "Modes", "Permissions", "Ground"):
+        if not root.first(name):
+            root.fail(f"<Mission> has no <{name}>")
+    for element in root.first("Subsystems").children:
+        _load_subsystem(mission, path, element)
+    for element in _children(root, "Links"):
+        _resolve_link(mission, element)
+    for rule in mission.rules:
+        _resolve_rule(mission, rule)
+    for element in _children(root, "RecoveryPlans"):
+        _resolve_plan(mission, element)
+    text = "".join(f"{s.name} {s.interface_hash:016x}\n" for _, s in mission.subsystems)
+    mission.interface_hash = fnv64(text.encode())
+    text = "".join(f"{s.name} {s.configuration_hash:016x}\n" for _, s in mission.subsystems)
+    mission.configuration_hash = fnv64(text.encode(), fnv64(canonical(root).encode()))
+    return mission
+
+
+def _children(root, name):
+    return root.first(name).children if root.first(name) else []
+
+
+def _epoch(root):
+    match = EPOCH.match(root.text("epoch"))
+    try:
+        moment = datetime.datetime(*(int(part) for part in match.groups())) if match else None
+    except ValueError:
+        moment = None
+    if not moment or not 1958 <= moment.year <= 2093:
+        root.wrong("epoch", "a TAI time like 2026-06-01T12:00:00, years 1958 to 2093")
+    return int((moment - datetime.datetime(1958, 1, 1)).total_seconds())
+
+
+def _list_subsystems(mission, container):
+    for index, element in enumerate(container.children):
+        element.identifier()
+        element.unsigned("id", 1, 2046)
+        element.lower_identifier("executable")
+        element.flag("autostart")
+        element.unsigned("memoryKiB", 0, 1 << 24)
+        element.unsigned("restarts", 0, 100)
+        for power in element.children:
+            power.word("state", STATES)
+            power.unsigned("watts", 0, 100000)
+        unique(element.children, "state")
+        unique(container.children[: index + 1], "name", "id")
+        mission.names.append(element.attributes["name"])
+
+
+def _modes(mission, container):
+    for index, element in enumerate(container.children):
+        initial = element.flag("initial")
+        mission.modes.append({"name": element.identifier(), "id": element.unsigned("id", 0, 7), "initial": initial})
+        unique(container.children[: index + 1], "name", "id")
+    if sum(mode["initial"] for mode in mission.modes) != 1:
+        container.fail("exactly one <Mode> must have initial=\"true\"")
+
+
+def _users(_, container):
+    for index, element in enumerate(container.children):
+        element.identifier()
+        element.unsigned("id", 1, 0x7FFF)
+        unique(container.children[: index + 1], "name", "id")
+
+
+def _buses(_, container):
+    for index, element in enumerate(container.children):
+        element.lower_identifier()
+        element.unsigned("bitRate", 10000, 1000000)
+        element.unsigned("dataBitRate", 10000, 8000000)
+        unique(container.children[: index + 1], "name")
+
+
+def _packet_log(_, element):
+    element.word("strategy", STRATEGIES)
+    element.unsigned("ringRecords", 16, 1000000)
+
+
+def _transports(_, element):
+    element.word("messages", METHODS)
+    element.word("links", METHODS)
+
+
+def _ground(_, element):
+    element.unsigned("port", 1, 65535)
+
+
+def _check_links(_, container):
+    for index, element in enumerate(container.children):
+        element.identifier()
+        unique(container.children[: index + 1], "name")
+
+
+def _needs_lists(mission, container):
+    """What stands further up in the file is used further down."""
+    if not mission.names or not mission.modes:
+        container.fail(f"expected <Subsystems> and <Modes>, not empty, before <{container.name}>")
+
+
+def _check_rules(mission, container):
+    _needs_lists(mission, container)
+    modes = tuple(mode["name"] for mode in mission.modes)
+    for element in container.children:
+        service, subtype = _telecommand(element)
+        target = element.word("to", (*mission.names, "*"))
+        select = element.text("select", "*")
+        if element.attributes["modes"] != "*":
+            element.words("modes", modes)
+        if element.attributes["states"] != "*":
+            element.words("states", STATES)
+        if select != "*":
+            if service == 8 and subtype == 1:
+                element.identifier("select", 8)
+            elif service == 129 and subtype == 1:
+                element.word("select", REQUESTABLE)
+            elif service == 129 and subtype == 3:
+                element.identifier("select")
+                if target == "*":
+                    element.wrong("select", "* where to is *, because each subsystem numbers its configurations")
+            elif service == 130:
+                element.identifier("select")
+            else:
+                element.wrong("select", f"* for TC[{service},{subtype}]")
+        mission.rules.append({"service": service, "subtype": subtype, "element": element})
+
+
+def _telecommand(element):
+    words = element.attributes["tc"].split(",")
+    numbers = [int(word) if re.match(r"[0-9]{1,3}\Z", word) else 0 for word in words]
+    if len(numbers) != 2 or not all(1 <= number <= 255 for number in numbers):
+        element.wrong("tc", "service and subtype like 8,1")
+    return numbers
+
+
+def _check_plans(mission, container):
+    _needs_lists(mission, container)
+    for index, element in enumerate(container.children):
+        element.identifier()
+        element.word("severity", SEVERITIES)
+        unique(container.children[: index + 1], "name")
+        element.word("subsystem", mission.names)
+        if "event" in element.attributes:
+            element.identifier("event")
+            if "subsystem" not in element.attributes:
+                element.fail("<Plan> with an event needs a subsystem")
+        for action in element.children:
+            _check_action(mission, action)
+        if not element.children:
+            element.fail("<Plan> has no <Action>")
+
+
+def _check_action(mission, action):
+    kind = action.word("do", ("STATE", "MODE", "LOG"))
+    needs = {"STATE": ("target", "state"), "MODE": ("mode",), "LOG": ()}[kind]
+    for attribute in ("target", "state", "mode"):
+        if (attribute in action.attributes) != (attribute in needs):
+            verb = "needs" if attribute in needs else "has no"
+            action.fail(f"<Action do=\"{kind}\"> {verb} attribute {attribute}")
+    if kind == "STATE":
+        action.word("target", (*mission.names, "SELF", "NETWORK"))
+        action.word("state", REQUESTABLE)
+    if kind == "MODE":
+        action.word("mode", tuple(mode["name"] for mode in mission.modes))
+    action.time_us("after", 0, 600000000)
+
+
+def _load_subsystem(mission, path, element):
+    place = os.path.normpath(path.parent / element.attributes["descriptor"])
+    loaded = subsystem_descriptor.load(pathlib.Path(place))
+    if loaded.name != element.attributes["name"] or loaded.apid != element.unsigned("id", 1, 2046):
+        element.fail(
+            f"{element.attributes['name']} {element.attributes['id']}: its descriptor says {loaded.name} {loaded.apid}"
+        )
+    buses = mission.element.first("Buses")
+    known = [bus.attributes["name"] for bus in buses.children] if buses else []
+    for configuration in loaded.configurations:
+        for device in configuration.devices:
+            for endnode in device.endnodes:
+                if endnode.text("bus") is not None and endnode.text("bus") not in known:
+                    endnode.wrong("bus", "a bus of the mission")
+    mission.subsystems.append((element, loaded))
+
+
+def _resolve_rule(mission, rule):
+    element = rule["element"]
+    select, to = element.text("select", "*"), element.attributes["to"]
+    targets = [item for _, item in mission.subsystems if to in ("*", item.name)]
+    kind = (rule["service"], rule["subtype"])
+    if select == "*":
+        return
+    if kind == (8, 1) and not any(select == item.name for target in targets for item in target.functions):
+        element.wrong("select", f"a function of {to}")
+    if kind == (129, 3) and not targets[0].configuration(select):
+        element.wrong("select", f"a configuration of {to}")
+    if rule["service"] == 130 and not any(select == link["name"] for link in mission.links):
+        element.wrong("select", "a link of the mission")
+
+
+def _resolve_plan(mission, element):
+    if "event" not in element.attributes:
+        return
+    events = mission.subsystem(element.text("subsystem")).events
+    event = next((item for item in events if item.name == element.text("event")), None)
+    if not event or event.severity != element.attributes["severity"]:
+        element.wrong("event", f"an event of severity {element.attributes['severity']} of that subsystem")
+
+
+def _resolve_link(mission, element):
+    ends = []
+    for attribute, provided in (("from", True), ("to", False)):
+        name, _, port_name = element.attributes[attribute].partition(".")
+        ports = mission.subsystem(name).ports() if mission.subsystem(name) else []
+        port = next((p for p in ports if p.name == port_name), None)
+        if not port or port.provided != provided:
+            element.wrong(attribute, f"SUBSYSTEM.PORT that it {'provides' if provided else 'requires'}")
+        ends.append((mission.subsystem(name), port))
+    (producer, output), (consumer, needed) = ends
+    if output.layout_hash != needed.layout_hash:
+        element.fail(f"layouts of {element.attributes['from']} and {element.attributes['to']} differ")
+    if not set(output.methods) & set(needed.methods):
+        element.fail(f"{element.attributes['from']} and {element.attributes['to']} share no transfer method")
+    mission.links.append(
+        {
+            "name": element.attributes["name"],
+            "number": len(mission.links) + 1,
+            "producer": producer.name,
+            "producer_apid": producer.apid,
+            "producer_port": output.id,
+            "consumer": consumer.name,
+            "consumer_apid": consumer.apid,
+            "consumer_port": needed.id,
+            "required": needed.required,
+        }
+    )

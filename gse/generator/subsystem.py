@@ -1,0 +1,593 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Subsystem descriptors: from XML to a checked model, with interface and configuration hash."""
+
+import binascii
+from dataclasses import dataclass, field
+
+from source import (
+    LAYOUT_ARRAY,
+    LAYOUT_STRUCT,
+    METHODS,
+    NUMBER_OUT_OF_RANGE,
+    SEVERITIES,
+    STATES,
+    TYPES,
+    canonical,
+    fnv64,
+    read,
+    read_number,
+    read_unsigned,
+)
+
+FIELD = "name! id type! count unit init min max"
+PORT_FIELD = "name! type! count unit"
+TABLE = {
+    ("", "Subsystem"): "name! id! samplingTime",
+    ("Subsystem", "Resources"): "poolWarning poolClear",
+    ("Subsystem", "States"): "",
+    ("States", "State"): "name! timeout!",
+    ("Subsystem", "Parameters"): "",
+    ("Parameters", "StructRef"): "name! id! type! settable",
+    ("StructRef", "ParamRef"): FIELD,
+    ("StructRef", "StructRef"): "name! id type!",
+    ("Parameters", "ParamRef"): "name! id! type! count unit init min max settable",
+    ("Subsystem", "Events"): "",
+    ("Events", "Event"): "name! id! severity!",
+    ("Event", "ParamRef"): "name! type count unit",
+    ("Subsystem", "Functions"): "",
+    ("Functions", "Function"): "name! id! states! configurations",
+    ("Function", "Argument"): "name! id! type! count unit min max",
+    ("Subsystem", "Configuration"): "name! id! priority! samplingTime!",
+    ("Configuration", "Initial"): "parameter! field value!",
+    ("Configuration", "Loop"): "name! samplingTime! priority!",
+    ("Configuration", "HKService"): "id! interval! enabled loop",
+    ("HKService", "SampledOnce"): "",
+    ("SampledOnce", "ParamRef"): "name!",
+    ("HKService", "SampledNREPTimes"): "nrep!",
+    ("SampledNREPTimes", "ParamRef"): "name!",
+    ("Configuration", "RTLinkService"): "",
+    ("RTLinkService", "Provides"): "name! id! methods!",
+    ("Provides", "ParamRef"): PORT_FIELD,
+    ("RTLinkService", "Requires"): "name! id! methods! required staleAfter severity",
+    ("Requires", "ParamRef"): PORT_FIELD,
+    ("Configuration", "Devices"): "",
+    ("Devices", "Device"): "name! type!",
+    ("Device", "Setting"): "object! type! value!",
+    ("Device", "Endnode"): "type! bus node name address port framing order direction baud",
+}
+ENDNODES = {  # type: what it must have, and what it may have; nothing else is allowed
+    "CAN": (("bus", "node"), ()),
+    "SHM": (("name",), ("order",)),
+    "MQUEUE": (("name",), ("order",)),
+    "UDP": (("address", "port"), ("order",)),
+    "TCP": (("address", "port"), ("framing", "order")),
+    "SERIAL": (("name",), ("framing", "order", "baud")),
+    "FILE": (("name",), ("framing", "order", "direction")),
+}
+FLOW_FORMAT = {
+    "framing": ("RAW", "LENGTH", "SLIP", "LINE"),
+    "order": ("BIG", "LITTLE"),
+    "direction": ("BOTH", "READ", "WRITE"),
+    "baud": ("9600", "19200", "38400", "57600", "115200", "230400", "460800", "921600"),
+}
+REPORT_OCTETS = 4000
+NESTING = 3  # structures within the structure of a parameter
+CONFIGURATION_LOOPS = 4
+PORT_OCTETS = 1024
+AUXILIARY_OCTETS = 1024
+SETTING_TYPES = tuple(name for name in TYPES if name not in ("DOUBLE", "BOOL"))
+
+
+@dataclass
+class Field:
+    """One run of scalars: member of a parameter, argument, event value or element of a port's layout."""
+
+    element: object
+    name: str
+    type: str
+    id: int
+    count: int
+    unit: str
+    init: str = None
+    min: float = None
+    max: float = None
+
+    @property
+    def size(self):
+        """Octets on the wire."""
+        return TYPES[self.type][1] * self.count
+
+
+@dataclass
+class Parameter:
+    """A parameter: one field of its own name, or a structure of fields."""
+
+    element: object
+    name: str
+    number: int
+    layout: int
+    apid: int
+    fields: list
+    settable: bool
+
+    @property
+    def is_struct(self):
+        """Whether it is a structure."""
+        return self.layout == LAYOUT_STRUCT
+
+    @property
+    def id(self):
+        """Full parameter id."""
+        return self.apid << 21 | self.layout << 16 | self.number
+
+    @property
+    def size(self):
+        """Octets on the wire."""
+        return sum(item.size for item in self.fields)
+
+
+@dataclass
+class Event:
+    """An event with the values its raiser gives, or the parameters that are sampled for it."""
+
+    name: str
+    id: int
+    severity: str
+    fields: list
+    references: list
+
+
+@dataclass
+class Function:
+    """A function of TC[8,1]."""
+
+    element: object
+    name: str
+    id: int
+    arguments: list
+    states: list
+    configurations: list = None
+
+
+@dataclass
+class Loop:
+    """A loop of its own for services of a configuration."""
+
+    name: str
+    sampling_us: int
+    priority: int
+
+
+@dataclass
+class Structure:
+    """A housekeeping report."""
+
+    id: int
+    interval: int
+    enabled: bool
+    once: list
+    repeated: list  # of (nrep, parameters)
+    loop: str  # name, or None: the configuration's own
+
+
+@dataclass
+class Port:
+    """A port of a real-time link."""
+
+    element: object
+    name: str
+    id: int
+    provided: bool
+    required: bool
+    fields: list
+    methods: list
+    period_us: int
+    stale_us: int
+    severity: str
+
+    @property
+    def layout_hash(self):
+        """CRC-32 over the lines name:type:count."""
+        return binascii.crc32("".join(f"{f.name}:{f.type}:{f.count}\n" for f in self.fields).encode())
+
+    @property
+    def size(self):
+        """Octets on the wire."""
+        return sum(item.size for item in self.fields)
+
+
+@dataclass
+class Device:
+    """A device with its settings and addresses."""
+
+    element: object
+    name: str
+    type: str
+    settings: list
+    endnodes: list
+
+
+@dataclass
+class Configuration:
+    """A configuration of a subsystem."""
+
+    name: str
+    id: int
+    priority: int
+    sampling_us: int
+    structures: list
+    ports: list
+    devices: list
+    loops: list
+
+    def sampling_of(self, structure):
+        """Cycle of the loop that samples a structure [us]."""
+        return next((loop.sampling_us for loop in self.loops if loop.name == structure.loop), self.sampling_us)
+
+
+@dataclass
+class Subsystem:
+    """A whole descriptor."""
+
+    element: object
+    name: str
+    apid: int
+    parameters: list = field(default_factory=list)
+    events: list = field(default_factory=list)
+    functions: list = field(default_factory=list)
+    configurations: list = field(default_factory=list)
+    interface_hash: int = 0
+    configuration_hash: int = 0
+
+    def configuration(self, name):
+        """Configuration of a name, or None."""
+        return next((item for item in self.configurations if item.name == name), None)
+
+    def ports(self):
+        """Every port once, in order of first appearance."""
+        found = {}
+        for configuration in self.configurations:
+            for port in configuration.ports:
+                found.setdefault(port.name, port)
+        return list(found.values())
+
+
+def load(path):
+    """Checked model of a subsystem descriptor. Raises DescriptorError."""
+    root = read(path, TABLE, "Subsystem")
+    subsystem = Subsystem(root, root.identifier(), root.unsigned("id", 1, 2046))
+    root.time_us("samplingTime", 100, 10000000)
+    _once(root, "Resources", "States", "Parameters", "Events", "Functions")
+    _resources(root.first("Resources"))
+    _states(root.first("States"))
+    for container, build in (("Parameters", _parameters), ("Events", _events), ("Functions", _functions)):
+        if root.first(container):
+            build(subsystem, root.first(container))
+    configurations = root.all("Configuration")
+    for element in configurations:
+        subsystem.configurations.append(_configuration(subsystem, element))
+        unique(configurations[: len(subsystem.configurations)], "name", "id")
+    _resolve_functions(subsystem)
+    _same_ports(subsystem)
+    subsystem.interface_hash = fnv64(interface_text(subsystem).encode())
+    subsystem.configuration_hash = fnv64(canonical(root).encode())
+    return subsystem
+
+
+def interface_text(subsystem):
+    """Canonical text of the interface part."""
+    lines = [f"subsystem {subsystem.name} {subsystem.apid}"]
+    for parameter in subsystem.parameters:
+        lines.append(f"parameter {parameter.name} {parameter.number} {parameter.layout}")
+        lines += [f"field {f.name} {f.type} {f.count}" for f in parameter.fields]
+    for event in subsystem.events:
+        lines.append(f"event {event.name} {event.id}")
+        lines += [f"field {f.name} {f.type} {f.count}" for f in event.fields]
+        lines += [f"sample {p.name}" for p in event.references]
+    for function in subsystem.functions:
+        lines.append(f"function {function.name} {function.id}")
+        lines += [f"argument {f.name} {f.id} {f.type} {f.count}" for f in function.arguments]
+    for configuration in subsystem.configurations:
+        lines.append(f"configuration {configuration.name} {configuration.id}")
+        for port in configuration.ports:
+            lines.append(f"port {port.name} {port.id} {'provides' if port.provided else 'requires'}")
+            lines += [f"field {f.name} {f.type} {f.count}" for f in port.fields]
+    return "\n".join(lines) + "\n"
+
+
+def _once(root, *names):
+    for name in names:
+        for element in root.all(name)[1:]:
+            element.fail(f"a second <{name}>")
+
+
+def unique(elements, *attributes):
+    """Names are compared as written, ids as numbers."""
+    for attribute in attributes:
+        seen = {}
+        for element in elements:
+            text = element.attributes.get(attribute)
+            if text is None:
+                continue
+            key = read_unsigned(text) if attribute == "id" else text
+            if key in seen:
+                element.fail(f"{attribute}=\"{text}\" of <{element.name}> is taken in line {seen[key]}")
+            seen[key] = element.line
+
+
+def _resources(element):
+    if element:
+        warning = element.unsigned("poolWarning", 1, 100, 75)
+        if element.unsigned("poolClear", 0, 99, 65) >= warning:
+            element.fail("poolClear is not below poolWarning")
+
+
+def _states(element):
+    for state in element.children if element else ():
+        state.word("name", STATES)
+        state.time_us("timeout", 1000, 600000000)
+    unique(element.children if element else (), "name")
+
+
+def _field(element, index, with_id):
+    name = element.identifier()
+    kind = element.word("type", tuple(TYPES))
+    count = element.unsigned("count", 1, 256, 1)
+    number = element.unsigned("id", 0, 65535, index) if with_id else index
+    item = Field(element, name, kind, number, count, element.text("unit", ""), element.text("init"))
+    if len(item.unit) > 16:
+        element.wrong("unit", "at most 16 characters")
+    for bound in ("min", "max"):
+        if bound in element.attributes:
+            value = read_number(element.attributes[bound], kind)
+            if value is None or value is NUMBER_OUT_OF_RANGE:
+                element.wrong(bound, f"a number of type {kind}")
+            setattr(item, bound, value)
+    if item.min is not None and item.max is not None and item.min > item.max:
+        element.wrong("min", f"at most max={element.attributes['max']}")
+    if item.init is not None:
+        check_values(element, "init", item, item.init)
+    return item
+
+
+def check_values(element, attribute, item, text):
+    """Values of a field: as many as its count, of its type, in its bounds."""
+    words = text.split(" ")
+    for word in words if len(words) == item.count else (None,):
+        value = None if word is None else read_number(word, item.type)
+        if value is None or value is NUMBER_OUT_OF_RANGE:
+            element.wrong(attribute, f"{item.count} number(s) of type {item.type}, one space between")
+        if (item.min is not None and value < item.min) or (item.max is not None and value > item.max):
+            element.wrong(attribute, f"numbers within min and max of {item.name}")
+
+
+def _members(element, group, depth, first):
+    """Fields of a structure, those of structures within it as GROUP.NAME, counted from `first`."""
+    fields = []
+    for child in element.children:
+        if child.name == "StructRef":
+            name = child.identifier()
+            child.word("type", ("STRUCT",))
+            child.unsigned("id", 0, 65535, 0)
+            if depth == NESTING:
+                child.fail(f"structures nested more than {NESTING} deep")
+            fields += _members(child, f"{group}{name}.", depth + 1, first + len(fields))
+        else:
+            item = _field(child, first + len(fields), True)
+            item.name = group + item.name
+            fields.append(item)
+    if not fields:
+        element.fail("<StructRef> has no <ParamRef>")
+    unique(element.children, "name")
+    return fields
+
+
+def _parameters(subsystem, container):
+    for element in container.children:
+        name, number = element.identifier(), element.unsigned("id", 0, 65535)
+        settable = element.flag("settable")
+        if element.name == "StructRef":
+            element.word("type", ("STRUCT",))
+            fields = _members(element, "", 0, 0)
+            layout = LAYOUT_STRUCT
+        else:
+            fields = [_field(element, 0, False)]
+            layout = LAYOUT_ARRAY if fields[0].count > 1 else TYPES[fields[0].type][0]
+        parameter = Parameter(element, name, number, layout, subsystem.apid, fields, settable)
+        if parameter.size > REPORT_OCTETS:
+            element.fail(f"{parameter.size} octets, at most {REPORT_OCTETS}")
+        subsystem.parameters.append(parameter)
+        unique(container.children[: len(subsystem.parameters)], "name")
+        same = next((p for p in subsystem.parameters[:-1] if p.id == parameter.id), None)
+        if same:
+            element.fail(f"layout and id of {name} are those of {same.name} in line {same.element.line}")
+
+
+def _reference(subsystem, element):
+    name = element.identifier()
+    found = next((item for item in subsystem.parameters if item.name == name), None)
+    if not found:
+        element.wrong("name", "the name of a parameter of this subsystem")
+    return found
+
+
+def _events(subsystem, container):
+    for element in container.children:
+        event = Event(element.identifier(), element.unsigned("id", 1, 65535), element.word("severity", SEVERITIES), [], [])
+        for index, child in enumerate(element.children):
+            if ("type" in child.attributes) != ("type" in element.children[0].attributes):
+                child.fail("either all <ParamRef> of an <Event> have a type, or none has")
+            if "type" in child.attributes:
+                event.fields.append(_field(child, index, False))
+            elif "count" in child.attributes or "unit" in child.attributes:
+                child.fail("<ParamRef> without type has no count and no unit")
+            else:
+                event.references.append(_reference(subsystem, child))
+        unique(element.children, "name")
+        size = sum(item.size for item in event.fields + event.references)
+        if size > AUXILIARY_OCTETS:
+            element.fail(f"{size} octets of auxiliary data, at most {AUXILIARY_OCTETS}")
+        subsystem.events.append(event)
+        unique(container.children[: len(subsystem.events)], "name", "id")
+
+
+def _functions(subsystem, container):
+    for element in container.children:
+        states = list(STATES) if element.attributes["states"] == "*" else element.words("states", STATES)
+        name = element.identifier(longest=8)
+        arguments = [_field(child, index, True) for index, child in enumerate(element.children)]
+        unique(element.children, "name", "id")
+        size = sum(item.size + 2 for item in arguments)
+        if size > AUXILIARY_OCTETS:
+            element.fail(f"{size} octets of arguments, at most {AUXILIARY_OCTETS}")
+        subsystem.functions.append(Function(element, name, element.unsigned("id", 1, 65535), arguments, states))
+        unique(container.children[: len(subsystem.functions)], "name", "id")
+
+
+def _resolve_functions(subsystem):
+    names = [item.name for item in subsystem.configurations]
+    for function in subsystem.functions:
+        text = function.element.text("configurations", "*")
+        function.configurations = names if text == "*" else function.element.words("configurations", names)
+
+
+def _configuration(subsystem, element):
+    name, number = element.identifier(), element.unsigned("id", 1, 65535)
+    priority = element.unsigned("priority", 1, 99)
+    sampling = element.time_us("samplingTime", 100, 10000000)
+    configuration = Configuration(name, number, priority, sampling, [], [], [], [])
+    _once(element, "RTLinkService", "Devices")
+    seen = set()
+    for child in element.children:
+        if child.name == "Initial":
+            _initial(subsystem, child, seen)
+        elif child.name == "Loop":
+            if len(configuration.loops) == CONFIGURATION_LOOPS:
+                child.fail(f"too many <Loop> in one configuration, at most {CONFIGURATION_LOOPS}")
+            period_us, own_priority = child.time_us("samplingTime", 100, 10000000), child.unsigned("priority", 1, 99)
+            configuration.loops.append(Loop(child.identifier(), period_us, own_priority))
+            unique(element.all("Loop")[: len(configuration.loops)], "name")
+        elif child.name == "HKService":
+            configuration.structures.append(_structure(subsystem, child, configuration.loops))
+            unique(element.all("HKService")[: len(configuration.structures)], "id")
+        elif child.name == "RTLinkService":
+            for port in child.children:
+                configuration.ports.append(_port(port, configuration.sampling_us))
+                unique(child.children[: len(configuration.ports)], "name", "id")
+        else:
+            for device in child.children:
+                configuration.devices.append(_device(device))
+                unique(child.children[: len(configuration.devices)], "name")
+    return configuration
+
+
+def _initial(subsystem, element, seen):
+    name = element.identifier("parameter")
+    parameter = next((item for item in subsystem.parameters if item.name == name), None)
+    if not parameter:
+        element.wrong("parameter", "the name of a parameter of this subsystem")
+    if parameter.is_struct != ("field" in element.attributes):
+        element.fail(f"parameter {name} is {'a structure: name its field' if parameter.is_struct else 'no structure'}")
+    wanted = element.attributes["field"] if parameter.is_struct else name
+    item = next((item for item in parameter.fields if item.name == wanted), None)
+    if not item:
+        element.wrong("field", f"the name of a field of {name}")
+    if (name, wanted) in seen:
+        element.fail(f"{name} {wanted} has an initial value in this configuration already")
+    seen.add((name, wanted))
+    check_values(element, "value", item, element.attributes["value"])
+
+
+def _structure(subsystem, element, loops):
+    interval = element.unsigned("interval", 1, 0xFFFFFFFF)
+    loop = element.text("loop")
+    if loop is not None and loop not in [item.name for item in loops]:
+        element.wrong("loop", "the name of a <Loop> above in this configuration")
+    structure = Structure(element.unsigned("id", 1, 65535), interval, element.flag("enabled", True), [], [], loop)
+    _once(element, "SampledOnce")
+    for child in element.children:
+        parameters = [_reference(subsystem, reference) for reference in child.children]
+        if child.name == "SampledOnce":
+            structure.once = parameters
+        else:
+            nrep = child.unsigned("nrep", 2, 1000)
+            if interval % nrep:
+                child.wrong("nrep", f"a divisor of the interval {interval}")
+            structure.repeated.append((nrep, parameters))
+    references = [reference for child in element.children for reference in child.children]
+    if not references:
+        element.fail("<HKService> has no <ParamRef>")
+    unique(references, "name")
+    size = sum(p.size for p in structure.once) + sum(n * sum(p.size for p in ps) for n, ps in structure.repeated)
+    if size > REPORT_OCTETS:
+        element.fail(f"{size} octets in one report, at most {REPORT_OCTETS}")
+    return structure
+
+
+def _port(element, sampling_us):
+    provided = element.name == "Provides"
+    name, number = element.identifier(), element.unsigned("id", 1, 65535)
+    methods = element.words("methods", METHODS)
+    required = not provided and element.flag("required", True)
+    stale = 0 if provided else element.time_us("staleAfter", 100, 60000000, 4 * sampling_us)
+    severity = element.word("severity", SEVERITIES, "HIGH")
+    fields = [_field(child, index, False) for index, child in enumerate(element.children)]
+    port = Port(element, name, number, provided, required, fields, methods, sampling_us, stale, severity)
+    if not fields:
+        element.fail(f"<{element.name}> has no <ParamRef>")
+    unique(element.children, "name")
+    if port.size > PORT_OCTETS:
+        element.fail(f"{port.size} octets in one sample, at most {PORT_OCTETS}")
+    return port
+
+
+def _same_ports(subsystem):
+    """A port that several configurations have is the same port."""
+    all_ports = [port for configuration in subsystem.configurations for port in configuration.ports]
+    for index, port in enumerate(all_ports):
+        for other in all_ports[:index]:
+            if (port.name == other.name) != (port.id == other.id) or (
+                port.name == other.name
+                and (port.provided != other.provided or port.layout_hash != other.layout_hash)
+            ):
+                port.element.fail(f"port {port.name} differs from port {other.name} in line {other.element.line}")
+
+
+def _device(element):
+    device = Device(element, element.identifier(), element.lower_identifier("type"), [], [])
+    for child in element.children:
+        if child.name == "Setting":
+            _setting(child)
+            device.settings.append(child)
+        else:
+            _endnode(child)
+            device.endnodes.append(child)
+    return device
+
+
+def _setting(element):
+    text = element.attributes["object"]
+    index, _, sub = text.partition(":")
+    if len(text) != 9 or not text.startswith("0x") or any(c not in "0123456789ABCDEFabcdef" for c in index[2:] + sub):
+        element.wrong("object", "an object like 0x6060:00")
+    kind = element.word("type", SETTING_TYPES)
+    value = read_number(element.attributes["value"], kind)
+    if value is None or value is NUMBER_OUT_OF_RANGE:
+        element.wrong("value", f"a number of type {kind}")
+
+
+def _endnode(element):
+    needs, may_have = ENDNODES[element.word("type", tuple(ENDNODES))]
+    for attribute in ("bus", "node", "name", "address", "port"):
+        if (attribute in element.attributes) != (attribute in needs):
+            verb = "needs" if attribute in needs else "has no"
+            element.fail(f"<Endnode> of type {element.attributes['type']} {verb} attribute {attribute}")
+    for attribute, words in FLOW_FORMAT.items():
+        if attribute in element.attributes and attribute not in may_have:
+            element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute {attribute}")
+        element.word(attribute, words)
+    if "bus" in needs:
+        element.lower_identifier("bus")
+        element.unsigned("node", 1, 127)
+    if "port" in needs:
+        element.unsigned("port", 1, 65535)

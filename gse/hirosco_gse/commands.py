@@ -1,0 +1,499 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an operator can ask for, in words; the command line and the scenario scripts share it.
+
+`plan` turns words into a Command whose procedure sends the telecommands and waits for their verification.
+A procedure returns the lines of its answer, each a dict (for --json) with "text" for people.
+"""
+
+import struct
+from dataclasses import dataclass
+
+from . import packets, telemetry
+from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, Structure
+from .session import Rejected, Request, SessionError, TimedOut
+from .values import ValueProblem
+
+METHOD_ANY = 0xFF  # Transfer method of a link: whatever both ends offer.
+REPLY_NS = 5_000_000_000  # longest wait for a report behind the end of its verification
+ERROR_OPERATIONAL = STATES.index("ERROR_OPERATIONAL")
+REST_STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL")
+LINK_DEADLINE_MS = 1000
+
+
+class UsageError(ValueError):
+    """Words that are no command."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """A planned command: procedure(session, timeout_ns) is a generator; requests are those it starts with."""
+
+    text: str
+    procedure: object
+    requests: tuple = ()
+
+
+def _reply(verification, message):
+    """Decoded replies of one message."""
+    return [(packet, decoded) for packet, decoded in verification.replies if packet.message == message]
+
+
+def _line(session, packet, decoded):
+    return {"text": telemetry.describe(packet, decoded, session.dictionary), **decoded}
+
+
+def _simple(*requests):
+    """Procedure that carries out requests one after the other."""
+
+    def procedure(session, timeout_ns):
+        answer = []
+        for request in requests:
+            verification = yield from session.execute(request, timeout_ns)
+            answer.append({"text": f"{request.text}: completed"})
+            answer += [_line(session, *reply) for reply in verification.replies]
+        return answer
+
+    return Command("; ".join(request.text for request in requests), procedure, requests)
+
+
+def _asking(request, message):
+    """Procedure that carries out a request and returns its report of the given message."""
+
+    def procedure(session, timeout_ns):
+        verification = yield from session.execute(request, timeout_ns)
+        what = f"{request.text}: TM[{message[0]},{message[1]}]"
+        replies = yield from session.wait_for(lambda: _reply(verification, message), REPLY_NS, what)
+        return [_line(session, *reply) for reply in replies]
+
+    return Command(request.text, procedure, (request,))
+
+
+def _need(words, count, usage):
+    if len(words) != count:
+        raise UsageError(f"usage: {usage}")
+    return words
+
+
+def _targets(dictionary, word, candidates):
+    return list(candidates) if word.lower() == "all" else [dictionary.subsystem(word)]
+
+
+def _ping(dictionary, words):
+    if len(words) > 1:
+        raise UsageError("usage: ping [SUBSYSTEM|all]")
+    targets = _targets(dictionary, words[0] if words else "all", dictionary.subsystems.values())
+
+    def procedure(session, timeout_ns):
+        answer = []
+        for target in targets:
+            request = Request(target.apid, 17, 1, text=f"ping {target.name}")
+            start = session.now_ns
+            verification = yield from session.execute(request, timeout_ns)
+            yield from session.wait_for(lambda v=verification: _reply(v, (17, 2)), REPLY_NS, f"TM[17,2] of {target.name}")
+            seconds = (session.now_ns - start) / 1e9
+            answer.append({"text": f"{target.name} is alive", "subsystem": target.name, "seconds": seconds})
+        return answer
+
+    requests = tuple(Request(target.apid, 17, 1, text=f"ping {target.name}") for target in targets)
+    return Command("ping " + " ".join(target.name for target in targets), procedure, requests)
+
+
+def _cmd(dictionary, words):
+    usage = "cmd SUBSYSTEM.FUNCTION [argument=value ...]"
+    if not words or "." not in words[0]:
+        raise UsageError(f"usage: {usage}")
+    subsystem_name, _, function_name = words[0].partition(".")
+    subsystem = dictionary.subsystem(subsystem_name)
+    function = subsystem.function(function_name)
+    given = {}
+    for word in words[1:]:
+        name, sign, text = word.partition("=")
+        if not sign or name.upper() in given:
+            raise UsageError(f"'{word}': {'given twice' if sign else 'not argument=value'}; usage: {usage}")
+        given[name.upper()] = text
+    data = function.name.encode("ascii").ljust(8, b"\0") + bytes([len(function.arguments)])
+    for argument in function.arguments:
+        if argument.name.upper() not in given:
+            names = " ".join(f"{a.name}={a.type}[{a.count}] {a.unit}".strip() for a in function.arguments)
+            raise UsageError(f"argument {argument.name} is missing; {function.name} takes: {names}")
+        data += struct.pack(">H", argument.id) + argument.encode_text(given.pop(argument.name.upper()))
+    if given:
+        known = ", ".join(a.name for a in function.arguments) or "no arguments"
+        raise UsageError(f"{function.name} has no argument {', '.join(given)}; it takes: {known}")
+    return _simple(Request(subsystem.apid, 8, 1, data, f"cmd {subsystem.name}.{function.name}"))
+
+
+def _state_number(word):
+    name = word.upper()
+    if name.isdigit():
+        name = STATES[int(name)] if int(name) < len(STATES) else name
+    if name not in REST_STATES:
+        raise UsageError(f"'{word}' is not a state to ask for; there are: {', '.join(REST_STATES)}")
+    return STATES.index(name)
+
+
+def _state(dictionary, words):
+    _need(words, 2, "state SUBSYSTEM|all TARGET")
+    target = _state_number(words[1])
+    return _simple(
+        *(
+            Request(item.apid, 129, 1, bytes([target]), f"state {item.name} {STATES[target]}")
+            for item in _targets(dictionary, words[0], dictionary.members)
+        )
+    )
+
+
+def _config(dictionary, words):
+    _need(words, 2, "config SUBSYSTEM NAME")
+    subsystem = dictionary.subsystem(words[0])
+    configuration = subsystem.configuration(words[1])
+    data = struct.pack(">H", configuration.id)
+    return _simple(Request(subsystem.apid, 129, 3, data, f"config {subsystem.name} {configuration.name}"))
+
+
+def _reload(dictionary, words):
+    _need(words, 1, "reload SUBSYSTEM")
+    subsystem = dictionary.subsystem(words[0])
+    return _simple(Request(subsystem.apid, 129, 6, b"", f"reload {subsystem.name}"))
+
+
+def _properties_octets(producer, consumer):
+    """Link properties as the ground asks for them: ports of the dictionary, order and method left to the ends."""
+    age_us = consumer.max_age_us
+    layout = producer.layout_hash, producer.octets
+    return struct.pack(">IIBIHBBI", *layout, 0, producer.period_us, 0, METHOD_ANY, 1, age_us)
+
+
+def _link_open(dictionary, link):
+    producer = dictionary.subsystem_of_apid(link.producer).port(link.producer_port, requires=False)
+    consumer = dictionary.subsystem_of_apid(link.consumer).port(link.consumer_port, requires=True)
+    ports = struct.pack(">HHHH", link.producer, link.producer_port, link.consumer, link.consumer_port)
+    text = f"link request {link.name}"
+    data = struct.pack(">IH", link.number, 0) + ports + _properties_octets(producer, consumer)
+    request = Request(SUPERVISOR_APID, 130, 3, data, text)
+
+    def procedure(session, timeout_ns):
+        verification = yield from session.execute(request, timeout_ns)
+
+        def answered():
+            return _reply(verification, (130, 4)) + _reply(verification, (130, 5))
+
+        _, decoded = (yield from session.wait_for(answered, REPLY_NS, f"{text}: TM[130,4]"))[0]
+        if "error" in decoded:
+            raise SessionError(f"{text}: {decoded['error']}")
+        if decoded["kind"] == "link refused":
+            raise SessionError(f"{text}: refused, {decoded['reason']} does not fit; supported: {decoded['supported']}")
+        data = struct.pack(">HIBBI", decoded["link"], 0, 0, 0, LINK_DEADLINE_MS)
+        opening = Request(SUPERVISOR_APID, 130, 6, data, f"link open {link.name}")
+        yield from session.execute(opening, timeout_ns)
+        session.links[link.name] = decoded["link"]
+        return [{"text": f"link {link.name} is open, id {decoded['link']}", "link": link.name, "id": decoded["link"]}]
+
+    return Command(f"link open {link.name}", procedure, (request,))
+
+
+def _link_rows(session, timeout_ns):
+    """Procedure: rows of TM[130,9] of the supervisor, with the counters of the members."""
+    rows = yield from _link_rows_of(session, SUPERVISOR_APID, timeout_ns)
+    for row in rows:
+        for role, counters in (("producer", ("sent",)), ("consumer", ("received", "lost", "late"))):
+            apid = session.dictionary.subsystem(row[role]).apid
+            ends = yield from _link_rows_of(session, apid, timeout_ns)
+            row.update({key: end[key] for end in ends if end["link"] == row["link"] for key in counters})
+    return rows
+
+
+def _link_rows_of(session, apid, timeout_ns):
+    request = Request(apid, 130, 8, b"\0", "link list")
+    verification = yield from session.execute(request, timeout_ns)
+    replies = yield from session.wait_for(lambda: _reply(verification, (130, 9)), REPLY_NS, "link list: TM[130,9]")
+    rows = replies[-1][1]
+    if "error" in rows:
+        raise SessionError(rows["error"])
+    names = {(x.producer, x.producer_port, x.consumer, x.consumer_port): x.name for x in session.dictionary.links}
+    for row in rows["rows"]:
+        ports = (row["producer"], row["producer_port"], row["consumer"], row["consumer_port"])
+        row["name"] = names.get(ports, str(row["link"]))
+    return rows["rows"]
+
+
+def _link_close(dictionary, link):
+    def procedure(session, timeout_ns):
+        rows = yield from _link_rows(session, timeout_ns)
+        ids = [row["link"] for row in rows if row["name"] == link.name and row["state"] != "closed"]
+        if not ids:
+            raise SessionError(f"link {link.name} is not open")
+        request = Request(SUPERVISOR_APID, 130, 7, struct.pack(">HB", ids[-1], 0), f"link close {link.name}")
+        yield from session.execute(request, timeout_ns)
+        return [{"text": f"link {link.name} is closed", "link": link.name}]
+
+    return Command(f"link close {link.name}", procedure)
+
+
+def _link_list():
+    def procedure(session, timeout_ns):
+        rows = yield from _link_rows(session, timeout_ns)
+        found = {row["name"]: row for row in rows}
+        answer = []
+        for link in session.dictionary.links:
+            row = found.get(link.name)
+            counters = "  ".join(f"{key}={row[key]}" for key in ("sent", "received", "lost", "late")) if row else ""
+            text = f"{link.name}: {row['state']}, id {row['link']}  {counters}" if row else f"{link.name}: closed"
+            answer.append({"text": text, **(row or {"name": link.name, "state": "closed"})})
+        return answer
+
+    return Command("link list", procedure, (Request(SUPERVISOR_APID, 130, 8, b"\0", "link list"),))
+
+
+def _link(dictionary, words):
+    usage = "link open|close NAME, link list"
+    if words == ["list"]:
+        return _link_list()
+    if len(words) != 2 or words[0] not in ("open", "close"):
+        raise UsageError(f"usage: {usage}")
+    return (_link_open if words[0] == "open" else _link_close)(dictionary, dictionary.link(words[1]))
+
+
+def _mode(dictionary, words):
+    _need(words, 1, "mode NAME")
+    mode = dictionary.mode(words[0])
+    return _simple(Request(SUPERVISOR_APID, 131, 1, bytes([mode]), f"mode {words[0].upper()}"))
+
+
+def _log(_dictionary, words):
+    _need(words, 1, "log ascii|sqlite|ring")
+    name = words[0].upper()
+    if name not in STRATEGIES:
+        raise UsageError(f"no packet log '{words[0]}'; there are: {', '.join(STRATEGIES).lower()}")
+    return _simple(Request(SUPERVISOR_APID, 131, 3, bytes([STRATEGIES.index(name)]), f"log {name}"))
+
+
+def _parameter(dictionary, word, usage):
+    subsystem_name, dot, parameter_name = word.partition(".")
+    if not dot:
+        raise UsageError(f"usage: {usage}")
+    subsystem = dictionary.subsystem(subsystem_name)
+    return subsystem, subsystem.parameter(parameter_name)
+
+
+def _set(dictionary, words):
+    usage = "set SUBSYSTEM.PARAMETER VALUE"
+    _need(words, 2, usage)
+    subsystem, parameter = _parameter(dictionary, words[0], usage)
+    data = struct.pack(">BI", 1, parameter.parameter_id) + parameter.encode_text(words[1])
+    return _simple(Request(subsystem.apid, 20, 3, data, f"set {subsystem.name}.{parameter.name} {words[1]}"))
+
+
+def _get(dictionary, words):
+    usage = "get SUBSYSTEM.PARAMETER"
+    _need(words, 1, usage)
+    subsystem, parameter = _parameter(dictionary, words[0], usage)
+    data = struct.pack(">BI", 1, parameter.parameter_id)
+    return _asking(Request(subsystem.apid, 20, 1, data, f"get {subsystem.name}.{parameter.name}"), (20, 2))
+
+
+def _number(word, what):
+    try:
+        return int(word, 0)
+    except ValueError as error:
+        raise UsageError(f"'{word}' is not a {what}") from error
+
+
+_HK_USAGE = (
+    "hk enable|disable|once|report|delete SUBSYSTEM ID, hk interval SUBSYSTEM ID CYCLES, "
+    "hk create SUBSYSTEM ID CYCLES PARAMETER [...] [NREP:PARAMETER,PARAMETER ...]"
+)
+_HK_SUBTYPES = {"delete": 3, "enable": 5, "disable": 6, "report": 9, "once": 27}
+
+
+def _hk_create(subsystem, structure_id, interval, words):
+    once, repeated = [], []
+    for word in words:
+        count, colon, names = word.partition(":")
+        if colon:
+            sampled = tuple(subsystem.parameter(name) for name in names.split(","))
+            repeated.append((_number(count, "number of samples"), sampled))
+        else:
+            once.append(subsystem.parameter(word))
+    data = struct.pack(">HIB", structure_id, interval, len(once))
+    data += b"".join(struct.pack(">I", parameter.parameter_id) for parameter in once) + bytes([len(repeated)])
+    for count, sampled in repeated:
+        data += struct.pack(">HB", count, len(sampled))
+        data += b"".join(struct.pack(">I", parameter.parameter_id) for parameter in sampled)
+    subsystem.created[structure_id] = Structure(structure_id, interval, tuple(once), tuple(repeated))
+    return _simple(Request(subsystem.apid, 3, 1, data, f"hk create {subsystem.name} {structure_id}"))
+
+
+def _hk(dictionary, words):
+    if len(words) < 3:
+        raise UsageError(f"usage: {_HK_USAGE}")
+    verb, subsystem = words[0], dictionary.subsystem(words[1])
+    structure_id = _number(words[2], "structure id")
+    text = f"hk {verb} {subsystem.name} {structure_id}"
+    if verb in _HK_SUBTYPES and len(words) == 3:
+        request = Request(subsystem.apid, 3, _HK_SUBTYPES[verb], struct.pack(">BH", 1, structure_id), text)
+        if verb == "report":
+            return _asking(request, (3, 10))
+        return _hk_once(request, subsystem.apid) if verb == "once" else _simple(request)
+    if verb == "interval" and len(words) == 4:
+        data = struct.pack(">BHI", 1, structure_id, _number(words[3], "number of cycles"))
+        return _simple(Request(subsystem.apid, 3, 31, data, text))
+    if verb == "create" and len(words) >= 5:
+        return _hk_create(subsystem, structure_id, _number(words[3], "number of cycles"), words[4:])
+    raise UsageError(f"usage: {_HK_USAGE}")
+
+
+def _hk_once(request, apid):
+    """One-shot report: it goes to all ground users, so it is taken from the stream."""
+
+    def procedure(session, timeout_ns):
+        found = []
+
+        def listen(packet, decoded):
+            if packet.apid == apid and packet.message == (3, 25):
+                found.append((packet, decoded))
+
+        session.listeners.append(listen)
+        try:
+            yield from session.execute(request, timeout_ns)
+            yield from session.wait_for(lambda: found, REPLY_NS, f"{request.text}: TM[3,25]")
+        finally:
+            session.listeners.remove(listen)
+        return [_line(session, *found[-1])]
+
+    return Command(request.text, procedure, (request,))
+
+
+def _event_reports(dictionary, words):
+    usage = "event enable|disable SUBSYSTEM EVENT, event disabled SUBSYSTEM"
+    if len(words) == 2 and words[0] == "disabled":
+        subsystem = dictionary.subsystem(words[1])
+        return _asking(Request(subsystem.apid, 5, 7, text=f"event disabled {subsystem.name}"), (5, 8))
+    if len(words) != 3 or words[0] not in ("enable", "disable"):
+        raise UsageError(f"usage: {usage}")
+    subsystem = dictionary.subsystem(words[1])
+    event = subsystem.event(words[2])
+    subtype = 5 if words[0] == "enable" else 6
+    data = struct.pack(">BH", 1, event.id)
+    return _simple(Request(subsystem.apid, 5, subtype, data, f"event {words[0]} {subsystem.name} {event.name}"))
+
+
+def _shutdown(_dictionary, words):
+    _need(words, 0, "shutdown")
+    return _simple(Request(SUPERVISOR_APID, 131, 5, text="shutdown"))
+
+
+def _table(session, timeout_ns):
+    """Procedure: rows of TM[131,9]."""
+    request = Request(SUPERVISOR_APID, 131, 8, text="status")
+    verification = yield from session.execute(request, timeout_ns)
+    replies = yield from session.wait_for(lambda: _reply(verification, (131, 9)), REPLY_NS, "status: TM[131,9]")
+    if "error" in replies[-1][1]:
+        raise SessionError(replies[-1][1]["error"])
+    return replies[-1][1]["rows"]
+
+
+def _status(_dictionary, words):
+    _need(words, 0, "status")
+
+    def procedure(session, timeout_ns):
+        rows = yield from _table(session, timeout_ns)
+        answer = []
+        for row in rows:
+            text = (
+                f"{row['subsystem']:<14} {row['process']:<9} {row['state']:<18} {row['phase']:<13} "
+                f"{row['configuration']:<14} restarts {row['restarts']}"
+            )
+            answer.append({"text": text, **row})
+        return answer
+
+    return Command("status", procedure, (Request(SUPERVISOR_APID, 131, 8, text="status"),))
+
+
+def _networks(_dictionary, words):
+    _need(words, 0, "networks")
+    return _asking(Request(SUPERVISOR_APID, 131, 10, text="networks"), (131, 11))
+
+
+def _process(dictionary, words):
+    _need(words, 2, "process start|stop SUBSYSTEM")
+    if words[0] not in ("start", "stop"):
+        raise UsageError("usage: process start|stop SUBSYSTEM")
+    subsystem = dictionary.subsystem(words[1])
+    subtype = 6 if words[0] == "start" else 7
+    data = struct.pack(">H", subsystem.apid)
+    return _simple(Request(SUPERVISOR_APID, 131, subtype, data, f"process {words[0]} {subsystem.name}"))
+
+
+def _stop(dictionary, words):
+    _need(words, 0, "stop")
+
+    def procedure(session, timeout_ns):
+        rows = yield from _table(session, timeout_ns)
+        flying = [r for r in rows if r["state"] in REST_STATES[1:4] and r["apid"] in {m.apid for m in dictionary.members}]
+        order = bytes([ERROR_OPERATIONAL])
+        sent = [session.send(Request(r["apid"], 129, 1, order, f"stop {r['subsystem']}")) for r in flying]
+        problems, answer = [], []
+        for verification in sent:
+            try:
+                yield from session.finish(verification, timeout_ns)
+                answer.append({"text": f"{verification.request.text}: ERROR_OPERATIONAL"})
+            except (Rejected, TimedOut) as problem:
+                problems.append(problem)
+        if problems:
+            raise problems[0]
+        return answer or [{"text": "nothing to stop: no subsystem is above OFFLINE"}]
+
+    return Command("stop", procedure)
+
+
+def _raw(_dictionary, words):
+    try:
+        octets = bytes.fromhex("".join(words))
+    except ValueError as error:
+        raise UsageError(f"raw: '{' '.join(words)}' is not hexadecimal; usage: raw HEX") from error
+    if len(octets) < packets.PRIMARY_HEADER:
+        raise UsageError("raw: at least the 6 octets of a primary header are needed")
+    apid = int.from_bytes(octets[:2], "big") & 0x7FF
+    request = Request(apid, octets[7] if len(octets) > 7 else 0, octets[8] if len(octets) > 8 else 0, text="raw")
+
+    def procedure(session, timeout_ns):
+        verification = yield from session.finish(session.send_raw(octets, request), timeout_ns)
+        return [{"text": "raw: completed"}] + [_line(session, *reply) for reply in verification.replies]
+
+    return Command("raw", procedure, (request,))
+
+
+VERBS = {
+    "ping": (_ping, "ping [SUBSYSTEM|all]", "TC[17,1] to one or all subsystems"),
+    "cmd": (_cmd, "cmd SUBSYSTEM.FUNCTION [argument=value ...]", "perform a function; arrays as 0.5,-0.3"),
+    "state": (_state, "state SUBSYSTEM|all TARGET", "ask for a state"),
+    "config": (_config, "config SUBSYSTEM NAME", "select a configuration"),
+    "reload": (_reload, "reload SUBSYSTEM", "read its descriptor anew, at its next PRE_OPERATIONAL or OFFLINE"),
+    "link": (_link, "link open|close NAME, link list", "real-time links"),
+    "mode": (_mode, "mode NAME", "set the mission mode"),
+    "log": (_log, "log ascii|sqlite|ring", "switch the packet log"),
+    "set": (_set, "set SUBSYSTEM.PARAMETER VALUE", "set a parameter"),
+    "get": (_get, "get SUBSYSTEM.PARAMETER", "read a parameter"),
+    "hk": (_hk, _HK_USAGE, "housekeeping reports"),
+    "event": (_event_reports, "event enable|disable SUBSYSTEM EVENT", "event reports on and off"),
+    "status": (_status, "status", "processes, states and configurations of all subsystems"),
+    "networks": (_networks, "networks", "real-time networks and their members"),
+    "process": (_process, "process start|stop SUBSYSTEM", "start or stop a process"),
+    "stop": (_stop, "stop", "all subsystems to ERROR_OPERATIONAL, at once"),
+    "shutdown": (_shutdown, "shutdown", "shut the mission down"),
+    "raw": (_raw, "raw HEX", "send octets as they are"),
+}
+
+
+def plan(words, dictionary):
+    """Command of words. Raises UsageError."""
+    if not words or words[0] not in VERBS:
+        found = f"no command '{words[0]}'" if words else "no command"
+        raise UsageError(f"{found}; there are: {', '.join(VERBS)}")
+    try:
+        return VERBS[words[0]][0](dictionary, list(words[1:]))
+    except (DictionaryError, ValueProblem, packets.PacketError) as error:
+        raise UsageError(str(error)) from error
+
+

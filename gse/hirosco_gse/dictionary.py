@@ -1,0 +1,448 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The mission dictionary made from the descriptors: names, ids, types and layouts of everything on the wire."""
+
+import json
+import pathlib
+import zlib
+from dataclasses import dataclass, field
+
+from . import values
+from .values import ValueProblem
+
+STATES = (
+    "OFFLINE",
+    "SOFTWARE_INIT",
+    "HARDWARE_INIT",
+    "PRE_OPERATIONAL",
+    "SAFE_OPERATIONAL",
+    "OPERATIONAL",
+    "ERROR_OPERATIONAL",
+    "POST_OPERATIONAL",
+    "HARDWARE_DEINIT",
+    "SOFTWARE_DEINIT",
+)
+SEVERITIES = {1: "INFORMATIVE", 2: "LOW", 3: "MEDIUM", 4: "HIGH"}
+STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
+SUPERVISOR_APID = 1
+
+
+class DictionaryError(ValueError):
+    """A name that the dictionary does not hold, or a dictionary that cannot be read."""
+
+
+def _not_found(what, name, known):
+    offer = ", ".join(str(word) for word in known) or "none"
+    return DictionaryError(f"no {what} '{name}'; there are: {offer}")
+
+
+@dataclass(frozen=True)
+class Field:
+    """A named run of scalars: an argument, an event value or a member of a structured parameter."""
+
+    name: str
+    type: str
+    count: int = 1
+    unit: str = ""
+    id: int = 0
+
+    @property
+    def size(self):
+        """Octets on the wire."""
+        return values.size_of(self.type, self.count)
+
+    def decode(self, octets, offset):
+        """Value (a list) at the offset, and the offset behind it."""
+        return values.decode(self.type, self.count, octets, offset)
+
+    def encode_text(self, text):
+        """Octets of a value as written by a user."""
+        try:
+            return values.encode(self.type, values.from_text(self.type, self.count, text))
+        except ValueProblem as problem:
+            raise ValueProblem(f"{self.name}: {problem}") from problem
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter; a structured one has fields."""
+
+    name: str
+    parameter_id: int
+    type: str
+    count: int = 1
+    unit: str = ""
+    settable: bool = False
+    min: float = None
+    max: float = None
+    fields: tuple = ()
+
+    @property
+    def size(self):
+        """Octets on the wire."""
+        return sum(item.size for item in self.fields) if self.fields else values.size_of(self.type, self.count)
+
+    def decode(self, octets, offset):
+        """Value (a list, or a dict of lists) at the offset, and the offset behind it."""
+        if not self.fields:
+            return values.decode(self.type, self.count, octets, offset)
+        members = {}
+        for item in self.fields:
+            members[item.name], offset = item.decode(octets, offset)
+        return members, offset
+
+    def encode_text(self, text):
+        """Octets of a value as written: 0.5,-0.3; the members of a structure follow each other in order."""
+        try:
+            if not self.fields:
+                return values.encode(self.type, values.from_text(self.type, self.count, text))
+            words, octets, at = text.split(","), b"", 0
+            if len(words) != sum(item.count for item in self.fields):
+                raise ValueProblem(f"'{text}' has {len(words)} values, {sum(i.count for i in self.fields)} expected")
+            for item in self.fields:
+                octets += item.encode_text(",".join(words[at : at + item.count]))
+                at += item.count
+            return octets
+        except ValueProblem as problem:
+            raise ValueProblem(f"{self.name}: {problem}") from problem
+
+
+@dataclass(frozen=True)
+class Structure:
+    """One housekeeping report: parameters sampled once, and sets sampled several times."""
+
+    id: int
+    interval: int
+    once: tuple = ()
+    repeated: tuple = ()  # of (repetitions, tuple of parameters)
+
+    def decode(self, octets, offset=0):
+        """Dict name -> value; a repeatedly sampled parameter has a list with one value per sample."""
+        sampled = {}
+        for parameter in self.once:
+            sampled[parameter.name], offset = parameter.decode(octets, offset)
+        for repetitions, parameters in self.repeated:
+            for parameter in parameters:
+                sampled[parameter.name] = []
+            for _ in range(repetitions):
+                for parameter in parameters:
+                    value, offset = parameter.decode(octets, offset)
+                    sampled[parameter.name].append(value)
+        if offset != len(octets):
+            raise ValueProblem(f"structure {self.id}: {len(octets) - offset} octets too many")
+        return sampled
+
+
+@dataclass(frozen=True)
+class Event:
+    """An event definition with its auxiliary values."""
+
+    name: str
+    id: int
+    severity: str
+    parameters: tuple = ()
+
+    def decode(self, octets, offset=0):
+        """Dict name -> value of the auxiliary data."""
+        values_by_name = {}
+        for parameter in self.parameters:
+            values_by_name[parameter.name], offset = parameter.decode(octets, offset)
+        if offset != len(octets):
+            raise ValueProblem(f"event {self.name}: {len(octets) - offset} octets too many")
+        return values_by_name
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of TC[8,1]; its wire id is its name."""
+
+    name: str
+    arguments: tuple = ()
+    states: tuple = ()
+    configurations: tuple = ()
+
+
+@dataclass(frozen=True)
+class Port:
+    """A port of a real-time link with the layout of its samples."""
+
+    name: str
+    id: int
+    layout: tuple = ()
+    period_us: int = 0
+    max_age_us: int = 0
+
+    @property
+    def octets(self):
+        """Size of a sample."""
+        return sum(item.size for item in self.layout)
+
+    @property
+    def layout_hash(self):
+        """CRC-32 over the lines name:type:count, as both ends compute it."""
+        return zlib.crc32("".join(f"{f.name}:{f.type}:{f.count}\n" for f in self.layout).encode("ascii"))
+
+
+@dataclass(frozen=True)
+class Link:
+    """A real-time link that the mission foresees."""
+
+    name: str
+    number: int
+    producer: int
+    producer_port: int
+    consumer: int
+    consumer_port: int
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """A configuration: what runs, and what is reported, in it."""
+
+    name: str
+    id: int
+    sampling_us: int = 0
+    structures: dict = field(default_factory=dict)
+    provides: tuple = ()
+    requires: tuple = ()
+
+
+@dataclass
+class Subsystem:
+    """Everything of one APID."""
+
+    name: str
+    apid: int
+    parameters: dict
+    events: dict
+    functions: dict
+    configurations: dict
+    interface_hash: int = 0
+    is_infrastructure: bool = False  # comes up by itself, goes down last
+    created: dict = field(default_factory=dict)  # structures made by this ground, id -> Structure
+
+    def parameter(self, name):
+        """Parameter of a name."""
+        return _lookup(self.parameters, name, f"parameter of {self.name}")
+
+    def parameter_of_id(self, parameter_id):
+        """Parameter of a 32-bit id, or None."""
+        return next((p for p in self.parameters.values() if p.parameter_id == parameter_id), None)
+
+    def event(self, name):
+        """Event of a name."""
+        return _lookup(self.events, name, f"event of {self.name}")
+
+    def event_of_id(self, event_id):
+        """Event of an id, or None."""
+        return next((e for e in self.events.values() if e.id == event_id), None)
+
+    def function(self, name):
+        """Function of a name."""
+        return _lookup(self.functions, name, f"function of {self.name}")
+
+    def configuration(self, name):
+        """Configuration of a name or number."""
+        by_id = {str(item.id): item for item in self.configurations.values()}
+        return by_id.get(str(name)) or _lookup(self.configurations, name, f"configuration of {self.name}")
+
+    def configuration_name(self, configuration_id):
+        """Name of a configuration, "-" for none."""
+        if configuration_id == 0:
+            return "-"
+        found = next((c.name for c in self.configurations.values() if c.id == configuration_id), None)
+        return found or str(configuration_id)
+
+    def structures_of_id(self, structure_id, configuration_id=None):
+        """Candidates for a report: of the given configuration first, then of the others, then created ones."""
+        ordered = sorted(self.configurations.values(), key=lambda c: c.id != configuration_id)
+        found = [c.structures[structure_id] for c in ordered if structure_id in c.structures]
+        if structure_id in self.created:
+            found.insert(0, self.created[structure_id])
+        return found
+
+    def port(self, port_id, requires):
+        """Port of an id, or None."""
+        for configuration in self.configurations.values():
+            for port in configuration.requires if requires else configuration.provides:
+                if port.id == port_id:
+                    return port
+        return None
+
+    def port_name(self, port_id, requires):
+        """Name of a port by its id."""
+        port = self.port(port_id, requires)
+        return port.name if port else str(port_id)
+
+
+def _lookup(table, name, what):
+    wanted = str(name).upper()
+    for key, item in table.items():
+        if key.upper() == wanted:
+            return item
+    raise _not_found(what, name, table)
+
+
+def _fields(items):
+    return tuple(
+        Field(item["name"], item["type"], int(item.get("count", 1)), item.get("unit") or "", int(item.get("id", 0)))
+        for item in items
+    )
+
+
+def _parameter(item):
+    return Parameter(
+        name=item["name"],
+        parameter_id=int(item["parameter_id"]),
+        type=item["type"],
+        count=int(item.get("count", 1)),
+        unit=item.get("unit") or "",
+        settable=bool(item.get("settable", False)),
+        min=item.get("min"),
+        max=item.get("max"),
+        fields=_fields(item.get("fields") or ()),
+    )
+
+
+def _member(parameters, reference):
+    """Parameter of a reference by name; NAME.FIELD is a member of a structured parameter."""
+    name = reference["name"] if isinstance(reference, dict) else reference
+    if name in parameters:
+        return parameters[name]
+    head, _, tail = name.partition(".")
+    for item in parameters[head].fields if head in parameters else ():
+        if item.name == tail:
+            return Parameter(name, 0, item.type, item.count, item.unit)
+    raise _not_found("parameter", name, parameters)
+
+
+def _structure(parameters, item):
+    once = tuple(_member(parameters, reference) for reference in item.get("once", ()))
+    repeated = tuple(
+        (int(part["nrep"]), tuple(_member(parameters, reference) for reference in part["parameters"]))
+        for part in item.get("repeated", ())
+    )
+    return Structure(int(item["id"]), int(item.get("interval", 0)), once, repeated)
+
+
+def _event(parameters, item):
+    auxiliary = []
+    for reference in item.get("parameters", ()):
+        if isinstance(reference, dict) and "type" in reference:
+            auxiliary.append(_fields([reference])[0])
+        else:
+            auxiliary.append(_member(parameters, reference))
+    return Event(item["name"], int(item["id"]), item["severity"], tuple(auxiliary))
+
+
+def _ports(items):
+    return tuple(
+        Port(
+            item["name"],
+            int(item["id"]),
+            _fields(item.get("layout", ())),
+            int(item.get("period_us", 0)),
+            int(item.get("stale_us", 0)),
+        )
+        for item in items or ()
+    )
+
+
+def _configuration(parameters, item):
+    structures = [_structure(parameters, part) for part in item.get("housekeeping", ())]
+    return Configuration(
+        name=item["name"],
+        id=int(item["id"]),
+        sampling_us=int(item.get("sampling_us", 0)),
+        structures={structure.id: structure for structure in structures},
+        provides=_ports(item.get("provides")),
+        requires=_ports(item.get("requires")),
+    )
+
+
+def _subsystem(item):
+    parameters = {part["name"]: _parameter(part) for part in item.get("parameters", ())}
+    functions = {
+        part["name"]: Function(
+            part["name"],
+            _fields(part.get("arguments", ())),
+            tuple(part.get("states", ())),
+            tuple(part.get("configurations", ())),
+        )
+        for part in item.get("functions", ())
+    }
+    return Subsystem(
+        name=item["name"],
+        apid=int(item["apid"]),
+        parameters=parameters,
+        events={part["name"]: _event(parameters, part) for part in item.get("events", ())},
+        functions=functions,
+        configurations={part["name"]: _configuration(parameters, part) for part in item.get("configurations", ())},
+        interface_hash=int(str(item.get("interface_hash", "0")), 0),
+        is_infrastructure=bool(item.get("autostart", False)),
+    )
+
+
+class Dictionary:
+    """The dictionary of one mission."""
+
+    def __init__(self, content):
+        self.content = content
+        self.mission = content["mission"]
+        self.interface_hash = content.get("interface_hash", "")
+        self.configuration_hash = content.get("configuration_hash", "")
+        self.epoch_ns = int(content["epoch"]) * 1_000_000_000  # packet time of mission time 0
+        self.modes = content.get("modes", [])
+        self.links = [
+            Link(
+                item["name"],
+                int(item["number"]),
+                int(item["producer_apid"]),
+                int(item["producer_port"]),
+                int(item["consumer_apid"]),
+                int(item["consumer_port"]),
+            )
+            for item in content.get("links", [])
+        ]
+        self.permissions = content.get("permissions", [])
+        self.subsystems = {item["name"]: _subsystem(item) for item in content["subsystems"]}
+        self._by_apid = {item.apid: item for item in self.subsystems.values()}
+
+    @classmethod
+    def load(cls, path):
+        """Dictionary in a JSON file. Raises DictionaryError."""
+        path = pathlib.Path(path)
+        try:
+            return cls(json.loads(path.read_text(encoding="utf-8")))
+        except OSError as error:
+            raise DictionaryError(f"{path}: {error.strerror}; run make") from error
+        except (ValueError, KeyError, TypeError) as error:
+            raise DictionaryError(f"{path}: not a mission dictionary ({error!r}); run make") from error
+
+    def subsystem(self, name):
+        """Subsystem of a name or APID."""
+        if str(name).isdigit() and int(name) in self._by_apid:
+            return self._by_apid[int(name)]
+        return _lookup(self.subsystems, name, "subsystem")
+
+    def subsystem_of_apid(self, apid):
+        """Subsystem of an APID, or None."""
+        return self._by_apid.get(apid)
+
+    def name_of_apid(self, apid):
+        """Name of an APID, or its number as text."""
+        found = self._by_apid.get(apid)
+        return found.name if found else f"APID {apid}"
+
+    def link(self, name):
+        """Link of a name."""
+        return _lookup({item.name: item for item in self.links}, name, "link")
+
+    def mode(self, name):
+        """Number of a mode's name or number."""
+        by_id = {str(item["id"]): item for item in self.modes}
+        return int((by_id.get(str(name)) or _lookup({m["name"]: m for m in self.modes}, name, "mode"))["id"])
+
+    @property
+    def members(self):
+        """Subsystems that an operator takes through their states."""
+        return [item for item in self.subsystems.values() if not item.is_infrastructure]

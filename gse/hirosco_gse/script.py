@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The operator of a scenario: the lines `<time s> operator <verb> ...` of a scenario file.
+
+Each line runs no earlier than its time, after the lines before it; it waits until its requests are verified
+unless it starts with `nowait`. Besides the commands of commands.py there are
+
+    nowait COMMAND ...                     send and go on; a failure is found at the end of the script
+    expect-refusal CODE COMMAND ...        the command must be refused with this failure code
+    wait-state SUBSYSTEM STATE SECONDS     until the subsystem has reported the state
+    wait-event SUBSYSTEM EVENT SECONDS     until the event comes (or has come, not yet awaited)
+    expect-event SUBSYSTEM EVENT           the event must have come, not yet awaited
+    expect-state SUBSYSTEM STATE           the subsystem's last report must be this state
+    end                                    the operator leaves; later lines are not run
+"""
+
+import pathlib
+import shlex
+from dataclasses import dataclass
+
+from . import commands
+from .commands import Command, UsageError
+from .dictionary import STATES, DictionaryError
+from .session import LinkLost, Rejected, SessionError, TimedOut
+
+ACTORS = ("operator", "hand", "fault")
+
+
+class ScriptError(ValueError):
+    """A line that is no step, as file:line: what is wrong."""
+
+
+class ScriptFailure(Exception):
+    """A step that did not go as written, as file:line: what was expected, what came."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One line of the operator."""
+
+    path: str
+    line: int
+    time_ns: int
+    verb: str
+    words: tuple
+    command: Command = None
+
+    @property
+    def place(self):
+        """file:line."""
+        return f"{self.path}:{self.line}"
+
+    @property
+    def text(self):
+        """The line without time and actor."""
+        return " ".join((self.verb, *self.words))
+
+
+def _time_ns(word, place):
+    try:
+        seconds = float(word)
+        if not 0 <= seconds < 1e6:
+            raise ValueError
+    except ValueError as error:
+        raise ScriptError(f"{place}: found '{word}', expected a time in seconds") from error
+    return round(seconds * 1e9)
+
+
+def _check_state(word, place):
+    if word not in STATES:
+        raise ScriptError(f"{place}: no state '{word}'; there are: {', '.join(STATES)}")
+
+
+def _checked(step, dictionary):
+    """The step with its command planned; the whole script is checked before anything is sent."""
+    verb, words = step.verb, step.words
+
+    def need(count, usage):
+        if len(words) != count:
+            raise ScriptError(f"{step.place}: usage: {usage}")
+
+    command = None
+    if verb in ("wait-state", "expect-state"):
+        need(3 if verb == "wait-state" else 2, f"{verb} SUBSYSTEM STATE" + " SECONDS" * (verb == "wait-state"))
+        dictionary.subsystem(words[0])
+        _check_state(words[1], step.place)
+    elif verb in ("wait-event", "expect-event"):
+        need(3 if verb == "wait-event" else 2, f"{verb} SUBSYSTEM EVENT" + " SECONDS" * (verb == "wait-event"))
+        dictionary.subsystem(words[0]).event(words[1])
+    elif verb == "expect-refusal":
+        if len(words) < 2:
+            raise ScriptError(f"{step.place}: usage: expect-refusal CODE COMMAND ...")
+        try:
+            int(words[0], 0)
+        except ValueError as error:
+            raise ScriptError(f"{step.place}: found '{words[0]}', expected a failure code such as 0x0111") from error
+        command = commands.plan(words[1:], dictionary)
+    elif verb == "nowait":
+        command = commands.plan(words, dictionary)
+    elif verb == "end":
+        need(0, "end")
+    else:
+        command = commands.plan((verb, *words), dictionary)
+    if verb.startswith("wait-"):
+        _time_ns(words[2], step.place)
+    return Step(step.path, step.line, step.time_ns, verb, words, command)
+
+
+class Script:
+    """The operator's part of a scenario."""
+
+    def __init__(self, steps):
+        self.steps = steps
+        self._awaited = {}
+        self._open = []
+
+    @classmethod
+    def load(cls, path, dictionary):
+        """Script of a file. Raises ScriptError."""
+        try:
+            text = pathlib.Path(path).read_text(encoding="utf-8")
+        except OSError as error:
+            raise ScriptError(f"{path}: {error.strerror}") from error
+        return cls.parse(text, str(path), dictionary)
+
+    @classmethod
+    def parse(cls, text, path, dictionary):
+        """Script of a text."""
+        steps, last = [], 0
+        for number, line in enumerate(text.splitlines(), 1):
+            words = shlex.split(line, comments=True)
+            if not words:
+                continue
+            place = f"{path}:{number}"
+            time_ns = _time_ns(words[0], place)
+            if len(words) < 3 or words[1] not in ACTORS:
+                found = words[1] if len(words) > 1 else "nothing"
+                raise ScriptError(f"{place}: found '{found}', expected <time> {'|'.join(ACTORS)} <verb> ...")
+            if words[1] != "operator":
+                continue
+            if time_ns < last:
+                raise ScriptError(f"{place}: time {words[0]} is before the operator's line above")
+            last = time_ns
+            step = Step(path, number, time_ns, words[2], tuple(words[3:]))
+            try:
+                steps.append(_checked(step, dictionary))
+            except (UsageError, DictionaryError) as error:
+                raise ScriptError(f"{place}: {error}") from error
+        return cls(steps)
+
+    def procedure(self, session, timeout_ns, tell=lambda entry: None):
+        """Procedure: all steps; tell(entry) is called after each. Raises ScriptFailure."""
+        is_going_down = False
+        for step in self.steps:
+            start = session.now_ns
+            try:
+                yield from session.wait_until(step.time_ns)
+                start = session.now_ns
+                is_going_down = is_going_down or step.verb == "shutdown"
+                outcome = yield from self._run(step, session, timeout_ns)
+            except LinkLost:
+                if not is_going_down:
+                    raise
+                tell(_entry(step, start, session.now_ns, "the ground port went down with the mission"))
+                return
+            except (SessionError, DictionaryError) as problem:
+                tell(_entry(step, start, session.now_ns, f"FAILED: {problem}"))
+                raise ScriptFailure(f"{step.place}: {problem}") from problem
+            tell(_entry(step, start, session.now_ns, outcome))
+            if step.verb == "end":
+                break
+        self._check_open(session)
+
+    def _check_open(self, session):
+        for step, verification in self._open:
+            if verification.failure is not None:
+                words = verification.failure.words(session.dictionary)
+                raise ScriptFailure(f"{step.place}: expected success of {verification.request.text}, came: {words}")
+
+    def _run(self, step, session, timeout_ns):
+        """Procedure: one step; returns its outcome in words."""
+        if step.verb == "end":
+            return "ok"
+        if step.verb == "nowait":
+            self._open += [(step, session.send(request)) for request in step.command.requests]
+            return "sent"
+        if step.verb == "expect-refusal":
+            return (yield from self._refused(step, session, timeout_ns))
+        if step.verb in ("wait-state", "expect-state"):
+            apid = session.dictionary.subsystem(step.words[0]).apid
+            wait = _time_ns(step.words[2], step.place) if step.verb == "wait-state" else 0
+            yield from session.wait_state(apid, step.words[1], wait)
+            return "ok"
+        if step.verb in ("wait-event", "expect-event"):
+            wait = _time_ns(step.words[2], step.place) if step.verb == "wait-event" else 0
+            return (yield from self._event(step, session, wait))
+        answer = yield from step.command.procedure(session, timeout_ns)
+        return answer[-1]["text"] if answer else "ok"
+
+    def _refused(self, step, session, timeout_ns):
+        expected = int(step.words[0], 0)
+        try:
+            yield from step.command.procedure(session, timeout_ns)
+        except Rejected as rejected:
+            if rejected.failure.code != expected:
+                raise SessionError(f"expected refusal 0x{expected:04X}, came: {rejected}") from rejected
+            return f"refused as expected: {rejected.failure.words(session.dictionary)}"
+        raise SessionError(f"expected refusal 0x{expected:04X} of '{step.command.text}', but it was carried out")
+
+    def _event(self, step, session, wait_ns):
+        subsystem = session.dictionary.subsystem(step.words[0])
+        name = subsystem.event(step.words[1]).name
+        key = subsystem.apid, name
+
+        def came():
+            found = [d for p, d in session.events if p.apid == subsystem.apid and d.get("event") == name]
+            return found[self._awaited.get(key, 0) :]
+
+        try:
+            found = yield from session.wait_for(came, wait_ns, f"event {name} of {subsystem.name}")
+        except TimedOut as problem:
+            if not session.events:
+                raise TimedOut(f"{problem}; there was no event at all") from problem
+            packet, last = session.events[-1]
+            source = session.dictionary.name_of_apid(packet.apid)
+            raise TimedOut(f"{problem}; the last event was {last.get('event')} of {source}") from problem
+        self._awaited[key] = self._awaited.get(key, 0) + 1
+        return f"{found[0]['severity']} {name}"
+
+
+def _entry(step, start_ns, end_ns, outcome):
+    text = f"[{end_ns / 1e9:9.4f} s] {step.text}: {outcome}"
+    return {
+        "text": text,
+        "time": start_ns / 1e9,
+        "end": end_ns / 1e9,
+        "line": step.line,
+        "verb": step.verb,
+        "words": list(step.words),
+        "outcome": outcome,
+    }

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A ground user's side of the conversation: requests, their verification, and what was last reported.
+
+The session is passive: octets are fed in, octets to send wait in `outbox`. A *procedure* is a generator that
+yields the mission time [ns] it wants to wake at (or None: only when something arrives) and is resumed by a
+driver (link.py) at that time or whenever telemetry came, with `session.now_ns` set. The same procedure
+therefore runs in stepped and in real time.
+"""
+
+import random
+from dataclasses import dataclass, field
+
+from . import packets, telemetry
+from .dictionary import STATES
+from .failures import Failure
+
+GROUND_USER = 1
+FINAL_SUBTYPES = (2, 4, 7, 8, 10)
+
+
+class SessionError(Exception):
+    """A request was not carried out."""
+
+
+class Rejected(SessionError):
+    """The spacecraft refused the request or failed to carry it out."""
+
+    def __init__(self, request, failure, dictionary):
+        super().__init__(f"{request.text}: {failure.words(dictionary)}")
+        self.request, self.failure = request, failure
+
+
+class TimedOut(SessionError):
+    """An expected report did not come in time."""
+
+
+class LinkLost(SessionError):
+    """No connection to the ground port, or it was closed."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """One telecommand before it gets its sequence count."""
+
+    apid: int
+    service: int
+    subtype: int
+    data: bytes = b""
+    text: str = ""
+
+
+@dataclass
+class Verification:
+    """How far a sent request has come."""
+
+    request: Request
+    request_id: bytes
+    sent_ns: int
+    stages: list = field(default_factory=list)
+    failure: Failure = None
+    is_finished: bool = False
+    replies: list = field(default_factory=list)  # other reports addressed to us, since the request was sent
+
+
+class Session:
+    """State of one ground user."""
+
+    def __init__(self, dictionary, first_sequence=None, source=GROUND_USER):
+        """first_sequence None: every APID starts at a random count, as interactive users must."""
+        self.dictionary = dictionary
+        self.source = source
+        self.now_ns = 0
+        self.outbox = bytearray()
+        self.listeners = []  # called with (packet, decoded)
+        self.states = {}  # APID -> name of the state last reported
+        self.configurations = {}  # APID -> configuration id last reported
+        self.links = {}  # (consumer APID, consumer port) -> link id, from accept and status reports
+        self.events = []  # (packet, decoded) of ST[05], in order
+        self.mode = None
+        self.malformed = []
+        self.foreign = {}  # APID -> what is wrong: it flies another interface than the dictionary's
+        self._splitter = packets.Splitter()
+        self._first = first_sequence
+        self._sequences = {}
+        self._open = {}
+
+    def sequence(self, apid):
+        """Next sequence count of an APID."""
+        if apid not in self._sequences:
+            self._sequences[apid] = random.randrange(0x4000) if self._first is None else self._first
+        count = self._sequences[apid]
+        self._sequences[apid] = (count + 1) & 0x3FFF
+        return count
+
+    def send(self, request):
+        """Queue a request; its Verification follows the reports."""
+        raw = packets.build_tc(
+            request.apid, self.sequence(request.apid), request.service, request.subtype, request.data, self.source
+        )
+        return self.send_raw(raw, request)
+
+    def send_raw(self, raw, request):
+        """Queue octets as they are."""
+        verification = Verification(request, bytes(raw[:4]), self.now_ns)
+        self._open[verification.request_id] = verification
+        self.outbox += raw
+        return verification
+
+    def feed(self, octets):
+        """Take in received octets."""
+        for raw in self._splitter.feed(octets):
+            try:
+                packet = packets.parse(raw)
+            except packets.PacketError as error:
+                self.malformed.append(f"{error}: {raw.hex()}")
+                continue
+            if packet.direction == "TM":
+                self._take(packet)
+
+    def _take(self, packet):
+        decoded = telemetry.decode(packet, self.dictionary, self.configurations)
+        if packet.service == 1:
+            self._verify(packet)
+        elif packet.user == self.source:
+            for verification in self._open.values():
+                if verification.request.apid == packet.apid:
+                    verification.replies.append((packet, decoded))
+        self._remember(packet, decoded)
+        for listener in list(self.listeners):
+            listener(packet, decoded)
+
+    def _verify(self, packet):
+        verification = self._open.get(packet.data[:4])
+        if verification is None:
+            return
+        verification.stages.append(packet.subtype)
+        if packet.subtype in (2, 4, 6, 8, 10):
+            verification.failure = Failure.decode(packet.subtype, packet.data[4:])
+        if packet.subtype in FINAL_SUBTYPES:
+            verification.is_finished = True
+            del self._open[packet.data[:4]]
+
+    def _compare(self, packet, decoded):
+        subsystem = self.dictionary.subsystem_of_apid(packet.apid)
+        flown = int(decoded["interface_hash"], 0)
+        if subsystem and subsystem.interface_hash not in (0, flown):
+            self.foreign[packet.apid] = (
+                f"{subsystem.name} flies interface 0x{flown:016x}, the dictionary has "
+                f"0x{subsystem.interface_hash:016x}: names and values may be wrong; run make"
+            )
+
+    def _remember(self, packet, decoded):
+        kind = decoded["kind"]
+        if kind == "status" and "error" not in decoded:
+            self._compare(packet, decoded)
+        if kind in ("transition", "status") and "error" not in decoded:
+            self.states[packet.apid] = decoded["state"]
+            self.configurations[packet.apid] = decoded["configuration_id"]
+        elif kind == "subsystems" and "error" not in decoded:
+            self.states.update({row["apid"]: row["state"] for row in decoded["rows"]})
+        elif kind == "mode" and "error" not in decoded:
+            self.mode = decoded["mode"]
+        elif kind == "event":
+            self.events.append((packet, decoded))
+
+    # Procedures -------------------------------------------------------------------------------------------
+
+    def wait_until(self, time_ns):
+        """Procedure: let the time pass."""
+        while self.now_ns < time_ns:
+            yield time_ns
+
+    def wait_for(self, condition, timeout_ns, what):
+        """Procedure: wait until condition() is true; TimedOut otherwise. Returns its value."""
+        deadline = self.now_ns + timeout_ns
+        while True:
+            found = condition()
+            if found:
+                return found
+            if self.now_ns >= deadline:
+                raise TimedOut(f"{what} did not come within {timeout_ns / 1e9:g} s")
+            yield deadline
+
+    def execute(self, request, timeout_ns):
+        """Procedure: send, wait for the end of verification. Returns the Verification; raises Rejected."""
+        verification = self.send(request)
+        return (yield from self.finish(verification, timeout_ns))
+
+    def finish(self, verification, timeout_ns):
+        """Procedure: wait for the end of a request sent before."""
+        text = verification.request.text or verification.request_id.hex()
+        yield from self.wait_for(lambda: verification.is_finished, timeout_ns, f"{text}: end of verification")
+        if verification.failure is not None:
+            raise Rejected(verification.request, verification.failure, self.dictionary)
+        return verification
+
+    def wait_state(self, apid, state, timeout_ns):
+        """Procedure: wait until a subsystem has reported a state."""
+        name = STATES[state] if isinstance(state, int) else state
+        what = f"state {name} of {self.dictionary.name_of_apid(apid)} (it is {self.states.get(apid, 'not reported')})"
+        try:
+            yield from self.wait_for(lambda: self.states.get(apid) == name, timeout_ns, what)
+        except TimedOut as error:
+            now = self.states.get(apid, "not reported")
+            raise TimedOut(
+                f"{self.dictionary.name_of_apid(apid)} did not reach {name} within "
+                f"{timeout_ns / 1e9:g} s; its state is {now}"
+            ) from error

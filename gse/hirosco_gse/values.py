@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scalar values on the wire (big-endian) and as a user writes them."""
+
+import struct
+
+FORMATS = {
+    "UINT8": "B",
+    "UINT16": "H",
+    "UINT32": "I",
+    "UINT64": "Q",
+    "INT8": "b",
+    "INT16": "h",
+    "INT32": "i",
+    "INT64": "q",
+    "FLOAT": "f",
+    "DOUBLE": "d",
+    "BOOL": "?",
+}
+REALS = ("FLOAT", "DOUBLE")
+
+
+class ValueProblem(ValueError):
+    """A value that does not fit its type, or octets that do not hold it."""
+
+
+def size_of(kind, count=1):
+    """Octets of `count` scalars on the wire."""
+    return struct.calcsize(">" + FORMATS[kind]) * count
+
+
+def encode(kind, values):
+    """Octets of a list of scalars of one type."""
+    try:
+        return struct.pack(f">{len(values)}{FORMATS[kind]}", *values)
+    except (struct.error, OverflowError) as error:
+        raise ValueProblem(f"{values} does not fit {kind}") from error
+
+
+def decode(kind, count, octets, offset):
+    """List of `count` scalars at the offset, and the offset behind them."""
+    layout = f">{count}{FORMATS[kind]}"
+    end = offset + struct.calcsize(layout)
+    if end > len(octets):
+        raise ValueProblem(f"{len(octets) - offset} octets left, {end - offset} needed for {count} x {kind}")
+    return list(struct.unpack(layout, octets[offset:end])), end
+
+
+def scalar_from_text(kind, text):
+    """One scalar as written by a user: 0x1F, 31, 0.5, true."""
+    word = text.strip()
+    try:
+        if kind in REALS:
+            return float(word)
+        if kind == "BOOL":
+            return {"true": True, "1": True, "on": True, "false": False, "0": False, "off": False}[word.lower()]
+        return int(word, 0)
+    except (ValueError, KeyError) as error:
+        raise ValueProblem(f"'{text}' is not a {kind} value") from error
+
+
+def from_text(kind, count, text):
+    """List of exactly `count` scalars, separated by commas."""
+    words = text.split(",")
+    if len(words) != count:
+        raise ValueProblem(f"'{text}' has {len(words)} value{'s' if len(words) != 1 else ''}, {count} expected")
+    return [scalar_from_text(kind, word) for word in words]
+
+
+def to_text(values):
+    """Compact text of one value or a list."""
+    if isinstance(values, (list, tuple)):
+        return "[" + ", ".join(to_text(value) for value in values) + "]" if len(values) != 1 else to_text(values[0])
+    if isinstance(values, dict):
+        return "{" + ", ".join(f"{name}: {to_text(value)}" for name, value in values.items()) + "}"
+    if isinstance(values, float):
+        return f"{values:.6g}"
+    return str(values)

@@ -1,0 +1,204 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Begin a new subsystem: descriptor, C sources, test, scenario, and its place in a mission. It flies at once.
+
+    make new-subsystem NAME=gripper                  a mission of that name: rokviss with the new subsystem
+    make new-subsystem NAME=lamp MISSION=gripper     into a mission that is there already
+    make new-subsystem NAME=lamp APID=40             with this APID instead of the first free one
+
+Writes new files only; into a mission that is there it inserts lines. Either all is done or nothing.
+"""
+
+import argparse
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TEMPLATES = pathlib.Path(__file__).resolve().parent / "template"
+sys.path.insert(0, str(ROOT / "gse" / "generator"))
+
+import mission as mission_descriptor
+from c_header import KEYWORDS
+from source import DescriptorError
+
+BASE_MISSION = "rokviss"
+FIRST_APID, LAST_APID = 18, 2046
+NAME_MAX = 24
+SUBSYSTEMS_MAX = 14  # of the calendar's 16 seats, simulator and operator take one each
+RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
+
+ENTRY = """    <Subsystem name="@NAME@" id="@apid@" executable="@executable@" descriptor="../subsystems/@file@.xml"
+               memoryKiB="65536" restarts="2"/>
+"""
+PERMISSIONS = """    <!-- @NAME@ -->
+    <Allow tc="129,3" select="NOMINAL" to="@NAME@" modes="SAFE NOMINAL" states="PRE_OPERATIONAL"/>
+    <Allow tc="8,1" select="STOP" to="@NAME@" modes="SAFE NOMINAL" states="OPERATIONAL"/>
+    <Allow tc="20,3" to="@NAME@" modes="NOMINAL" states="PRE_OPERATIONAL SAFE_OPERATIONAL OPERATIONAL"/>
+"""
+
+
+class Refusal(Exception):
+    """What the user asked for and cannot have: value found, what is expected."""
+
+
+def expect(condition, option, value, expected):
+    """Refuse unless the condition holds."""
+    if not condition:
+        raise Refusal(f"{option}={value}: expected {expected}")
+
+
+def relative(path):
+    """Path from the project's folder, as people write it."""
+    return str(path.relative_to(ROOT))
+
+
+def taken_apids():
+    """Dict APID -> "NAME in file:line" of all subsystem descriptors."""
+    taken = {}
+    for path in sorted((ROOT / "descriptors" / "subsystems").glob("*.xml")):
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            found = re.search(r'<Subsystem name="(\w+)" id="(\w+)"', line)
+            if found:
+                taken[int(found[2], 0)] = f"{found[1]} in {relative(path)}:{number}"
+    return taken
+
+
+def choose_apid(wanted):
+    """The APID asked for, or the first free one."""
+    taken = taken_apids()
+    free = next((apid for apid in range(FIRST_APID, LAST_APID + 1) if apid not in taken), None)
+    if wanted is None:
+        expect(free, "APID", "", "a free APID, but all are taken")
+        return free
+    expect(re.fullmatch(r"[0-9]{1,4}", wanted) and 1 <= int(wanted) <= LAST_APID, "APID", wanted, f"a number from 1 to {LAST_APID}")
+    expect(int(wanted) not in taken, "APID", wanted, f"one that is free, like {free}; this is {taken.get(int(wanted))}")
+    return int(wanted)
+
+
+def check_name(name):
+    """Refuse what cannot be a name in C, in XML and of a program."""
+    expect(
+        re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) and 2 <= len(name) <= NAME_MAX,
+        "NAME",
+        name,
+        f"2 to {NAME_MAX} lower-case letters, digits and single _, a letter first, like gripper or star_tracker",
+    )
+    expect(name not in RESERVED, "NAME", name, "a name that is no word of C and no program of the project")
+
+
+def plan_files(names):
+    """Dict path -> text of the new files."""
+    name = names["name"]
+    folder = f"fsw/subsystems/{name}"
+    places = {
+        f"descriptors/subsystems/{names['file']}.xml": "descriptor.xml",
+        f"{folder}/{name}.h": "subsystem.h",
+        f"{folder}/{name}.c": "subsystem.c",
+        f"fsw/app/{name}_program.c": "program.c",
+        f"fsw/app/{name}_main.c": "main.c",
+        f"test/unit/{folder}/test_{name}.c": "test_subsystem.c",
+        f"test/unit/{folder}/subsystem_double.c": "subsystem_double.c",
+        f"sim/scenarios/{names['file']}.scn": "scenario.scn",
+    }
+    return {ROOT / path: fill((TEMPLATES / template).read_text(encoding="utf-8"), names) for path, template in places.items()}
+
+
+def fill(text, names):
+    """A template with its words filled in."""
+    return re.sub(r"@(\w+)@", lambda found: names[found[1]], text)
+
+
+def insert_before(text, pattern, what, addition, path):
+    """`addition` before the first line that matches."""
+    found = re.search(pattern, text, re.MULTILINE)
+    if not found:
+        raise Refusal(f"{relative(path)}: expected {what}, to insert the new lines before it")
+    return text[: found.start()] + addition + text[found.start() :]
+
+
+def plan_mission(names, wanted):
+    """(path, text, mission's name, whether it is new) of the mission with the new subsystem."""
+    missions = ROOT / "descriptors" / "missions"
+    there = sorted(path.stem for path in missions.glob("*.xml"))
+    name = wanted or names["file"]
+    source = missions / f"{wanted or BASE_MISSION}.xml"
+    expect(source.exists(), "MISSION", wanted, f"a mission that is there: {', '.join(there)}")
+    text = source.read_text(encoding="utf-8")
+    if text.count("<Subsystem ") >= SUBSYSTEMS_MAX:
+        raise Refusal(f"{relative(source)}: has {SUBSYSTEMS_MAX} subsystems, no more fit")
+    if not wanted:
+        text = re.sub(r'(<Mission name=")[^"]*"', rf'\g<1>{name}"', text, count=1)
+    supervisor = r'^ *<Subsystem name="\w+" id="1"'
+    text = insert_before(text, supervisor, 'a line <Subsystem name=".." id="1"', fill(ENTRY, names), source)
+    text = insert_before(text, r"^ *</Permissions>", "a line </Permissions>", fill(PERMISSIONS, names), source)
+    return missions / f"{name}.xml", text, name, not wanted
+
+
+def write_all(files, mission_path, is_new):
+    """Write, then read the mission as the build will; on any error everything is as before."""
+    old = None if is_new else mission_path.read_text(encoding="utf-8")
+    made = []
+    try:
+        for path, text in files.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            made.append(path)
+            path.write_text(text, encoding="utf-8")
+        mission_descriptor.load(mission_path)
+    except (OSError, DescriptorError) as error:
+        for path in made:
+            path.unlink(missing_ok=True)
+        if old is not None:
+            mission_path.write_text(old, encoding="utf-8")
+        raise Refusal(f"{error}; nothing was changed") from error
+
+
+def format_sources(files):
+    """The house format depends on the length of the name: let clang-format decide where it is installed."""
+    sources = [str(path) for path in files if path.suffix in (".c", ".h")]
+    if shutil.which("clang-format"):
+        subprocess.run(["clang-format", "-i", *sources], check=True)
+
+
+def begin(name, apid, mission):
+    """Make a new subsystem; the lines to tell the user."""
+    check_name(name)
+    file = name.replace("_", "-")
+    number = choose_apid(apid)
+    names = {"name": name, "NAME": name.upper(), "apid": str(number), "executable": file, "file": file}
+    files = plan_files(names)
+    mission_path, text, mission_name, is_new = plan_mission(names, mission)
+    there = [relative(path) for path in (*files, *([mission_path] if is_new else [])) if path.exists()]
+    more = f" and {len(there) - 1} more" if len(there) > 1 else ""
+    expect(not there, "NAME", name, f"a name that is new; there is already {''.join(there[:1])}{more}")
+    files[mission_path] = text
+    write_all(files, mission_path, is_new)
+    format_sources(files)
+    made = "\n".join(f"  {relative(path)}" + ("" if is_new or path != mission_path else "  (lines inserted)") for path in files)
+    return (
+        f"{name.upper()}, APID {number}, in mission {mission_name}:\n{made}\n"
+        f"Next:\n  make sim-run MISSION={mission_name} SCENARIO={file}\n  make test ONLY={name}\n"
+        "  docs/tutorial.md tells how it goes on"
+    )
+
+
+def main(arguments=None):
+    """Command line."""
+    parser = argparse.ArgumentParser(prog="make new-subsystem", description=__doc__.splitlines()[0])
+    parser.add_argument("--name")
+    parser.add_argument("--apid")
+    parser.add_argument("--mission")
+    options = parser.parse_args(arguments)
+    try:
+        expect(options.name, "NAME", "", "a name: make new-subsystem NAME=gripper")
+        print(begin(options.name, options.apid, options.mission))
+    except Refusal as refusal:
+        print(f"new-subsystem: {refusal}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/member.h"
+#include "fsw/app/program.h"
+#include "fsw/subsystems/@name@/@name@.h"
+
+typedef struct {
+    member_t member;
+    @name@_t own;
+} @name@_program_t;
+
+static @name@_program_t storage;
+
+static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
+{
+    (void)octets_due;
+    return member_step(&((@name@_program_t*)context)->member, now_ns);
+}
+
+bool @name@_open(seat_t* const seat, program_t* const out_program)
+{
+    if (!member_load(&storage.member, seat, @NAME@_INTERFACE_HASH)) {
+        return false;
+    }
+    @name@_init(&storage.own, &storage.member.component, &seat->flows);
+    member_begin(&storage.member, @name@_callbacks(), &storage.own);
+    *out_program = (program_t){&storage, step, NULL, member_link_datagram, NULL, &storage.member.component};
+    return true;
+}

@@ -1,0 +1,63 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Show what this machine has of what the project needs, and the next step. Changes nothing.
+set -eu
+
+row() { printf '  %-18s %-26s %-7s %s\n' "$1" "$2" "$3" "$4"; }
+
+missing_levels=''
+packages() {
+    row PACKAGE VERSION TARGET 'NEEDED FOR'
+    while read -r name level purpose; do
+        case $name in '#'* | '') continue ;; esac
+        version=$(dpkg-query -W -f '${db:Status-Status} ${Version}' "$name" 2>/dev/null || true)
+        case $version in
+        'installed '*) row "$name" "${version#installed }" "$level" "$purpose" ;;
+        *) row "$name" MISSING "$level" "$purpose" && missing_levels="$missing_levels $level" ;;
+        esac
+    done <gse/setup/packages.txt
+}
+
+python_packages() {
+    row 'PYTHON PACKAGE' VERSION TARGET 'REQUIRED'
+    installed=$(build/venv/bin/python -m pip list --disable-pip-version-check --format=freeze 2>/dev/null || true)
+    for level in run test; do
+        [ "$level" = run ] && list=gse/requirements.txt || list=test/requirements.txt
+        for required in $(grep -v '^#' "$list"); do
+            name=${required%%==*}
+            version=$(echo "$installed" | sed -n "s/^$name==//Ip")
+            [ -n "$version" ] || missing_levels="$missing_levels $level"
+            row "$name" "${version:-MISSING}" "$level" "${required#*==}"
+        done
+    done
+}
+
+# What the kernel and the account offer beyond the need of discrete-time flights.
+machine() {
+    row MACHINE STATE TARGET 'NEEDED FOR'
+    [ -f build/third_party/unity/src/unity.c ] && state=present || state='fetched by make test'
+    row Unity "$state" test 'unit tests of the portable core'
+    [ "$(id -u)" -eq 0 ] && state=root || { sudo -n true 2>/dev/null && state='sudo' || state=no; }
+    row 'may install' "$state" setup 'apt-get without a question'
+    limit=$(ulimit -r 2>/dev/null || echo 0)
+    [ "$(id -u)" -eq 0 ] && limit=unlimited
+    row 'real-time priority' "${limit:-0}" - 'TIME=real with SCHED_FIFO'
+    row 'processors' "$(getconf _NPROCESSORS_ONLN)" - '2 are enough'
+}
+
+next_step() {
+    case $missing_levels in
+    *run*) echo 'Next: make sim-run (installs what is missing, builds, flies the mission)' ;;
+    *docs* | *test*) echo 'Next: make test (installs what is missing, builds, runs every test)' ;;
+    *check* | *full*) echo 'Next: make check (installs what is missing, then checks the house rules)' ;;
+    *) [ -d build/bin ] && echo 'All there. Next: make sim-run, make test' || echo 'All there. Next: make' ;;
+    esac
+}
+
+packages
+echo
+python_packages
+echo
+machine
+echo
+next_step

@@ -1,0 +1,34 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Install the peers that `make bench` measures beside our own, as far as this machine lets it: what cannot be had is
+# told here, and skipped there. Never asks, never fails.
+set -u
+
+list=gse/setup/peers.txt
+missing=$(awk '$1 !~ /^#/ && NF { print $1 }' "$list" | while read -r name; do
+    status=$(dpkg-query -W -f '${db:Status-Status}' "$name" 2>/dev/null || true)
+    [ "$status" = installed ] || printf '%s ' "$name"
+done)
+if [ -n "$missing" ]; then
+    as_root=''
+    [ "$(id -u)" -eq 0 ] || as_root='sudo -n'
+    echo "setup: installing for comparison $missing"
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get update -qq || true
+    for name in $missing; do
+        $as_root env DEBIAN_FRONTEND=noninteractive apt-get install --no-install-recommends -y -qq "$name" \
+            </dev/null >/dev/null || echo "setup: $name cannot be had; what needs it is skipped"
+    done
+fi
+
+# iceoryx2 comes from the Rust registry. The version is exact; the lock file stays in build/.
+mkdir -p build/peers build/setup
+rm -rf build/peers/iceoryx2/src
+cp -R test/bench/peers/iceoryx2 build/peers/
+if command -v cargo >/dev/null; then
+    echo 'setup: building the round trips over iceoryx2 (once, some minutes)'
+    cargo build --release --quiet --manifest-path build/peers/iceoryx2/Cargo.toml ||
+        echo 'setup: iceoryx2 cannot be built; what needs it is skipped'
+else
+    echo 'setup: there is no cargo; iceoryx2 is skipped'
+fi
+touch build/setup/peers

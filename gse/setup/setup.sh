@@ -1,0 +1,73 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Install what a target needs: `setup.sh run|docs|test|check|full`. Each level contains the ones before it. Quick when all is
+# there. Installs as root or through `sudo -n`; otherwise prints the exact command and stops. Never asks.
+set -eu
+
+level=${1:?usage: setup.sh run|docs|test|check|full}
+here=gse/setup
+venv=build/venv
+case $level in
+run) levels='run' ;;
+docs) levels='run docs' ;;
+test) levels='run docs test' ;;
+check) levels='run docs test check' ;;
+full) levels='run docs test check full' ;;
+*) echo "setup: unknown level '$level'" >&2 && exit 2 ;;
+esac
+
+# Names of the Debian packages of these levels that are not installed.
+missing_packages() {
+    for wanted in $levels; do
+        awk -v level="$wanted" '$1 !~ /^#/ && $2 == level { print $1 }' "$here/packages.txt"
+    done | while read -r name; do
+        status=$(dpkg-query -W -f '${db:Status-Status}' "$name" 2>/dev/null || true)
+        [ "$status" = installed ] || echo "$name"
+    done
+}
+
+install_packages() {
+    if ! command -v apt-get >/dev/null; then
+        echo "setup: this machine has no apt-get; install the counterparts of the packages in $here/packages.txt," >&2
+        echo "setup: then run: touch build/setup/$level" >&2
+        exit 1
+    fi
+    missing=$(missing_packages | tr '\n' ' ')
+    [ -n "$missing" ] || return 0
+    as_root=''
+    if [ "$(id -u)" -ne 0 ]; then
+        if ! sudo -n true 2>/dev/null; then
+            echo "setup: these packages are missing and this user may not install them. Run:" >&2
+            echo "    sudo apt-get update && sudo apt-get install --no-install-recommends -y $missing" >&2
+            exit 1
+        fi
+        as_root='sudo -n'
+    fi
+    echo "setup: installing $missing"
+    environment='env DEBIAN_FRONTEND=noninteractive'
+    # A source that cannot be read is no reason to stop: the installation below decides.
+    $as_root $environment apt-get update -qq || true
+    # shellcheck disable=SC2086 # a list of words
+    $as_root $environment apt-get install --no-install-recommends -y -qq $missing </dev/null
+}
+
+python_environment() {
+    [ -x "$venv/bin/python" ] || /usr/bin/python3 -m venv "$venv"
+    set -- -r gse/requirements.txt
+    case $level in run | docs) ;; *) set -- "$@" -r test/requirements.txt ;; esac
+    echo "setup: Python packages of $*"
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-input "$@"
+    # The command `gse` and `import hirosco_gse` use this working tree.
+    site=$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+    printf '%s\n' "$(pwd)" "$(pwd)/gse" >"$site/hirosco.pth"
+    printf '#!/bin/sh\nexec "%s/bin/python" -m hirosco_gse "$@"\n' "$(pwd)/$venv" >"$venv/bin/gse"
+    chmod +x "$venv/bin/gse"
+}
+
+mkdir -p build/setup
+install_packages
+python_environment
+case $level in run | docs) ;; *) sh "$here/unity.sh" ;; esac
+for done_level in $levels; do
+    touch "build/setup/$done_level"
+done

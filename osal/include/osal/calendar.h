@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The calendar of stepped time: grants the processor to one participant at a time, at the simulated time
+/// each asked for, in participant order within one instant. Nothing runs outside its grant.
+///
+/// Time stands in slots of `slot_ns`; a participant asks for its next wake time when it is done. A delivery
+/// (osal_calendar_deliver) wakes the receiver in the current slot if its turn is still to come (its order is
+/// higher than the running one's), else at the start of the next slot. The number of deliveries since its
+/// last grant tells a participant exactly how much to take in before it runs.
+///
+/// The storage is plain memory: in shared memory with one process per participant (futex hand-off), or inside
+/// one program that calls osal_calendar_next in a loop (image form). Both give the same sequence of grants.
+/// A participant may be EXPECTED (time stands still until it joins), so that start and restart of processes
+/// happen at a defined simulated time.
+#ifndef OSAL_CALENDAR_H
+#define OSAL_CALENDAR_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define OSAL_CALENDAR_PARTICIPANTS_MAX 16U
+#define OSAL_CALENDAR_NEVER UINT64_MAX ///< "Wake me only for a delivery."
+#define OSAL_CALENDAR_BYTES 4096U      ///< Storage of one calendar.
+
+typedef struct osal_calendar osal_calendar_t;
+
+typedef struct {
+    uint64_t now_ns;   ///< Simulated time of this grant [ns].
+    uint32_t messages; ///< Deliveries of whole messages since the last grant.
+    uint32_t octets;   ///< Octets delivered on the participant's stream since the last grant.
+} osal_grant_t;
+
+/// Make a calendar in `storage` (aligned to 64, OSAL_CALENDAR_BYTES). All participants are ABSENT; time is 0.
+/// slot_ns >= 1. `is_shared`: participants live in tasks or processes of their own and use
+/// osal_calendar_wait; else one loop uses osal_calendar_next and _done. Null if the system has no lock for
+/// it.
+osal_calendar_t* osal_calendar_create(void* storage, uint64_t slot_ns, bool is_shared);
+/// The calendar in storage that another process made. Null if there is none.
+osal_calendar_t* osal_calendar_attach(void* storage);
+
+/// Time does not advance until this participant has joined by its first wait. Participant < MAX.
+/// No effect on one that is present. Deliveries to it count from here on, whenever it joins.
+void osal_calendar_expect(osal_calendar_t* calendar, unsigned participant);
+/// The participant is gone; if it held the grant, the grant goes on to the next. A wait of its own returns
+/// STATUS_CLOSED. Callable by anybody, and to be called for every participant that dies: it may have been
+/// killed anywhere, even while it handed the grant over. No effect on one that is absent.
+void osal_calendar_end(osal_calendar_t* calendar, unsigned participant);
+/// End the run: every present and later wait returns STATUS_CLOSED at once.
+void osal_calendar_close(osal_calendar_t* calendar);
+bool osal_calendar_is_closed(const osal_calendar_t* calendar);
+
+/// Done: give the grant back, ask for `wake_ns` (or earlier by a delivery), block until granted again. A
+/// wake time that is not after now means the next slot. The first call joins: the participant takes its place
+/// when the present grant ends, in the same instant if its turn is still to come. Returns STATUS_OK,
+/// STATUS_CLOSED.
+MUST_USE status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned participant, uint64_t wake_ns,
+                                     osal_grant_t* out_grant);
+
+/// Image form: set the running participant's next wake time (first call joins) without blocking.
+void osal_calendar_done(osal_calendar_t* calendar, unsigned participant, uint64_t wake_ns);
+/// Image form: choose and grant the next participant. Returns STATUS_OK, STATUS_EMPTY (nobody wants to wake),
+/// STATUS_BUSY (an expected participant has not joined), STATUS_CLOSED.
+MUST_USE status_t osal_calendar_next(osal_calendar_t* calendar, unsigned* out_participant,
+                                     osal_grant_t* out_grant);
+
+/// Tell of a delivery to `receiver` by the running participant `sender`: `messages` whole messages and
+/// `octets` on its stream (both counts saturate). A receiver that is absent or ended takes no notice.
+void osal_calendar_deliver(osal_calendar_t* calendar, unsigned sender, unsigned receiver, uint32_t messages,
+                           uint32_t octets);
+
+uint64_t osal_calendar_now_ns(const osal_calendar_t* calendar);
+/// True if the participant has joined and not ended.
+bool osal_calendar_is_present(const osal_calendar_t* calendar, unsigned participant);
+
+/// The local TCP port of the stream of a participant that joined through the door (0: none).
+void osal_calendar_set_stream_port(osal_calendar_t* calendar, unsigned participant, uint16_t port);
+uint16_t osal_calendar_stream_port(const osal_calendar_t* calendar, unsigned participant);
+
+#endif // OSAL_CALENDAR_H

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The clock of a program, and the only place where it waits.
+///
+/// Real: monotonic time from a common origin, absolute sleep, woken early by a socket. Stepped: simulated
+/// time from the calendar. Component code never sees a clock: the executive pushes the time in.
+///
+/// Stepped time does not escape the calendar: osal_clock_wait, and it alone, waits for simulated time. The
+/// other calls of this layer that may wait (osal_event_wait, osal_doorbell_wait, osal_mutex_lock,
+/// osal_task_join, osal_socket_wait_readable, osal_process_wait_any, the connects, files) keep the grant
+/// while they do: simulated time stands still, nobody else is granted, and their time-outs are wall-clock. So
+/// they are for what is under way already, never for what another participant does after its own grant: that
+/// would wait for ever.
+///
+/// Ownership  The caller places osal_clock_t. Context: the one task that runs the program's loop.
+#ifndef OSAL_CLOCK_H
+#define OSAL_CLOCK_H
+
+#include "fsw/framework/base/status.h"
+#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/socket.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define OSAL_CLOCK_NEVER UINT64_MAX
+
+typedef enum {
+    OSAL_CLOCK_REAL,
+    OSAL_CLOCK_STEPPED
+} osal_clock_mode_t;
+
+typedef struct {
+    bool is_memory_locked; ///< No page of the program is written out.
+    bool is_slack_minimal; ///< Wake-ups are not put together with later ones.
+} osal_clock_attributes_t;
+
+typedef struct { // All fields are private, except `attributes`: read-only.
+    osal_clock_mode_t mode;
+    osal_calendar_t* calendar;
+    unsigned participant;
+    uint64_t origin_ns;
+    osal_grant_t grant;
+    osal_clock_attributes_t attributes; ///< What was granted to a real clock.
+} osal_clock_t;
+
+/// Real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Asks for timer slack 1 ns and locked memory
+/// where permitted; what is not permitted is left as it is, and told by `attributes`.
+void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns);
+/// Stepped clock: `participant` of the calendar.
+void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, unsigned participant);
+
+/// Monotonic time of the machine [ns]; for origins and measurements, not for flight decisions.
+uint64_t osal_clock_monotonic_ns(void);
+/// Time of the run [ns]: real time since the origin, or the time of the present grant.
+uint64_t osal_clock_now_ns(const osal_clock_t* clock);
+
+/// Wait until `wake_ns` or until one of `sockets` (0..8 of them, open) has something to read, or, stepped,
+/// until a delivery. Stepped: the present grant ends. Real: a caught stop signal (osal_process_catch_stop)
+/// ends the wait early too; a wake time that has passed still looks at the sockets. Returns STATUS_OK,
+/// STATUS_CLOSED (the run ended).
+MUST_USE status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
+                                  size_t socket_count);
+
+/// Tell the calendar of deliveries to another participant. Real clock: no effect.
+void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t messages, uint32_t octets);
+/// Deliveries told with the present grant; 0 for a real clock.
+uint32_t osal_clock_messages_due(const osal_clock_t* clock);
+uint32_t osal_clock_octets_due(const osal_clock_t* clock);
+
+#endif // OSAL_CLOCK_H

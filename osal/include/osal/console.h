@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The console of a program: whole lines to standard output or error. Never blocks the caller for long;
+/// a line is written by one call so that lines of several processes do not mix.
+#ifndef OSAL_CONSOLE_H
+#define OSAL_CONSOLE_H
+
+#include <stdbool.h>
+
+/// Write `line` and a line end to standard output.
+void osal_console_say(const char* line);
+/// The same to standard error.
+void osal_console_complain(const char* line);
+/// Write text without a line end (progress).
+void osal_console_put(const char* text);
+bool osal_console_is_terminal(void);
+
+#endif // OSAL_CONSOLE_H

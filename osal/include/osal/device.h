@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Input and output of a device that the system offers as a file: a character device, a FIFO, a file that a
+/// driver fills. Octets in both directions, without waiting; what a partner says in one write may arrive in
+/// pieces. A serial line (serial.h) is opened as one of these.
+///
+/// Ownership  The caller places osal_device_t; closed by osal_device_close. Context: one task. Never blocks.
+/// Errors     Each function lists its statuses; interrupted calls are repeated inside. A null argument is a
+///            coding error (FSW_ASSERT).
+#ifndef OSAL_DEVICE_H
+#define OSAL_DEVICE_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum {
+    OSAL_DEVICE_READ,
+    OSAL_DEVICE_WRITE,
+    OSAL_DEVICE_BOTH
+} osal_device_direction_t;
+
+typedef struct { // Private; descriptor < 0 when closed.
+    int descriptor;
+    bool is_file; ///< A regular file has an end, but nobody at the other one.
+} osal_device_t;
+
+/// Closed device, for initialisation.
+#define OSAL_DEVICE_CLOSED                                                                                   \
+    {                                                                                                        \
+        -1, false                                                                                            \
+    }
+
+/// Open what is there; nothing is made, and a file that is written is appended to. STATUS_OK,
+/// STATUS_NOT_FOUND (also: a FIFO to write to that nobody reads), STATUS_BUSY (somebody else has it),
+/// STATUS_DENIED, STATUS_EXHAUSTED (no descriptor left), STATUS_INVALID (a folder), STATUS_IO.
+MUST_USE status_t osal_device_open(osal_device_t* device, const char* path,
+                                   osal_device_direction_t direction);
+/// As much as the device takes now. STATUS_OK with *out_sent >= 1, STATUS_FULL (it takes nothing now, or a
+/// file has no space), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
+MUST_USE status_t osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size,
+                                    size_t* out_sent);
+/// What is there. STATUS_OK with *out_size >= 1, STATUS_EMPTY (nothing now; of a file: its end, which may
+/// move), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
+MUST_USE status_t osal_device_read(osal_device_t* device, uint8_t* octets, size_t capacity, size_t* out_size);
+bool osal_device_is_open(const osal_device_t* device);
+void osal_device_close(osal_device_t* device);
+
+#endif // OSAL_DEVICE_H

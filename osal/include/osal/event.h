@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Event: one task waits, any task or process (if in shared memory) signals. A signal before the wait is
+/// kept.
+#ifndef OSAL_EVENT_H
+#define OSAL_EVENT_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct { // Private; may lie in shared memory. All zeros is a valid event that is not signalled.
+    uint32_t word;
+} osal_event_t;
+
+void osal_event_create(osal_event_t* event);
+void osal_event_signal(osal_event_t* event);
+/// Wait and clear. timeout_ms UINT32_MAX waits for ever. STATUS_OK, STATUS_TIMEOUT.
+MUST_USE status_t osal_event_wait(osal_event_t* event, uint32_t timeout_ms);
+
+#endif // OSAL_EVENT_H

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Files: sequential reading, appending, directories. No buffering here; short writes are completed inside.
+#ifndef OSAL_FILE_H
+#define OSAL_FILE_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct { // Private; -1 when closed.
+    int descriptor;
+} osal_file_t;
+
+/// Open for reading. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_file_open_read(osal_file_t* file, const char* path);
+/// Make or empty a file for writing (mode 0644). STATUS_OK, STATUS_NOT_FOUND (folder), STATUS_DENIED,
+/// STATUS_IO.
+MUST_USE status_t osal_file_create(osal_file_t* file, const char* path);
+/// Open for appending; made if missing. Same statuses as create.
+MUST_USE status_t osal_file_append(osal_file_t* file, const char* path);
+/// Write all. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
+MUST_USE status_t osal_file_write(osal_file_t* file, const void* octets, size_t size);
+/// Up to capacity octets; *out_size 0 at the end. STATUS_OK, STATUS_IO.
+MUST_USE status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size);
+/// Whole file into the buffer. STATUS_OK, STATUS_NOT_FOUND, STATUS_TOO_LARGE, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_file_load(const char* path, void* octets, size_t capacity, size_t* out_size);
+/// Force to the disk. STATUS_OK, STATUS_IO.
+status_t osal_file_sync(osal_file_t* file);
+void osal_file_close(osal_file_t* file);
+/// Make a folder and its parents. STATUS_OK, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_create(const char* path);
+/// STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
+status_t osal_file_remove(const char* path);
+
+/// Make `path` a symbolic link to `target`, replacing a link that is there. STATUS_OK, STATUS_EXISTS
+/// (something else than a link is there), STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_file_link(const char* target, const char* path);
+/// True if there is a file or folder of that name.
+bool osal_file_exists(const char* path);
+
+#endif // OSAL_FILE_H

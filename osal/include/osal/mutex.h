@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Mutual exclusion with priority inheritance. Not recursive. Critical sections are short and never wait.
+/// Robust: if a holder dies, the next lock gets it (STATUS_CLOSED told once) and may repair the data.
+#ifndef OSAL_MUTEX_H
+#define OSAL_MUTEX_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define OSAL_MUTEX_WORDS 8U
+
+typedef struct { // Private; may lie in shared memory.
+    uint64_t storage[OSAL_MUTEX_WORDS];
+} osal_mutex_t;
+
+/// STATUS_OK, STATUS_UNSUPPORTED.
+MUST_USE status_t osal_mutex_create(osal_mutex_t* mutex, bool is_shared);
+/// STATUS_OK; STATUS_CLOSED: locked, but the last holder died inside.
+status_t osal_mutex_lock(osal_mutex_t* mutex);
+void osal_mutex_unlock(osal_mutex_t* mutex);
+void osal_mutex_destroy(osal_mutex_t* mutex);
+
+#endif // OSAL_MUTEX_H

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Child processes. A child dies with its parent (never orphaned) and inherits only what is named.
+///
+/// Context  "Parent" is the task that started the child: when that task ends, the child is killed.
+///          One task of a program waits for stop signals (osal_process_wait_any, osal_clock_wait).
+#ifndef OSAL_PROCESS_H
+#define OSAL_PROCESS_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define OSAL_PROCESS_WAIT_MAX 64U ///< Processes one osal_process_wait_any looks after.
+
+typedef struct {    // Private, except id.
+    int32_t id;     ///< Process id; for messages to people, never in a packet.
+    int descriptor; ///< pidfd, -1 when not running.
+} osal_process_t;
+
+typedef struct {
+    const char* const* arguments; ///< Null-terminated; [0] is the executable's path.
+    const int* descriptors;       ///< Descriptors the child keeps (0, 1, 2 are always kept).
+    size_t descriptor_count;
+    uint64_t memory_limit_bytes; ///< Address space limit; 0: none.
+    int processor;               ///< Pin to this processor (where permitted); -1: anywhere.
+    const char* output_path;     ///< Standard output and error are appended to this file; null: inherited.
+} osal_process_start_t;
+
+typedef struct {
+    bool has_ended;
+    bool was_signalled; ///< Ended by a signal.
+    int code;           ///< Exit code, or signal number.
+} osal_process_result_t;
+
+/// STATUS_OK, STATUS_NOT_FOUND (no such executable, or folder of output_path), STATUS_DENIED,
+/// STATUS_EXHAUSTED, STATUS_IO.
+MUST_USE status_t osal_process_start(osal_process_t* process, const osal_process_start_t* start);
+/// Look without waiting. Parent only; tells of the end once. STATUS_OK, STATUS_NOT_OURS (not a child, or its
+/// end has been told).
+MUST_USE status_t osal_process_poll(osal_process_t* process, osal_process_result_t* out_result);
+/// Wait (wall-clock) until any of the processes has ended or a stop signal has come, at most timeout_ms.
+/// At most OSAL_PROCESS_WAIT_MAX. STATUS_OK, STATUS_TIMEOUT.
+status_t osal_process_wait_any(osal_process_t* const* processes, size_t count, uint32_t timeout_ms);
+/// Ask to end (SIGTERM), or end (SIGKILL). STATUS_OK, STATUS_NOT_FOUND (has ended), STATUS_DENIED.
+status_t osal_process_stop(osal_process_t* process, bool by_force);
+/// Watch a process that is not our child by its id. STATUS_OK, STATUS_NOT_FOUND, STATUS_UNSUPPORTED.
+MUST_USE status_t osal_process_watch(osal_process_t* process, int32_t id);
+/// Stop watching; the process itself goes on. For a child, after its end was told, there is no need.
+void osal_process_release(osal_process_t* process);
+bool osal_process_is_alive(const osal_process_t* process);
+int32_t osal_process_own_id(void);
+/// What the starter of this program has set under that name in its environment, or null. Valid to the end.
+const char* osal_process_environment(const char* name);
+
+/// Ctrl-C, SIGTERM and SIGHUP set a flag instead of ending the program. Count of such signals so far.
+void osal_process_catch_stop(void);
+unsigned osal_process_stop_count(void);
+/// For the waiting functions of this layer: descriptor that is readable when a stop signal has come (-1: not
+/// caught), and its clearing.
+int osal_process_stop_descriptor(void);
+void osal_process_take_stop(void);
+/// Leave Ctrl-C to the parent: this process ignores SIGINT and SIGPIPE.
+void osal_process_ignore_interrupt(void);
+
+#endif // OSAL_PROCESS_H

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Serial line: a terminal device, raw (no echo, no translation, no flow control), 8 data bits, no parity,
+/// 1 stop bit. Every octet passes unchanged in both directions. Read, write and close it as a device.
+///
+/// Ownership  As device.h. Context: one task. Never blocks, also not for a modem's carrier.
+#ifndef OSAL_SERIAL_H
+#define OSAL_SERIAL_H
+
+#include "fsw/framework/base/status.h"
+#include "osal/include/osal/device.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/// Bit rates that every port has [bit/s]; a port may have more.
+#define OSAL_SERIAL_BAUDS                                                                                    \
+    {                                                                                                        \
+        9600U, 19200U, 38400U, 57600U, 115200U, 230400U                                                      \
+    }
+
+/// Open; what the line has received before is thrown away. The line belongs to this program alone where the
+/// system can do that. STATUS_OK, STATUS_OUT_OF_RANGE (bit rate unknown to this port), STATUS_NOT_FOUND,
+/// STATUS_INVALID (no serial line), STATUS_BUSY, STATUS_DENIED, STATUS_EXHAUSTED, STATUS_IO.
+MUST_USE status_t osal_serial_open(osal_device_t* line, const char* path, uint32_t baud);
+
+#endif // OSAL_SERIAL_H

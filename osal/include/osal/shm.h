@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Named shared memory. The creator decides the size; the memory starts as zeros. Names: '/' and then 1..60
+/// of [A-Za-z0-9._-]. Ownership: mappings stay valid after removal of the name until closed.
+#ifndef OSAL_SHM_H
+#define OSAL_SHM_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stddef.h>
+
+typedef struct { // Private.
+    void* address;
+    size_t size;
+} osal_shm_t;
+
+/// STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name or size 0), STATUS_EXHAUSTED (no memory), STATUS_DENIED,
+/// STATUS_IO.
+MUST_USE status_t osal_shm_create(osal_shm_t* shm, const char* name, size_t size);
+/// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name), STATUS_DENIED, STATUS_IO. Maps the creator's size.
+MUST_USE status_t osal_shm_open(osal_shm_t* shm, const char* name);
+void* osal_shm_address(const osal_shm_t* shm);
+size_t osal_shm_size(const osal_shm_t* shm);
+void osal_shm_close(osal_shm_t* shm);
+/// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED.
+status_t osal_shm_remove(const char* name);
+
+/// Show the name of every shared memory that begins with `prefix` ('/' included) to `visit`, which may remove
+/// it. STATUS_OK; STATUS_UNSUPPORTED where names cannot be listed.
+status_t osal_shm_each(const char* prefix, void (*visit)(void* context, const char* name), void* context);
+
+#endif // OSAL_SHM_H

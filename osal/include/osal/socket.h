@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Sockets: UDP datagrams and TCP streams over IPv4. Listens on loopback unless told otherwise.
+/// Non-blocking, except the one function that says it waits. Interrupted calls are repeated inside.
+/// Ownership: the caller places osal_socket_t; closed by osal_socket_close. Errors: each lists its own.
+#ifndef OSAL_SOCKET_H
+#define OSAL_SOCKET_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct { // Private; descriptor < 0 when closed.
+    int descriptor;
+} osal_socket_t;
+
+typedef struct {
+    uint32_t ipv4; ///< Host byte order; loopback 0x7F000001.
+    uint16_t port; ///< Host byte order; 0 asks for any free port.
+} osal_address_t;
+
+#define OSAL_IPV4_LOOPBACK 0x7F000001U
+
+/// Closed socket, for initialisation.
+#define OSAL_SOCKET_CLOSED                                                                                   \
+    {                                                                                                        \
+        -1                                                                                                   \
+    }
+
+/// Bound UDP socket; `receive_bytes` asks the kernel for that much receive buffer (0: leave).
+/// Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_udp_open(osal_socket_t* socket, osal_address_t local, size_t receive_bytes);
+/// A UDP, TCP or local socket inherited as descriptor number from the parent process. STATUS_OK,
+/// STATUS_INVALID (no such descriptor, or no socket).
+MUST_USE status_t osal_socket_adopt(osal_socket_t* socket, int descriptor);
+/// STATUS_OK, STATUS_FULL (kernel buffer), STATUS_CLOSED (no way there; a port nobody listens on is not
+/// noticed), STATUS_TOO_LARGE, STATUS_IO.
+MUST_USE status_t osal_udp_send(osal_socket_t* socket, osal_address_t to, const uint8_t* octets, size_t size);
+/// STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (datagram longer than capacity, dropped), STATUS_IO.
+MUST_USE status_t osal_udp_receive(osal_socket_t* socket, osal_address_t* out_from, uint8_t* octets,
+                                   size_t capacity, size_t* out_size);
+
+/// Listening TCP socket. Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_tcp_listen(osal_socket_t* socket, osal_address_t local);
+/// STATUS_OK, STATUS_EMPTY, STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
+MUST_USE status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client,
+                                  osal_address_t* out_peer);
+/// Connect; waits for the answer (loopback: at once). STATUS_OK, STATUS_CLOSED (refused), STATUS_IO.
+MUST_USE status_t osal_tcp_connect(osal_socket_t* socket, osal_address_t to);
+/// Begin to connect, without waiting for the answer. STATUS_OK (connected), STATUS_BUSY (ask
+/// osal_tcp_connect_result), STATUS_CLOSED (refused), STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
+MUST_USE status_t osal_tcp_connect_begin(osal_socket_t* socket, osal_address_t to);
+/// The answer. STATUS_OK, STATUS_BUSY (none yet), STATUS_CLOSED (refused, or nobody there), STATUS_IO; the
+/// last two close the socket.
+MUST_USE status_t osal_tcp_connect_result(osal_socket_t* socket);
+/// Send as much as the kernel takes. STATUS_OK with *out_sent >= 1, STATUS_FULL, STATUS_CLOSED, STATUS_IO.
+MUST_USE status_t osal_stream_send(osal_socket_t* socket, const uint8_t* octets, size_t size,
+                                   size_t* out_sent);
+/// STATUS_OK with *out_size >= 1, STATUS_EMPTY, STATUS_CLOSED (peer ended), STATUS_IO.
+MUST_USE status_t osal_stream_receive(osal_socket_t* socket, uint8_t* octets, size_t capacity,
+                                      size_t* out_size);
+
+/// Local UNIX stream sockets: the door of the calendar and control channels. Path <= 100 characters.
+/// Accept with osal_tcp_accept (peer address 0:0). The path stays until removed as a file.
+/// STATUS_OK, STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_local_listen(osal_socket_t* socket, const char* path);
+/// STATUS_OK, STATUS_CLOSED (nobody listens there), STATUS_INVALID (path), STATUS_IO.
+MUST_USE status_t osal_local_connect(osal_socket_t* socket, const char* path);
+/// Two ends of one local stream; hand one to a child process. STATUS_OK, STATUS_IO.
+MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer);
+
+/// Wait (wall-clock) until readable, at most timeout_ms. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
+MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t timeout_ms);
+/// Local address of a bound socket. STATUS_OK, STATUS_IO.
+MUST_USE status_t osal_socket_local_address(const osal_socket_t* socket, osal_address_t* out_local);
+/// The descriptor number, for osal_process_start_t.descriptors and osal_socket_adopt in the child; -1:
+/// closed.
+int osal_socket_descriptor(const osal_socket_t* socket);
+bool osal_socket_is_open(const osal_socket_t* socket);
+void osal_socket_close(osal_socket_t* socket);
+
+#endif // OSAL_SOCKET_H

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Tasks (threads). Priority 1..99 as SCHED_FIFO where permitted; 0 is the system's ordinary scheduling.
+#ifndef OSAL_TASK_H
+#define OSAL_TASK_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct { // Private.
+    uint64_t handle;
+    void (*entry)(void* context);
+    void* context;
+    bool is_running;
+} osal_task_t;
+
+/// Start. The task block must outlive the task. STATUS_OK, STATUS_EXHAUSTED, STATUS_IO.
+MUST_USE status_t osal_task_start(osal_task_t* task, void (*entry)(void* context), void* context,
+                                  int priority);
+/// Wait until it has returned.
+void osal_task_join(osal_task_t* task);
+/// Priority of the calling task. STATUS_OK, STATUS_DENIED (left as it was).
+status_t osal_task_set_priority(int priority);
+
+#endif // OSAL_TASK_H

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/base/assertion.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+/// One part of the line; the cast only drops const: writev does not write to it.
+static struct iovec part_of(const char* text)
+{
+    struct iovec part;
+    const char* const source = (text != NULL) ? text : "?";
+    (void)memcpy(&part.iov_base, &source, sizeof(source));
+    part.iov_len = strlen(source);
+    return part;
+}
+
+void fsw_assertion_failed(const char* file, int line, const char* condition)
+{
+    char digits[12];
+    size_t at     = sizeof(digits) - 1U;
+    digits[at]    = '\0';
+    unsigned rest = (line > 0) ? (unsigned)line : 0U;
+    do {
+        at--;
+        digits[at] = (char)('0' + (char)(rest % 10U));
+        rest /= 10U;
+    } while ((rest != 0U) && (at > 0U));
+
+    const struct iovec parts[] = {part_of(file),         part_of(":"),       part_of(&digits[at]),
+                                  part_of(": failed: "), part_of(condition), part_of("\n")};
+    // Nothing is left to do if even this fails: the program ends either way.
+    if (writev(STDERR_FILENO, parts, (int)(sizeof(parts) / sizeof(parts[0]))) < 0) {
+        abort();
+    }
+    abort();
+}

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/clock.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "osal/include/osal/process.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stdbool.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+#define NS_PER_S 1000000000ULL
+#define SOCKETS_MAX 8U
+
+static struct timespec timespec_of(uint64_t time_ns)
+{
+    return (struct timespec){.tv_sec = (time_t)(time_ns / NS_PER_S), .tv_nsec = (long)(time_ns % NS_PER_S)};
+}
+
+/// Keep pages in memory. What is mapped later is locked only where no limit could make that mapping fail.
+static bool lock_memory(void)
+{
+    struct rlimit limit = {0, 0};
+    const bool is_free =
+        (geteuid() == 0U) || ((getrlimit(RLIMIT_MEMLOCK, &limit) == 0) && (limit.rlim_cur == RLIM_INFINITY));
+    return (mlockall(is_free ? (MCL_CURRENT | MCL_FUTURE) : MCL_CURRENT) == 0);
+}
+
+void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns)
+{
+    FSW_ASSERT(clock != NULL);
+    *clock                             = (osal_clock_t){.mode = OSAL_CLOCK_REAL, .origin_ns = origin_ns};
+    clock->attributes.is_slack_minimal = (prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL) == 0);
+    clock->attributes.is_memory_locked = lock_memory();
+}
+
+void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, unsigned participant)
+{
+    FSW_ASSERT((clock != NULL) && (calendar != NULL) && (participant < OSAL_CALENDAR_PARTICIPANTS_MAX));
+    *clock = (osal_clock_t){.mode = OSAL_CLOCK_STEPPED, .calendar = calendar, .participant = participant};
+}
+
+uint64_t osal_clock_monotonic_ns(void)
+{
+    struct timespec now = {0, 0};
+    const int result    = clock_gettime(CLOCK_MONOTONIC, &now);
+    FSW_ASSERT(result == 0);
+    return ((uint64_t)now.tv_sec * NS_PER_S) + (uint64_t)now.tv_nsec;
+}
+
+uint64_t osal_clock_now_ns(const osal_clock_t* clock)
+{
+    FSW_ASSERT(clock != NULL);
+    if (clock->mode == OSAL_CLOCK_STEPPED) {
+        return clock->grant.now_ns;
+    }
+    const uint64_t now_ns = osal_clock_monotonic_ns();
+    return (now_ns > clock->origin_ns) ? (now_ns - clock->origin_ns) : 0U;
+}
+
+/// Sleep until a socket is readable, a stop signal comes, or the absolute monotonic time (NEVER: no limit).
+static void poll_until(uint64_t until_ns, osal_socket_t* const* sockets, size_t socket_count)
+{
+    struct pollfd watched[SOCKETS_MAX + 1U];
+    for (size_t i = 0U; i < socket_count; i++) {
+        watched[i] = (struct pollfd){.fd = sockets[i]->descriptor, .events = POLLIN};
+    }
+    watched[socket_count] = (struct pollfd){.fd = osal_process_stop_descriptor(), .events = POLLIN};
+    int ready             = 0;
+    do {
+        const uint64_t now_ns      = osal_clock_monotonic_ns();
+        const struct timespec rest = timespec_of((until_ns > now_ns) ? (until_ns - now_ns) : 0U);
+        ready =
+            ppoll(watched, (nfds_t)(socket_count + 1U), (until_ns == OSAL_CLOCK_NEVER) ? NULL : &rest, NULL);
+    } while ((ready < 0) && (errno == EINTR));
+    if ((ready > 0) && (watched[socket_count].revents != 0)) {
+        osal_process_take_stop();
+    }
+}
+
+static void wait_real(const osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
+                      size_t socket_count)
+{
+    const bool is_limited   = (wake_ns < (OSAL_CLOCK_NEVER - clock->origin_ns));
+    const uint64_t until_ns = is_limited ? (clock->origin_ns + wake_ns) : OSAL_CLOCK_NEVER;
+    if ((socket_count > 0U) || !is_limited || (osal_process_stop_descriptor() >= 0)) {
+        poll_until(until_ns, sockets, socket_count);
+        return;
+    }
+    const struct timespec until = timespec_of(until_ns);
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL) == EINTR) {
+        // An absolute sleep is simply begun again.
+    }
+}
+
+status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
+                         size_t socket_count)
+{
+    FSW_ASSERT((clock != NULL) && (socket_count <= SOCKETS_MAX) &&
+               ((sockets != NULL) || (socket_count == 0U)));
+    if (clock->mode == OSAL_CLOCK_STEPPED) {
+        return osal_calendar_wait(clock->calendar, clock->participant, wake_ns, &clock->grant);
+    }
+    wait_real(clock, wake_ns, sockets, socket_count);
+    return STATUS_OK;
+}
+
+void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t messages, uint32_t octets)
+{
+    FSW_ASSERT(clock != NULL);
+    if (clock->mode == OSAL_CLOCK_STEPPED) {
+        osal_calendar_deliver(clock->calendar, clock->participant, receiver, messages, octets);
+    }
+}
+
+uint32_t osal_clock_messages_due(const osal_clock_t* clock)
+{
+    FSW_ASSERT(clock != NULL);
+    return clock->grant.messages;
+}
+
+uint32_t osal_clock_octets_due(const osal_clock_t* clock)
+{
+    FSW_ASSERT(clock != NULL);
+    return clock->grant.octets;
+}

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/device.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+static status_t status_of_open(int error)
+{
+    switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+    case ENXIO: // A FIFO without a reader, or a device node without a driver.
+    case ENODEV:
+        return STATUS_NOT_FOUND;
+    case EBUSY:
+        return STATUS_BUSY;
+    case EACCES:
+    case EPERM:
+    case EROFS:
+        return STATUS_DENIED;
+    case EMFILE:
+    case ENFILE:
+    case ENOMEM:
+        return STATUS_EXHAUSTED;
+    case EISDIR:
+        return STATUS_INVALID;
+    default:
+        return STATUS_IO;
+    }
+}
+
+status_t osal_device_open(osal_device_t* device, const char* path, osal_device_direction_t direction)
+{
+    FSW_ASSERT((device != NULL) && (path != NULL));
+    static const int accesses[] = {O_RDONLY, O_WRONLY, O_RDWR};
+    const int flags             = accesses[direction] | O_APPEND | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
+    int descriptor              = -1;
+    *device                     = (osal_device_t)OSAL_DEVICE_CLOSED;
+    struct stat what            = {0};
+    do {
+        descriptor = open(path, flags);
+    } while ((descriptor < 0) && (errno == EINTR));
+    if (descriptor < 0) {
+        return status_of_open(errno);
+    }
+    if ((fstat(descriptor, &what) != 0) || S_ISDIR(what.st_mode)) {
+        (void)close(descriptor);
+        return STATUS_INVALID;
+    }
+    *device = (osal_device_t){.descriptor = descriptor, .is_file = S_ISREG(what.st_mode)};
+    return STATUS_OK;
+}
+
+/// Write without the signal that a FIFO nobody reads any more would raise.
+static ssize_t write_quietly(int descriptor, const uint8_t* octets, size_t size)
+{
+    sigset_t pipe_only;
+    sigset_t kept;
+    sigset_t before;
+    (void)sigemptyset(&pipe_only);
+    (void)sigaddset(&pipe_only, SIGPIPE);
+    (void)sigpending(&before);
+    (void)pthread_sigmask(SIG_BLOCK, &pipe_only, &kept);
+    ssize_t written = 0;
+    do {
+        written = write(descriptor, octets, size);
+    } while ((written < 0) && (errno == EINTR));
+    const int error = errno;
+    if ((written < 0) && (error == EPIPE) && (sigismember(&before, SIGPIPE) == 0)) {
+        const struct timespec at_once = {0, 0};
+        (void)sigtimedwait(&pipe_only, NULL, &at_once);
+    }
+    (void)pthread_sigmask(SIG_SETMASK, &kept, NULL);
+    errno = error;
+    return written;
+}
+
+static bool is_gone(int error)
+{
+    return (error == EPIPE) || (error == EIO) || (error == ENXIO) || (error == ENODEV);
+}
+
+status_t osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size, size_t* out_sent)
+{
+    FSW_ASSERT((device != NULL) && (octets != NULL) && (size > 0U) && (out_sent != NULL));
+    const ssize_t written = write_quietly(device->descriptor, octets, size);
+    *out_sent             = (written > 0) ? (size_t)written : 0U;
+    if (written > 0) {
+        return STATUS_OK;
+    }
+    if ((written == 0) || (errno == EAGAIN) || (errno == ENOSPC) || (errno == EDQUOT)) {
+        return STATUS_FULL;
+    }
+    return is_gone(errno) ? STATUS_CLOSED : STATUS_IO;
+}
+
+status_t osal_device_read(osal_device_t* device, uint8_t* octets, size_t capacity, size_t* out_size)
+{
+    FSW_ASSERT((device != NULL) && (octets != NULL) && (capacity > 0U) && (out_size != NULL));
+    ssize_t size = 0;
+    do {
+        size = read(device->descriptor, octets, capacity);
+    } while ((size < 0) && (errno == EINTR));
+    *out_size = (size > 0) ? (size_t)size : 0U;
+    if (size > 0) {
+        return STATUS_OK;
+    }
+    if (size == 0) {
+        return device->is_file ? STATUS_EMPTY : STATUS_CLOSED;
+    }
+    if (errno == EAGAIN) {
+        return STATUS_EMPTY;
+    }
+    return is_gone(errno) ? STATUS_CLOSED : STATUS_IO;
+}
+
+bool osal_device_is_open(const osal_device_t* device)
+{
+    FSW_ASSERT(device != NULL);
+    return device->descriptor >= 0;
+}
+
+void osal_device_close(osal_device_t* device)
+{
+    FSW_ASSERT(device != NULL);
+    if (device->descriptor >= 0) {
+        (void)close(device->descriptor);
+    }
+    *device = (osal_device_t)OSAL_DEVICE_CLOSED;
+}

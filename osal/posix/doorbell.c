@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/doorbell.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "osal/include/osal/clock.h"
+
+#include <limits.h>
+#include <linux/futex.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+#define NS_PER_MS 1000000ULL
+#define NS_PER_S 1000000000ULL
+
+void osal_doorbell_create(osal_doorbell_t* bell)
+{
+    FSW_ASSERT(bell != NULL);
+    *bell = (osal_doorbell_t){0U, 0U};
+}
+
+void osal_doorbell_ring(osal_doorbell_t* bell)
+{
+    FSW_ASSERT(bell != NULL);
+    // Sequentially consistent on both sides: either the ringer sees the waiter, or the waiter sees the ring.
+    (void)__atomic_add_fetch(&bell->rings, 1U, __ATOMIC_SEQ_CST);
+    if (__atomic_load_n(&bell->waiters, __ATOMIC_SEQ_CST) > 0U) {
+        (void)syscall(SYS_futex, &bell->rings, FUTEX_WAKE, INT_MAX, NULL, NULL, 0);
+    }
+}
+
+uint32_t osal_doorbell_rings(const osal_doorbell_t* bell)
+{
+    FSW_ASSERT(bell != NULL);
+    return __atomic_load_n(&bell->rings, __ATOMIC_ACQUIRE);
+}
+
+/// Sleep until a ring, at most for the rest of the time-out. False when the time is up.
+static bool sleep_for_ring(osal_doorbell_t* bell, uint32_t seen, const uint64_t* until_ns)
+{
+    struct timespec limit = {0, 0};
+    if (until_ns != NULL) {
+        const uint64_t now_ns = osal_clock_monotonic_ns();
+        if (now_ns >= *until_ns) {
+            return false;
+        }
+        limit.tv_sec  = (time_t)((*until_ns - now_ns) / NS_PER_S);
+        limit.tv_nsec = (long)((*until_ns - now_ns) % NS_PER_S);
+    }
+    (void)syscall(SYS_futex, &bell->rings, FUTEX_WAIT, seen, (until_ns != NULL) ? &limit : NULL, NULL, 0);
+    return true;
+}
+
+status_t osal_doorbell_wait(osal_doorbell_t* bell, uint32_t seen, uint32_t timeout_ms)
+{
+    FSW_ASSERT(bell != NULL);
+    const bool is_limited   = (timeout_ms != UINT32_MAX);
+    const uint64_t until_ns = is_limited ? (osal_clock_monotonic_ns() + (timeout_ms * NS_PER_MS)) : 0U;
+    bool has_time           = true;
+    (void)__atomic_add_fetch(&bell->waiters, 1U, __ATOMIC_SEQ_CST);
+    while (has_time && (__atomic_load_n(&bell->rings, __ATOMIC_SEQ_CST) == seen)) {
+        has_time = sleep_for_ring(bell, seen, is_limited ? &until_ns : NULL);
+    }
+    (void)__atomic_sub_fetch(&bell->waiters, 1U, __ATOMIC_SEQ_CST);
+    return has_time ? STATUS_OK : STATUS_TIMEOUT;
+}

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/file.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdbool.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static status_t status_of(int error)
+{
+    switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+        return STATUS_NOT_FOUND;
+    case EACCES:
+    case EPERM:
+    case EROFS:
+        return STATUS_DENIED;
+    default:
+        return STATUS_IO;
+    }
+}
+
+static status_t open_file(osal_file_t* file, const char* path, int flags)
+{
+    FSW_ASSERT((file != NULL) && (path != NULL));
+    do {
+        file->descriptor = open(path, flags | O_CLOEXEC, 0644);
+    } while ((file->descriptor < 0) && (errno == EINTR));
+    return (file->descriptor >= 0) ? STATUS_OK : status_of(errno);
+}
+
+status_t osal_file_open_read(osal_file_t* file, const char* path)
+{
+    return open_file(file, path, O_RDONLY);
+}
+
+status_t osal_file_create(osal_file_t* file, const char* path)
+{
+    return open_file(file, path, O_WRONLY | O_CREAT | O_TRUNC);
+}
+
+status_t osal_file_append(osal_file_t* file, const char* path)
+{
+    return open_file(file, path, O_WRONLY | O_CREAT | O_APPEND);
+}
+
+status_t osal_file_write(osal_file_t* file, const void* octets, size_t size)
+{
+    FSW_ASSERT((file != NULL) && ((octets != NULL) || (size == 0U)));
+    const char* from = octets;
+    size_t rest      = size;
+    while (rest > 0U) {
+        const ssize_t written = write(file->descriptor, from, rest);
+        if (written > 0) {
+            from += written;
+            rest -= (size_t)written;
+        } else if ((written < 0) && (errno == EINTR)) {
+            continue;
+        } else {
+            return ((written < 0) && ((errno == ENOSPC) || (errno == EDQUOT))) ? STATUS_FULL : STATUS_IO;
+        }
+    }
+    return STATUS_OK;
+}
+
+status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size)
+{
+    FSW_ASSERT((file != NULL) && ((octets != NULL) || (capacity == 0U)) && (out_size != NULL));
+    ssize_t size = 0;
+    do {
+        size = read(file->descriptor, octets, capacity);
+    } while ((size < 0) && (errno == EINTR));
+    *out_size = (size > 0) ? (size_t)size : 0U;
+    return (size >= 0) ? STATUS_OK : STATUS_IO;
+}
+
+/// Read to the end. STATUS_TOO_LARGE when octets are left after the buffer is full.
+static status_t read_whole(osal_file_t* file, char* octets, size_t capacity, size_t* out_size)
+{
+    char beyond = '\0';
+    for (;;) {
+        const bool is_full    = (*out_size == capacity);
+        size_t size           = 0U;
+        const status_t status = osal_file_read(file, is_full ? &beyond : &octets[*out_size],
+                                               is_full ? 1U : (capacity - *out_size), &size);
+        if ((status != STATUS_OK) || (size == 0U)) {
+            return status;
+        }
+        if (is_full) {
+            return STATUS_TOO_LARGE;
+        }
+        *out_size += size;
+    }
+}
+
+status_t osal_file_load(const char* path, void* octets, size_t capacity, size_t* out_size)
+{
+    FSW_ASSERT((octets != NULL) && (out_size != NULL));
+    osal_file_t file;
+    *out_size       = 0U;
+    status_t status = osal_file_open_read(&file, path);
+    if (status == STATUS_OK) {
+        status = read_whole(&file, octets, capacity, out_size);
+        osal_file_close(&file);
+    }
+    if (status != STATUS_OK) {
+        *out_size = 0U;
+    }
+    return status;
+}
+
+status_t osal_file_sync(osal_file_t* file)
+{
+    FSW_ASSERT(file != NULL);
+    return (fsync(file->descriptor) == 0) ? STATUS_OK : STATUS_IO;
+}
+
+void osal_file_close(osal_file_t* file)
+{
+    FSW_ASSERT(file != NULL);
+    if (file->descriptor >= 0) {
+        (void)close(file->descriptor);
+    }
+    file->descriptor = -1;
+}
+
+/// Make one folder; one that is there already will do.
+static status_t make_folder(const char* path)
+{
+    struct stat about;
+    if (mkdir(path, 0755) == 0) {
+        return STATUS_OK;
+    }
+    const int error = errno;
+    if ((stat(path, &about) == 0) && S_ISDIR(about.st_mode)) {
+        return STATUS_OK;
+    }
+    return ((error == EACCES) || (error == EPERM) || (error == EROFS)) ? STATUS_DENIED : STATUS_IO;
+}
+
+status_t osal_directory_create(const char* path)
+{
+    FSW_ASSERT(path != NULL);
+    char part[PATH_MAX];
+    const size_t length = strlen(path);
+    if ((length == 0U) || (length >= sizeof(part))) {
+        return STATUS_IO;
+    }
+    for (size_t i = 0U; i <= length; i++) {
+        const bool is_end_of_part = (path[i] == '\0') || ((path[i] == '/') && (i > 0U));
+        if (is_end_of_part) {
+            part[i]               = '\0';
+            const status_t status = make_folder(part);
+            if (status != STATUS_OK) {
+                return status;
+            }
+        }
+        part[i] = path[i];
+    }
+    return STATUS_OK;
+}
+
+status_t osal_file_remove(const char* path)
+{
+    FSW_ASSERT(path != NULL);
+    return (unlink(path) == 0) ? STATUS_OK : status_of(errno);
+}
+
+status_t osal_file_link(const char* target, const char* path)
+{
+    FSW_ASSERT((target != NULL) && (path != NULL));
+    struct stat found;
+    if (lstat(path, &found) == 0) {
+        if (!S_ISLNK(found.st_mode)) {
+            return STATUS_EXISTS;
+        }
+        (void)unlink(path);
+    }
+    if (symlink(target, path) == 0) {
+        return STATUS_OK;
+    }
+    return ((errno == EACCES) || (errno == EPERM)) ? STATUS_DENIED : STATUS_IO;
+}
+
+bool osal_file_exists(const char* path)
+{
+    FSW_ASSERT(path != NULL);
+    struct stat found;
+    return stat(path, &found) == 0;
+}

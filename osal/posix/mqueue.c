@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/mqueue.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <mqueue.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#define NAME_LENGTH_MAX 60U
+
+typedef char queue_is_a_descriptor[(sizeof(mqd_t) == sizeof(int)) ? 1 : -1];
+
+static bool is_name(const char* name)
+{
+    static const char allowed[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
+    const size_t length         = strlen(name);
+    return (length >= 2U) && (length <= (NAME_LENGTH_MAX + 1U)) && (name[0] == '/') &&
+           (strspn(&name[1], allowed) == (length - 1U)) && (strcmp(name, "/.") != 0) &&
+           (strcmp(name, "/..") != 0);
+}
+
+static status_t status_of(int error)
+{
+    switch (error) {
+    case EEXIST:
+        return STATUS_EXISTS;
+    case ENOENT:
+        return STATUS_NOT_FOUND;
+    case EACCES:
+    case EPERM:
+        return STATUS_DENIED;
+    case EINVAL: // Of sizes that are not 0: beyond the system's limits.
+    case EMFILE:
+    case ENFILE:
+    case ENOMEM:
+    case ENOSPC:
+    case EOVERFLOW:
+        return STATUS_EXHAUSTED;
+    case ENOSYS:
+        return STATUS_UNSUPPORTED;
+    default:
+        return STATUS_IO;
+    }
+}
+
+status_t osal_mqueue_create(osal_mqueue_t* queue, const char* name, uint32_t depth, uint32_t message_octets)
+{
+    FSW_ASSERT((queue != NULL) && (name != NULL));
+    *queue = (osal_mqueue_t){.descriptor = -1};
+    if (!is_name(name) || (depth == 0U) || (message_octets == 0U)) {
+        return STATUS_INVALID;
+    }
+    struct mq_attr limits = {.mq_maxmsg = (long)depth, .mq_msgsize = (long)message_octets};
+    const mqd_t opened =
+        mq_open(name, O_RDWR | O_CREAT | O_EXCL | O_NONBLOCK | O_CLOEXEC, S_IRUSR | S_IWUSR, &limits);
+    if (opened == (mqd_t)-1) {
+        return status_of(errno);
+    }
+    *queue = (osal_mqueue_t){.descriptor = opened, .message_octets = message_octets, .is_open = true};
+    return STATUS_OK;
+}
+
+status_t osal_mqueue_open(osal_mqueue_t* queue, const char* name)
+{
+    FSW_ASSERT((queue != NULL) && (name != NULL));
+    *queue = (osal_mqueue_t){.descriptor = -1};
+    if (!is_name(name)) {
+        return STATUS_INVALID;
+    }
+    struct mq_attr limits = {0};
+    const mqd_t opened    = mq_open(name, O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    if (opened == (mqd_t)-1) {
+        return status_of(errno);
+    }
+    if (mq_getattr(opened, &limits) != 0) {
+        (void)mq_close(opened);
+        return STATUS_IO;
+    }
+    *queue =
+        (osal_mqueue_t){.descriptor = opened, .message_octets = (uint32_t)limits.mq_msgsize, .is_open = true};
+    return STATUS_OK;
+}
+
+status_t osal_mqueue_send(osal_mqueue_t* queue, const uint8_t* octets, size_t size)
+{
+    FSW_ASSERT((queue != NULL) && ((octets != NULL) || (size == 0U)));
+    struct stat about = {0};
+    if ((fstat(queue->descriptor, &about) == 0) && (about.st_nlink == 0U)) {
+        return STATUS_CLOSED;
+    }
+    int result = 0;
+    do {
+        result = mq_send(queue->descriptor, (size > 0U) ? (const char*)octets : "", size, 0U);
+    } while ((result != 0) && (errno == EINTR));
+    if (result == 0) {
+        return STATUS_OK;
+    }
+    if (errno == EAGAIN) {
+        return STATUS_FULL;
+    }
+    return (errno == EMSGSIZE) ? STATUS_TOO_LARGE : STATUS_IO;
+}
+
+status_t osal_mqueue_receive(osal_mqueue_t* queue, uint8_t* octets, size_t capacity, size_t* out_size)
+{
+    FSW_ASSERT((queue != NULL) && (octets != NULL) && (out_size != NULL));
+    ssize_t size = 0;
+    do {
+        size = mq_receive(queue->descriptor, (char*)octets, capacity, NULL);
+    } while ((size < 0) && (errno == EINTR));
+    *out_size = (size > 0) ? (size_t)size : 0U;
+    if (size >= 0) {
+        return STATUS_OK;
+    }
+    if (errno == EAGAIN) {
+        return STATUS_EMPTY;
+    }
+    return (errno == EMSGSIZE) ? STATUS_TOO_LARGE : STATUS_IO;
+}
+
+uint32_t osal_mqueue_message_octets(const osal_mqueue_t* queue)
+{
+    FSW_ASSERT(queue != NULL);
+    return queue->message_octets;
+}
+
+bool osal_mqueue_is_open(const osal_mqueue_t* queue)
+{
+    FSW_ASSERT(queue != NULL);
+    return queue->is_open;
+}
+
+void osal_mqueue_close(osal_mqueue_t* queue)
+{
+    FSW_ASSERT(queue != NULL);
+    if (queue->is_open) {
+        (void)mq_close(queue->descriptor);
+    }
+    *queue = (osal_mqueue_t){.descriptor = -1};
+}
+
+status_t osal_mqueue_remove(const char* name)
+{
+    FSW_ASSERT(name != NULL);
+    if (!is_name(name)) {
+        return STATUS_INVALID;
+    }
+    if (mq_unlink(name) != 0) {
+        return (errno == ENOENT) ? STATUS_NOT_FOUND : STATUS_DENIED;
+    }
+    return STATUS_OK;
+}

@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/process.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "osal/include/osal/clock.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <linux/close_range.h>
+#include <poll.h>
+#include <sched.h>
+#include <signal.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define FIRST_UNNAMED 3U ///< Descriptors 0, 1, 2 are always kept.
+#define NS_PER_MS 1000000ULL
+#define EXIT_NOT_STARTED 127
+
+// A signal handler has no context pointer: these two are the only mutable globals of this layer.
+static volatile sig_atomic_t stop_count;
+static volatile sig_atomic_t stop_descriptor = -1;
+
+// --- In the child, between fork and exec: async-signal-safe calls only ---------------------------------
+
+static bool limit_memory(uint64_t bytes)
+{
+    struct rlimit limit = {0, 0};
+    if (getrlimit(RLIMIT_AS, &limit) != 0) {
+        return false;
+    }
+    if ((limit.rlim_max == RLIM_INFINITY) || (bytes < limit.rlim_max)) {
+        limit.rlim_max = (rlim_t)bytes;
+    }
+    limit.rlim_cur = limit.rlim_max;
+    return setrlimit(RLIMIT_AS, &limit) == 0;
+}
+
+static void pin(int processor)
+{
+    cpu_set_t set;
+    if ((processor >= 0) && (processor < CPU_SETSIZE)) {
+        CPU_ZERO(&set);
+        CPU_SET((unsigned)processor, &set);
+        (void)sched_setaffinity(0, sizeof(set), &set); // Where it is not permitted, it runs anywhere.
+    }
+}
+
+static bool redirect_output(const char* path)
+{
+    const int file = open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+    return (file >= 0) && (dup2(file, STDOUT_FILENO) >= 0) && (dup2(file, STDERR_FILENO) >= 0);
+}
+
+/// Everything but 0, 1, 2 and the named descriptors closes at exec.
+static bool keep_only(const int* descriptors, size_t count)
+{
+    if (syscall(SYS_close_range, FIRST_UNNAMED, UINT_MAX, CLOSE_RANGE_CLOEXEC) != 0) {
+        const long open_max = sysconf(_SC_OPEN_MAX);
+        for (int i = (int)FIRST_UNNAMED; i < (int)((open_max > 0) ? open_max : 1024); i++) {
+            (void)fcntl(i, F_SETFD, FD_CLOEXEC);
+        }
+    }
+    for (size_t i = 0U; i < count; i++) {
+        if (fcntl(descriptors[i], F_SETFD, 0) != 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void default_signals(void)
+{
+    sigset_t none;
+    const int signals[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+    for (size_t i = 0U; i < (sizeof(signals) / sizeof(signals[0])); i++) {
+        (void)signal(signals[i], SIG_DFL);
+    }
+    (void)sigemptyset(&none);
+    (void)sigprocmask(SIG_SETMASK, &none, NULL);
+}
+
+/// Become the program. Returns only on failure, with errno.
+static void become(const osal_process_start_t* start, pid_t parent)
+{
+    (void)prctl(PR_SET_PDEATHSIG, (unsigned long)SIGKILL, 0UL, 0UL, 0UL);
+    if (getppid() != parent) {
+        _exit(EXIT_NOT_STARTED); // The parent died before its death could be noticed.
+    }
+    default_signals();
+    pin(start->processor);
+    if ((start->output_path != NULL) && !redirect_output(start->output_path)) {
+        return;
+    }
+    if (!keep_only(start->descriptors, start->descriptor_count)) {
+        return;
+    }
+    if ((start->memory_limit_bytes > 0U) && !limit_memory(start->memory_limit_bytes)) {
+        return;
+    }
+    char* const* arguments = NULL;
+    (void)memcpy(&arguments, &start->arguments, sizeof(arguments)); // exec does not write to them.
+    (void)execv(start->arguments[0], arguments);
+}
+
+// --- In the parent -------------------------------------------------------------------------------------
+
+static status_t status_of_start(int error)
+{
+    switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+        return STATUS_NOT_FOUND;
+    case EACCES:
+    case EPERM:
+        return STATUS_DENIED;
+    case EAGAIN:
+    case ENOMEM:
+    case EMFILE:
+    case ENFILE:
+        return STATUS_EXHAUSTED;
+    default:
+        return STATUS_IO;
+    }
+}
+
+static int open_pidfd(pid_t id)
+{
+    return (int)syscall(SYS_pidfd_open, id, 0U);
+}
+
+static void reap(pid_t id)
+{
+    while ((waitpid(id, NULL, 0) < 0) && (errno == EINTR)) {
+        // Once more.
+    }
+}
+
+/// What the child says of its start: its errno, or 0 when exec closed the pipe without a word.
+static int read_outcome(int pipe_end)
+{
+    int error    = 0;
+    ssize_t size = 0;
+    do {
+        size = read(pipe_end, &error, sizeof(error));
+    } while ((size < 0) && (errno == EINTR));
+    return (size == (ssize_t)sizeof(error)) ? error : 0;
+}
+
+static void run_child(const osal_process_start_t* start, pid_t parent, int pipe_end)
+    __attribute__((noreturn));
+static void run_child(const osal_process_start_t* start, pid_t parent, int pipe_end)
+{
+    become(start, parent);
+    const int error = errno;
+    if (write(pipe_end, &error, sizeof(error)) < 0) {
+        _exit(EXIT_NOT_STARTED + 1);
+    }
+    _exit(EXIT_NOT_STARTED);
+}
+
+status_t osal_process_start(osal_process_t* process, const osal_process_start_t* start)
+{
+    FSW_ASSERT((process != NULL) && (start != NULL) && (start->arguments != NULL));
+    FSW_ASSERT((start->arguments[0] != NULL) &&
+               ((start->descriptors != NULL) || (start->descriptor_count == 0U)));
+    int outcome[2] = {-1, -1};
+    *process       = (osal_process_t){.id = 0, .descriptor = -1};
+    if (pipe2(outcome, O_CLOEXEC) != 0) {
+        return status_of_start(errno);
+    }
+    const pid_t parent = getpid();
+    const pid_t id     = fork();
+    if (id == 0) {
+        run_child(start, parent, outcome[1]);
+    }
+    int error = (id < 0) ? errno : 0;
+    (void)close(outcome[1]);
+    if (id > 0) {
+        error               = read_outcome(outcome[0]);
+        process->descriptor = (error == 0) ? open_pidfd(id) : -1;
+        if ((error == 0) && (process->descriptor < 0)) {
+            error = (errno == ESRCH) ? EIO : errno;
+            (void)kill(id, SIGKILL);
+        }
+        if (error != 0) {
+            reap(id);
+        } else {
+            process->id = (int32_t)id;
+        }
+    }
+    (void)close(outcome[0]);
+    return (error == 0) ? STATUS_OK : status_of_start(error);
+}
+
+status_t osal_process_poll(osal_process_t* process, osal_process_result_t* out_result)
+{
+    FSW_ASSERT((process != NULL) && (out_result != NULL));
+    *out_result = (osal_process_result_t){.has_ended = false};
+    if ((process->descriptor < 0) || (process->id <= 0)) {
+        return STATUS_NOT_OURS;
+    }
+    int how  = 0;
+    pid_t id = 0;
+    do {
+        id = waitpid((pid_t)process->id, &how, WNOHANG);
+    } while ((id < 0) && (errno == EINTR));
+    if (id < 0) {
+        return STATUS_NOT_OURS;
+    }
+    if (id > 0) {
+        out_result->has_ended     = true;
+        out_result->was_signalled = WIFSIGNALED(how);
+        out_result->code          = WIFSIGNALED(how) ? WTERMSIG(how) : WEXITSTATUS(how);
+        osal_process_release(process);
+    }
+    return STATUS_OK;
+}
+
+status_t osal_process_wait_any(osal_process_t* const* processes, size_t count, uint32_t timeout_ms)
+{
+    FSW_ASSERT((count <= OSAL_PROCESS_WAIT_MAX) && ((processes != NULL) || (count == 0U)));
+    struct pollfd watched[OSAL_PROCESS_WAIT_MAX + 1U];
+    for (size_t i = 0U; i < count; i++) {
+        watched[i] = (struct pollfd){.fd = processes[i]->descriptor, .events = POLLIN};
+    }
+    watched[count]          = (struct pollfd){.fd = osal_process_stop_descriptor(), .events = POLLIN};
+    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
+    int ready               = 0;
+    do {
+        const uint64_t now_ns = osal_clock_monotonic_ns();
+        const uint64_t rest_ms =
+            (until_ns > now_ns) ? ((until_ns - now_ns + NS_PER_MS - 1U) / NS_PER_MS) : 0U;
+        ready = poll(watched, (nfds_t)(count + 1U), (rest_ms < (uint64_t)INT_MAX) ? (int)rest_ms : INT_MAX);
+    } while ((ready < 0) && (errno == EINTR));
+    if ((ready > 0) && (watched[count].revents != 0)) {
+        osal_process_take_stop();
+    }
+    return (ready > 0) ? STATUS_OK : STATUS_TIMEOUT;
+}
+
+status_t osal_process_stop(osal_process_t* process, bool by_force)
+{
+    FSW_ASSERT(process != NULL);
+    if (process->descriptor < 0) {
+        return STATUS_NOT_FOUND;
+    }
+    const int kind = by_force ? SIGKILL : SIGTERM;
+    if (syscall(SYS_pidfd_send_signal, process->descriptor, kind, NULL, 0U) != 0) {
+        return (errno == ESRCH) ? STATUS_NOT_FOUND : STATUS_DENIED;
+    }
+    return STATUS_OK;
+}
+
+status_t osal_process_watch(osal_process_t* process, int32_t id)
+{
+    FSW_ASSERT(process != NULL);
+    *process             = (osal_process_t){.id = 0, .descriptor = -1};
+    const int descriptor = (id > 0) ? open_pidfd((pid_t)id) : -1;
+    if (descriptor < 0) {
+        return ((id > 0) && (errno == ENOSYS)) ? STATUS_UNSUPPORTED : STATUS_NOT_FOUND;
+    }
+    process->id         = id;
+    process->descriptor = descriptor;
+    return STATUS_OK;
+}
+
+void osal_process_release(osal_process_t* process)
+{
+    FSW_ASSERT(process != NULL);
+    if (process->descriptor >= 0) {
+        (void)close(process->descriptor);
+    }
+    process->descriptor = -1;
+}
+
+bool osal_process_is_alive(const osal_process_t* process)
+{
+    FSW_ASSERT(process != NULL);
+    struct pollfd watched = {.fd = process->descriptor, .events = POLLIN};
+    int ready             = 0;
+    if (process->descriptor < 0) {
+        return false;
+    }
+    do {
+        ready = poll(&watched, 1U, 0);
+    } while ((ready < 0) && (errno == EINTR));
+    return ready == 0; // A pidfd is readable from the end of its process on.
+}
+
+const char* osal_process_environment(const char* name)
+{
+    FSW_ASSERT(name != NULL);
+    const size_t length = strlen(name);
+    for (char* const* entry = environ; (entry != NULL) && (*entry != NULL); entry++) {
+        if ((strncmp(*entry, name, length) == 0) && ((*entry)[length] == '=')) {
+            return &(*entry)[length + 1U];
+        }
+    }
+    return NULL;
+}
+
+int32_t osal_process_own_id(void)
+{
+    return (int32_t)getpid();
+}
+
+// --- Stop signals --------------------------------------------------------------------------------------
+
+static void on_stop(int number)
+{
+    (void)number;
+    const int kept     = errno;
+    const uint64_t one = 1U;
+    stop_count         = stop_count + 1;
+    if (write((int)stop_descriptor, &one, sizeof(one)) < 0) {
+        errno = kept; // The descriptor is readable already: the counter behind it is full.
+    }
+    errno = kept;
+}
+
+void osal_process_catch_stop(void)
+{
+    if (stop_descriptor < 0) {
+        stop_descriptor = eventfd(0U, EFD_CLOEXEC | EFD_NONBLOCK);
+    }
+    struct sigaction action;
+    (void)memset(&action, 0, sizeof(action));
+    action.sa_handler = on_stop;
+    (void)sigaction(SIGINT, &action, NULL);
+    (void)sigaction(SIGTERM, &action, NULL);
+    (void)sigaction(SIGHUP, &action, NULL);
+}
+
+unsigned osal_process_stop_count(void)
+{
+    return (unsigned)stop_count;
+}
+
+int osal_process_stop_descriptor(void)
+{
+    return (int)stop_descriptor;
+}
+
+void osal_process_take_stop(void)
+{
+    uint64_t count = 0U;
+    if (read((int)stop_descriptor, &count, sizeof(count)) < 0) {
+        return; // Taken by another wait.
+    }
+}
+
+void osal_process_ignore_interrupt(void)
+{
+    (void)signal(SIGINT, SIG_IGN);
+    (void)signal(SIGPIPE, SIG_IGN);
+}

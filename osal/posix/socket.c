@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/socket.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "osal/include/osal/clock.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#define LOCAL_PATH_MAX 100U
+#define BACKLOG 16
+#define NS_PER_MS 1000000ULL
+
+static struct sockaddr_in native(osal_address_t address)
+{
+    struct sockaddr_in result = {.sin_family = AF_INET, .sin_port = htons(address.port)};
+    result.sin_addr.s_addr    = htonl(address.ipv4);
+    return result;
+}
+
+static osal_address_t foreign(const struct sockaddr_in* address)
+{
+    return (osal_address_t){.ipv4 = ntohl(address->sin_addr.s_addr), .port = ntohs(address->sin_port)};
+}
+
+/// The kernel's call takes any kind of address behind this type.
+static const struct sockaddr* generic(const void* address)
+{
+    return (const struct sockaddr*)address;
+}
+
+static bool is_again(int error)
+{
+    return (error == EAGAIN) || (error == EWOULDBLOCK);
+}
+
+static bool is_short_of_descriptors(int error)
+{
+    return (error == EMFILE) || (error == ENFILE) || (error == ENOBUFS) || (error == ENOMEM);
+}
+
+static status_t status_of_bind(int error)
+{
+    switch (error) {
+    case EADDRINUSE:
+    case EEXIST:
+        return STATUS_EXISTS;
+    case EACCES:
+    case EPERM:
+        return STATUS_DENIED;
+    default:
+        return STATUS_IO;
+    }
+}
+
+static status_t status_of_send(int error)
+{
+    switch (error) {
+    case EAGAIN:
+    case ENOBUFS:
+    case ENOMEM:
+        return STATUS_FULL;
+    case EMSGSIZE:
+        return STATUS_TOO_LARGE;
+    case EPIPE:
+    case ECONNRESET:
+    case ECONNREFUSED:
+    case ECONNABORTED:
+    case EHOSTUNREACH:
+    case ENETUNREACH:
+    case ENOTCONN:
+    case ETIMEDOUT:
+        return STATUS_CLOSED;
+    default:
+        return STATUS_IO;
+    }
+}
+
+static void set_option(int descriptor, int level, int option, int value)
+{
+    (void)setsockopt(descriptor, level, option, &value, (socklen_t)sizeof(value));
+}
+
+static int open_descriptor(int domain, int type)
+{
+    return socket(domain, type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+}
+
+// --- UDP -----------------------------------------------------------------------------------------------
+
+status_t osal_udp_open(osal_socket_t* sock, osal_address_t local, size_t receive_bytes)
+{
+    FSW_ASSERT(sock != NULL);
+    sock->descriptor     = -1;
+    const int descriptor = open_descriptor(AF_INET, SOCK_DGRAM);
+    if (descriptor < 0) {
+        return STATUS_IO;
+    }
+    if (receive_bytes > 0U) {
+        const int bytes = (receive_bytes < (size_t)INT_MAX) ? (int)receive_bytes : INT_MAX;
+        set_option(descriptor, SOL_SOCKET, SO_RCVBUF, bytes);
+        set_option(descriptor, SOL_SOCKET, SO_RCVBUFFORCE,
+                   bytes); // Beyond the system's limit, if privileged.
+    }
+    const struct sockaddr_in address = native(local);
+    if (bind(descriptor, generic(&address), (socklen_t)sizeof(address)) != 0) {
+        const status_t status = status_of_bind(errno);
+        (void)close(descriptor);
+        return status;
+    }
+    sock->descriptor = descriptor;
+    return STATUS_OK;
+}
+
+status_t osal_socket_adopt(osal_socket_t* sock, int descriptor)
+{
+    FSW_ASSERT(sock != NULL);
+    int domain       = 0;
+    socklen_t size   = (socklen_t)sizeof(domain);
+    sock->descriptor = -1;
+    if ((getsockopt(descriptor, SOL_SOCKET, SO_DOMAIN, &domain, &size) != 0) ||
+        ((domain != AF_INET) && (domain != AF_UNIX))) {
+        return STATUS_INVALID;
+    }
+    const int flags = fcntl(descriptor, F_GETFL);
+    if ((flags < 0) || (fcntl(descriptor, F_SETFL, flags | O_NONBLOCK) != 0) ||
+        (fcntl(descriptor, F_SETFD, FD_CLOEXEC) != 0)) {
+        return STATUS_INVALID;
+    }
+    sock->descriptor = descriptor;
+    return STATUS_OK;
+}
+
+status_t osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size)
+{
+    FSW_ASSERT((sock != NULL) && ((octets != NULL) || (size == 0U)));
+    const struct sockaddr_in address = native(to);
+    ssize_t sent                     = 0;
+    do {
+        sent = sendto(sock->descriptor, octets, size, MSG_NOSIGNAL, generic(&address),
+                      (socklen_t)sizeof(address));
+    } while ((sent < 0) && (errno == EINTR));
+    return (sent >= 0) ? STATUS_OK : status_of_send(errno);
+}
+
+status_t osal_udp_receive(osal_socket_t* sock, osal_address_t* out_from, uint8_t* octets, size_t capacity,
+                          size_t* out_size)
+{
+    FSW_ASSERT((sock != NULL) && (out_from != NULL) && (octets != NULL) && (out_size != NULL));
+    struct sockaddr_in from = {.sin_family = AF_INET};
+    struct iovec place      = {.iov_base = octets, .iov_len = capacity};
+    struct msghdr message   = {
+          .msg_name = &from, .msg_namelen = sizeof(from), .msg_iov = &place, .msg_iovlen = 1U};
+    ssize_t size = 0;
+    do {
+        size = recvmsg(sock->descriptor, &message, MSG_DONTWAIT);
+        // ECONNREFUSED tells of a datagram sent earlier; it says nothing about what waits here.
+    } while ((size < 0) && ((errno == EINTR) || (errno == ECONNREFUSED)));
+    *out_size = 0U;
+    if (size < 0) {
+        return is_again(errno) ? STATUS_EMPTY : STATUS_IO;
+    }
+    if ((message.msg_flags & MSG_TRUNC) != 0) {
+        return STATUS_TOO_LARGE;
+    }
+    *out_from = foreign(&from);
+    *out_size = (size_t)size;
+    return STATUS_OK;
+}
+
+// --- Streams -------------------------------------------------------------------------------------------
+
+static status_t listen_on(osal_socket_t* sock, int descriptor, const void* address, size_t size)
+{
+    if ((bind(descriptor, generic(address), (socklen_t)size) != 0) || (listen(descriptor, BACKLOG) != 0)) {
+        const status_t status = status_of_bind(errno);
+        (void)close(descriptor);
+        return status;
+    }
+    sock->descriptor = descriptor;
+    return STATUS_OK;
+}
+
+status_t osal_tcp_listen(osal_socket_t* sock, osal_address_t local)
+{
+    FSW_ASSERT(sock != NULL);
+    sock->descriptor     = -1;
+    const int descriptor = open_descriptor(AF_INET, SOCK_STREAM);
+    if (descriptor < 0) {
+        return STATUS_IO;
+    }
+    set_option(descriptor, SOL_SOCKET, SO_REUSEADDR, 1);
+    const struct sockaddr_in address = native(local);
+    return listen_on(sock, descriptor, &address, sizeof(address));
+}
+
+status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client, osal_address_t* out_peer)
+{
+    FSW_ASSERT((listener != NULL) && (out_client != NULL) && (out_peer != NULL));
+    union {
+        struct sockaddr_in internet;
+        struct sockaddr_un local;
+    } peer;
+    int descriptor = -1;
+    (void)memset(&peer, 0, sizeof(peer));
+    do {
+        socklen_t size = (socklen_t)sizeof(peer);
+        descriptor     = accept4(listener->descriptor, (struct sockaddr*)(void*)&peer, &size,
+                                 SOCK_CLOEXEC | SOCK_NONBLOCK);
+    } while ((descriptor < 0) && ((errno == EINTR) || (errno == ECONNABORTED)));
+    out_client->descriptor = descriptor;
+    *out_peer              = (osal_address_t){0U, 0U};
+    if (descriptor < 0) {
+        if (is_short_of_descriptors(errno)) {
+            return STATUS_EXHAUSTED;
+        }
+        return is_again(errno) ? STATUS_EMPTY : STATUS_IO;
+    }
+    if (peer.internet.sin_family == AF_INET) {
+        set_option(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
+        *out_peer = foreign(&peer.internet);
+    }
+    return STATUS_OK;
+}
+
+/// Wait for the outcome of a connection that was begun, however often a signal interrupts.
+static int outcome_of_connect(int descriptor)
+{
+    struct pollfd watched = {.fd = descriptor, .events = POLLOUT};
+    int result            = 0;
+    do {
+        result = poll(&watched, 1U, -1);
+    } while ((result < 0) && (errno == EINTR));
+    int error      = 0;
+    socklen_t size = (socklen_t)sizeof(error);
+    if ((result < 0) || (getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &error, &size) != 0)) {
+        return EIO;
+    }
+    return error;
+}
+
+static status_t connect_to(osal_socket_t* sock, int descriptor, const void* address, size_t size)
+{
+    int error = (connect(descriptor, generic(address), (socklen_t)size) == 0) ? 0 : errno;
+    if ((error == EINPROGRESS) || (error == EINTR)) {
+        error = outcome_of_connect(descriptor);
+    }
+    if (error != 0) {
+        (void)close(descriptor);
+        const bool is_nobody_there = (error == ENOENT) || (error == EAGAIN);
+        return (is_nobody_there || (status_of_send(error) == STATUS_CLOSED)) ? STATUS_CLOSED : STATUS_IO;
+    }
+    sock->descriptor = descriptor;
+    return STATUS_OK;
+}
+
+status_t osal_tcp_connect(osal_socket_t* sock, osal_address_t to)
+{
+    FSW_ASSERT(sock != NULL);
+    sock->descriptor     = -1;
+    const int descriptor = open_descriptor(AF_INET, SOCK_STREAM);
+    if (descriptor < 0) {
+        return STATUS_IO;
+    }
+    set_option(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
+    const struct sockaddr_in address = native(to);
+    return connect_to(sock, descriptor, &address, sizeof(address));
+}
+
+status_t osal_tcp_connect_begin(osal_socket_t* sock, osal_address_t to)
+{
+    FSW_ASSERT(sock != NULL);
+    sock->descriptor     = -1;
+    const int descriptor = open_descriptor(AF_INET, SOCK_STREAM);
+    if (descriptor < 0) {
+        return is_short_of_descriptors(errno) ? STATUS_EXHAUSTED : STATUS_IO;
+    }
+    set_option(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
+    const struct sockaddr_in address = native(to);
+    const bool is_done = (connect(descriptor, generic(&address), (socklen_t)sizeof(address)) == 0);
+    const int error    = is_done ? 0 : errno;
+    if (is_done || (error == EINPROGRESS) || (error == EINTR)) {
+        sock->descriptor = descriptor;
+        return is_done ? STATUS_OK : STATUS_BUSY;
+    }
+    (void)close(descriptor);
+    return (status_of_send(error) == STATUS_CLOSED) ? STATUS_CLOSED : STATUS_IO;
+}
+
+status_t osal_tcp_connect_result(osal_socket_t* sock)
+{
+    FSW_ASSERT(sock != NULL);
+    struct pollfd watched = {.fd = sock->descriptor, .events = POLLOUT};
+    int ready             = 0;
+    do {
+        ready = poll(&watched, 1U, 0);
+    } while ((ready < 0) && (errno == EINTR));
+    if (ready == 0) {
+        return STATUS_BUSY;
+    }
+    int error      = 0;
+    socklen_t size = (socklen_t)sizeof(error);
+    if ((ready < 0) || (getsockopt(sock->descriptor, SOL_SOCKET, SO_ERROR, &error, &size) != 0)) {
+        error = EIO;
+    }
+    if (error == 0) {
+        return STATUS_OK;
+    }
+    osal_socket_close(sock);
+    return (status_of_send(error) == STATUS_CLOSED) ? STATUS_CLOSED : STATUS_IO;
+}
+
+status_t osal_stream_send(osal_socket_t* sock, const uint8_t* octets, size_t size, size_t* out_sent)
+{
+    FSW_ASSERT((sock != NULL) && (octets != NULL) && (size > 0U) && (out_sent != NULL));
+    ssize_t sent = 0;
+    do {
+        sent = send(sock->descriptor, octets, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+    } while ((sent < 0) && (errno == EINTR));
+    *out_sent = (sent > 0) ? (size_t)sent : 0U;
+    if (sent > 0) {
+        return STATUS_OK;
+    }
+    const status_t status = (sent < 0) ? status_of_send(errno) : STATUS_FULL;
+    return (status == STATUS_TOO_LARGE) ? STATUS_IO : status;
+}
+
+status_t osal_stream_receive(osal_socket_t* sock, uint8_t* octets, size_t capacity, size_t* out_size)
+{
+    FSW_ASSERT((sock != NULL) && (octets != NULL) && (capacity > 0U) && (out_size != NULL));
+    ssize_t size = 0;
+    do {
+        size = recv(sock->descriptor, octets, capacity, MSG_DONTWAIT);
+    } while ((size < 0) && (errno == EINTR));
+    *out_size = (size > 0) ? (size_t)size : 0U;
+    if (size > 0) {
+        return STATUS_OK;
+    }
+    if (size == 0) {
+        return STATUS_CLOSED;
+    }
+    if (is_again(errno)) {
+        return STATUS_EMPTY;
+    }
+    return (status_of_send(errno) == STATUS_CLOSED) ? STATUS_CLOSED : STATUS_IO;
+}
+
+// --- Local streams -------------------------------------------------------------------------------------
+
+/// False if the path does not fit the contract.
+static bool local_address(const char* path, struct sockaddr_un* out_address)
+{
+    const size_t length = strlen(path);
+    *out_address        = (struct sockaddr_un){.sun_family = AF_UNIX};
+    if ((length == 0U) || (length > LOCAL_PATH_MAX)) {
+        return false;
+    }
+    (void)memcpy(out_address->sun_path, path, length + 1U);
+    return true;
+}
+
+status_t osal_local_listen(osal_socket_t* sock, const char* path)
+{
+    FSW_ASSERT((sock != NULL) && (path != NULL));
+    struct sockaddr_un address;
+    sock->descriptor = -1;
+    if (!local_address(path, &address)) {
+        return STATUS_INVALID;
+    }
+    const int descriptor = open_descriptor(AF_UNIX, SOCK_STREAM);
+    return (descriptor >= 0) ? listen_on(sock, descriptor, &address, sizeof(address)) : STATUS_IO;
+}
+
+status_t osal_local_connect(osal_socket_t* sock, const char* path)
+{
+    FSW_ASSERT((sock != NULL) && (path != NULL));
+    struct sockaddr_un address;
+    sock->descriptor = -1;
+    if (!local_address(path, &address)) {
+        return STATUS_INVALID;
+    }
+    const int descriptor = open_descriptor(AF_UNIX, SOCK_STREAM);
+    return (descriptor >= 0) ? connect_to(sock, descriptor, &address, sizeof(address)) : STATUS_IO;
+}
+
+status_t osal_local_pair(osal_socket_t* sock, osal_socket_t* out_peer)
+{
+    FSW_ASSERT((sock != NULL) && (out_peer != NULL));
+    int pair[2]          = {-1, -1};
+    const int result     = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, pair);
+    sock->descriptor     = (result == 0) ? pair[0] : -1;
+    out_peer->descriptor = (result == 0) ? pair[1] : -1;
+    return (result == 0) ? STATUS_OK : STATUS_IO;
+}
+
+// --- Any socket ----------------------------------------------------------------------------------------
+
+status_t osal_socket_wait_readable(osal_socket_t* sock, uint32_t timeout_ms)
+{
+    FSW_ASSERT(sock != NULL);
+    struct pollfd watched   = {.fd = sock->descriptor, .events = POLLIN};
+    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
+    int ready               = 0;
+    do {
+        const uint64_t now_ns = osal_clock_monotonic_ns();
+        const uint64_t rest_ms =
+            (until_ns > now_ns) ? ((until_ns - now_ns + NS_PER_MS - 1U) / NS_PER_MS) : 0U;
+        ready = poll(&watched, 1U, (rest_ms < (uint64_t)INT_MAX) ? (int)rest_ms : INT_MAX);
+    } while ((ready < 0) && (errno == EINTR));
+    if (ready == 0) {
+        return STATUS_TIMEOUT;
+    }
+    return ((ready > 0) && ((watched.revents & POLLNVAL) == 0)) ? STATUS_OK : STATUS_IO;
+}
+
+status_t osal_socket_local_address(const osal_socket_t* sock, osal_address_t* out_local)
+{
+    FSW_ASSERT((sock != NULL) && (out_local != NULL));
+    struct sockaddr_in address = {.sin_family = AF_INET};
+    socklen_t size             = (socklen_t)sizeof(address);
+    *out_local                 = (osal_address_t){0U, 0U};
+    if ((getsockname(sock->descriptor, (struct sockaddr*)(void*)&address, &size) != 0) ||
+        (address.sin_family != AF_INET)) {
+        return STATUS_IO;
+    }
+    *out_local = foreign(&address);
+    return STATUS_OK;
+}
+
+int osal_socket_descriptor(const osal_socket_t* sock)
+{
+    FSW_ASSERT(sock != NULL);
+    return sock->descriptor;
+}
+
+bool osal_socket_is_open(const osal_socket_t* sock)
+{
+    FSW_ASSERT(sock != NULL);
+    return sock->descriptor >= 0;
+}
+
+void osal_socket_close(osal_socket_t* sock)
+{
+    FSW_ASSERT(sock != NULL);
+    if (sock->descriptor >= 0) {
+        (void)close(sock->descriptor);
+    }
+    sock->descriptor = -1;
+}

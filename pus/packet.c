@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/packet.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/crc.h"
+
+#define TYPE_TC 0x1000U
+#define SECONDARY_HEADER 0x0800U
+#define APID_MASK 0x07FFU
+#define SEQUENCE_MASK 0x3FFFU
+#define LENGTH_OFFSET 7U // A packet is its length field plus this long.
+#define NS_PER_S 1000000000ULL
+#define TIME_FRACTIONS 16777216ULL // 2^24 per second.
+
+/// Fields of the primary header.
+typedef struct {
+    uint16_t word0;
+    uint16_t word1;
+    uint16_t length;
+} primary_t;
+
+static primary_t primary_read(octet_reader_t* const reader)
+{
+    primary_t primary = {0};
+    primary.word0     = octet_read_u16(reader);
+    primary.word1     = octet_read_u16(reader);
+    primary.length    = octet_read_u16(reader);
+    return primary;
+}
+
+static void primary_write(octet_writer_t* const writer, const uint16_t type, const uint16_t apid,
+                          const uint16_t sequence, const size_t size)
+{
+    octet_write_u16(writer, (uint16_t)(type | SECONDARY_HEADER | (apid & APID_MASK)));
+    octet_write_u16(writer, (uint16_t)((PUS_UNSEGMENTED << 14U) | (sequence & SEQUENCE_MASK)));
+    octet_write_u16(writer, (uint16_t)(size - LENGTH_OFFSET));
+}
+
+status_t pus_packet_frame(const uint8_t* const octets, const size_t size, size_t* const out_size)
+{
+    FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_size != NULL));
+    *out_size = 0U;
+    if (size < PUS_PRIMARY_HEADER_SIZE) {
+        return STATUS_TRUNCATED;
+    }
+    octet_reader_t reader = octet_reader(octets, size);
+    *out_size             = (size_t)primary_read(&reader).length + LENGTH_OFFSET;
+    if (*out_size > PUS_PACKET_MAX) {
+        return STATUS_TOO_LARGE;
+    }
+    return (size < *out_size) ? STATUS_TRUNCATED : STATUS_OK;
+}
+
+bool pus_packet_is_tc(const uint8_t* const octets, const size_t size)
+{
+    return (size > 0U) && ((octets[0] & (TYPE_TC >> 8U)) != 0U);
+}
+
+pus_failure_t pus_failure(const uint16_t code, const uint32_t detail)
+{
+    return (pus_failure_t){.code = code, .instruction = 0U, .detail = detail};
+}
+
+void pus_failure_write(octet_writer_t* const writer, const pus_failure_t* const failure)
+{
+    octet_write_u16(writer, failure->code);
+    octet_write_u16(writer, failure->instruction);
+    octet_write_u32(writer, failure->detail);
+}
+
+pus_failure_t pus_failure_read(octet_reader_t* const reader)
+{
+    pus_failure_t failure = {0};
+    failure.code          = octet_read_u16(reader);
+    failure.instruction   = octet_read_u16(reader);
+    failure.detail        = octet_read_u32(reader);
+    return failure;
+}
+
+/// Checks common to both directions that need no header field to be right but the length.
+static status_t check_frame(const uint8_t* const octets, const size_t size, const size_t least,
+                            pus_failure_t* const out_failure)
+{
+    *out_failure = pus_failure(PUS_FAILURE_LENGTH, (uint32_t)size);
+    if (size < least) {
+        return STATUS_TRUNCATED;
+    }
+    if (size > PUS_PACKET_MAX) {
+        return STATUS_TOO_LARGE;
+    }
+    octet_reader_t reader = octet_reader(octets, size);
+    if (((size_t)primary_read(&reader).length + LENGTH_OFFSET) != size) {
+        return STATUS_INVALID;
+    }
+    if (crc16_ccitt(octets, size) != 0U) {
+        *out_failure = pus_failure(PUS_FAILURE_CHECKSUM, crc16_ccitt(octets, size - PUS_CRC_SIZE));
+        return STATUS_CHECKSUM;
+    }
+    *out_failure = pus_failure(PUS_FAILURE_NONE, 0U);
+    return STATUS_OK;
+}
+
+/// Checks of the header fields. `version` is the PUS version nibble.
+static pus_failure_t check_header(const primary_t* const primary, const uint16_t type, const uint8_t version)
+{
+    const uint32_t packet_version = (uint32_t)primary->word0 >> 13U;
+    const uint32_t sequence_flags = (uint32_t)primary->word1 >> 14U;
+    const uint32_t type_bit       = (primary->word0 & TYPE_TC) != 0U ? 1U : 0U;
+    if (packet_version != PUS_PACKET_VERSION) {
+        return pus_failure(PUS_FAILURE_PACKET_VERSION, packet_version);
+    }
+    if ((primary->word0 & TYPE_TC) != type) {
+        return pus_failure(PUS_FAILURE_PACKET_TYPE, type_bit);
+    }
+    if ((primary->word0 & SECONDARY_HEADER) == 0U) {
+        return pus_failure(PUS_FAILURE_SECONDARY_HEADER, 0U);
+    }
+    if (sequence_flags != PUS_UNSEGMENTED) {
+        return pus_failure(PUS_FAILURE_SEQUENCE_FLAGS, sequence_flags);
+    }
+    if (version != PUS_VERSION) {
+        return pus_failure(PUS_FAILURE_PUS_VERSION, version);
+    }
+    return pus_failure(PUS_FAILURE_NONE, 0U);
+}
+
+status_t pus_tc_decode(const uint8_t* const octets, const size_t size, pus_tc_t* const out_tc,
+                       pus_failure_t* const out_failure)
+{
+    FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_tc != NULL) && (out_failure != NULL));
+    octet_reader_t reader   = octet_reader(octets, size);
+    const primary_t primary = primary_read(&reader);
+    const uint8_t flags     = octet_read_u8(&reader);
+
+    *out_tc         = (pus_tc_t){.apid       = (uint16_t)(primary.word0 & APID_MASK),
+                                 .sequence   = (uint16_t)(primary.word1 & SEQUENCE_MASK),
+                                 .ack        = (uint8_t)(flags & PUS_ACK_ALL),
+                                 .request_id = ((uint32_t)primary.word0 << 16U) | primary.word1};
+    out_tc->service = octet_read_u8(&reader);
+    out_tc->subtype = octet_read_u8(&reader);
+    out_tc->source  = octet_read_u16(&reader);
+
+    const status_t status = check_frame(octets, size, PUS_TC_MIN, out_failure);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    *out_failure = check_header(&primary, TYPE_TC, (uint8_t)(flags >> 4U));
+    if (out_failure->code != PUS_FAILURE_NONE) {
+        return STATUS_INVALID;
+    }
+    out_tc->size = size - PUS_TC_MIN;
+    out_tc->data = octet_read_octets(&reader, out_tc->size);
+    return STATUS_OK;
+}
+
+status_t pus_tm_decode(const uint8_t* const octets, const size_t size, pus_tm_t* const out_tm,
+                       pus_failure_t* const out_failure)
+{
+    FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_tm != NULL) && (out_failure != NULL));
+    octet_reader_t reader   = octet_reader(octets, size);
+    const primary_t primary = primary_read(&reader);
+    const uint8_t flags     = octet_read_u8(&reader);
+
+    *out_tm         = (pus_tm_t){.apid        = (uint16_t)(primary.word0 & APID_MASK),
+                                 .sequence    = (uint16_t)(primary.word1 & SEQUENCE_MASK),
+                                 .time_status = (uint8_t)(flags & 0x0FU)};
+    out_tm->service = octet_read_u8(&reader);
+    out_tm->subtype = octet_read_u8(&reader);
+
+    out_tm->counter            = octet_read_u16(&reader);
+    out_tm->destination        = octet_read_u16(&reader);
+    const status_t time_status = pus_time_read(&reader, &out_tm->time_ns);
+
+    const status_t status = check_frame(octets, size, PUS_TM_MIN, out_failure);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    *out_failure = check_header(&primary, 0U, (uint8_t)(flags >> 4U));
+    if ((out_failure->code == PUS_FAILURE_NONE) && (time_status != STATUS_OK)) {
+        *out_failure = pus_failure(PUS_FAILURE_DATA, PUS_TM_HEADER_SIZE - PUS_TIME_SIZE);
+    }
+    if (out_failure->code != PUS_FAILURE_NONE) {
+        return STATUS_INVALID;
+    }
+    out_tm->size = size - PUS_TM_MIN;
+    out_tm->data = octet_read_octets(&reader, out_tm->size);
+    return STATUS_OK;
+}
+
+/// Append data and checksum to a packet whose headers are written.
+static status_t finish(octet_writer_t* const writer, const uint8_t* const data, const size_t size,
+                       size_t* const out_size)
+{
+    if (size > 0U) {
+        octet_write_octets(writer, data, size);
+    }
+    octet_write_u16(writer, crc16_ccitt(writer->octets, writer->position));
+    *out_size = writer->failed ? 0U : writer->position;
+    return writer->failed ? STATUS_TOO_LARGE : STATUS_OK;
+}
+
+status_t pus_tc_encode(const pus_tc_t* const tc, uint8_t* const octets, const size_t capacity,
+                       size_t* const out_size)
+{
+    FSW_ASSERT((tc != NULL) && (octets != NULL) && (out_size != NULL));
+    *out_size = 0U;
+    if (tc->size > PUS_TC_DATA_MAX) {
+        return STATUS_TOO_LARGE;
+    }
+    octet_writer_t writer = octet_writer(octets, capacity);
+    primary_write(&writer, TYPE_TC, tc->apid, tc->sequence, tc->size + PUS_TC_MIN);
+    octet_write_u8(&writer, (uint8_t)((PUS_VERSION << 4U) | (tc->ack & PUS_ACK_ALL)));
+    octet_write_u8(&writer, tc->service);
+    octet_write_u8(&writer, tc->subtype);
+    octet_write_u16(&writer, tc->source);
+    return finish(&writer, tc->data, tc->size, out_size);
+}
+
+status_t pus_tm_encode(const pus_tm_t* const tm, uint8_t* const octets, const size_t capacity,
+                       size_t* const out_size)
+{
+    FSW_ASSERT((tm != NULL) && (octets != NULL) && (out_size != NULL));
+    *out_size = 0U;
+    if (tm->size > PUS_TM_DATA_MAX) {
+        return STATUS_TOO_LARGE;
+    }
+    octet_writer_t writer = octet_writer(octets, capacity);
+    primary_write(&writer, 0U, tm->apid, tm->sequence, tm->size + PUS_TM_MIN);
+    octet_write_u8(&writer, (uint8_t)((PUS_VERSION << 4U) | (tm->time_status & 0x0FU)));
+    octet_write_u8(&writer, tm->service);
+    octet_write_u8(&writer, tm->subtype);
+    octet_write_u16(&writer, tm->counter);
+    octet_write_u16(&writer, tm->destination);
+    pus_time_write(&writer, tm->time_ns);
+    return finish(&writer, tm->data, tm->size, out_size);
+}
+
+pus_token_t pus_token_of(const pus_tc_t* const tc)
+{
+    return (pus_token_t){.request_id = tc->request_id,
+                         .source     = tc->source,
+                         .ack        = tc->ack,
+                         .service    = tc->service,
+                         .subtype    = tc->subtype};
+}
+
+void pus_time_write(octet_writer_t* const writer, const uint64_t time_ns)
+{
+    const uint32_t fraction = (uint32_t)(((time_ns % NS_PER_S) * TIME_FRACTIONS) / NS_PER_S);
+    octet_write_u8(writer, PUS_TIME_P_FIELD);
+    octet_write_u32(writer, (uint32_t)((time_ns / NS_PER_S) & 0xFFFFFFFFU));
+    octet_write_u8(writer, (uint8_t)(fraction >> 16U));
+    octet_write_u16(writer, (uint16_t)(fraction & 0xFFFFU));
+}
+
+status_t pus_time_read(octet_reader_t* const reader, uint64_t* const out_time_ns)
+{
+    const uint8_t p_field   = octet_read_u8(reader);
+    const uint64_t seconds  = octet_read_u32(reader);
+    const uint32_t high     = octet_read_u8(reader);
+    const uint32_t fraction = (high << 16U) | octet_read_u16(reader);
+    *out_time_ns            = 0U;
+    if (reader->failed) {
+        return STATUS_TRUNCATED;
+    }
+    if (p_field != PUS_TIME_P_FIELD) {
+        return STATUS_INVALID;
+    }
+    *out_time_ns = (seconds * NS_PER_S) + (((fraction * NS_PER_S) + (TIME_FRACTIONS - 1U)) / TIME_FRACTIONS);
+    return STATUS_OK;
+}

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/process.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/crc.h"
+
+#include <string.h>
+
+#define LENGTH_PREFIX 2U   // Of a report in the backlog [octets].
+#define OFFSET_SEQUENCE 2U // Of fields in a report [octets].
+#define OFFSET_LENGTH 4U
+#define OFFSET_SERVICE 7U
+#define OFFSET_SUBTYPE 8U
+#define OFFSET_COUNTER 9U
+#define OFFSET_DESTINATION 11U
+#define NS_PER_S 1000000000ULL
+
+static void put_u16(uint8_t* const octets, const size_t value)
+{
+    octets[0] = (uint8_t)((value >> 8U) & 0xFFU);
+    octets[1] = (uint8_t)(value & 0xFFU);
+}
+
+static uint16_t get_u16(const uint8_t* const octets)
+{
+    return (uint16_t)(((uint32_t)octets[0] << 8U) | octets[1]);
+}
+
+void pus_process_init(pus_process_t* const process, const uint16_t apid, const uint32_t epoch_s,
+                      const pus_port_t* const port)
+{
+    FSW_ASSERT((process != NULL) && (port != NULL) && (port->send != NULL));
+    FSW_ASSERT((apid >= 1U) && (apid <= PUS_APID_MAX));
+    (void)memset(process, 0, sizeof(*process));
+    process->apid     = apid;
+    process->epoch_ns = epoch_s * NS_PER_S;
+    process->port     = *port;
+}
+
+/// Counter of a message type and destination; a new entry if there is none; null if the table is full.
+static pus_message_counter_t* counter_of(pus_process_t* const process, const uint8_t* const packet)
+{
+    const uint8_t service      = packet[OFFSET_SERVICE];
+    const uint8_t subtype      = packet[OFFSET_SUBTYPE];
+    const uint16_t destination = get_u16(&packet[OFFSET_DESTINATION]);
+    for (size_t i = 0U; i < PUS_MESSAGE_COUNTERS; i++) {
+        pus_message_counter_t* const entry = &process->messages[i];
+        if (entry->service == 0U) {
+            *entry = (pus_message_counter_t){
+                .service = service, .subtype = subtype, .destination = destination, .count = 0U};
+        }
+        if ((entry->service == service) && (entry->subtype == subtype) &&
+            (entry->destination == destination)) {
+            return entry;
+        }
+    }
+    return NULL;
+}
+
+/// Number a built packet, add the checksum, and offer it to the port. `packet` has room for the checksum.
+static status_t transmit(pus_process_t* const process, uint8_t* const packet, const size_t size)
+{
+    pus_message_counter_t* const counter = counter_of(process, packet);
+    put_u16(&packet[OFFSET_SEQUENCE], (PUS_UNSEGMENTED << 14U) | process->sequence);
+    put_u16(&packet[OFFSET_COUNTER], (counter != NULL) ? counter->count : 0U);
+    put_u16(&packet[size], crc16_ccitt(packet, size));
+    if (process->port.send(process->port.context, packet, size + PUS_CRC_SIZE) != STATUS_OK) {
+        process->counters.refused++;
+        return STATUS_FULL;
+    }
+    process->sequence = (uint16_t)((process->sequence + 1U) % PUS_SEQUENCE_COUNT);
+    if (counter != NULL) {
+        counter->count++;
+    } else {
+        process->counters.uncounted++;
+    }
+    process->counters.sent++;
+    return STATUS_OK;
+}
+
+octet_writer_t pus_tm_begin(pus_process_t* const process, const uint8_t service, const uint8_t subtype,
+                            const uint16_t destination, const uint64_t now_ns)
+{
+    FSW_ASSERT((process != NULL) && (service != 0U));
+    if (process->is_building) {
+        process->counters.discarded++;
+    }
+    process->is_building = true;
+
+    octet_writer_t writer = octet_writer(process->building, PUS_PACKET_MAX - PUS_CRC_SIZE);
+    octet_write_u16(&writer, (uint16_t)(0x0800U | process->apid));
+    octet_write_u16(&writer, 0U); // Sequence, length and counter are written when the report is finished.
+    octet_write_u16(&writer, 0U);
+    octet_write_u8(&writer, PUS_VERSION << 4U);
+    octet_write_u8(&writer, service);
+    octet_write_u8(&writer, subtype);
+    octet_write_u16(&writer, 0U);
+    octet_write_u16(&writer, destination);
+    pus_time_write(&writer, process->epoch_ns + now_ns);
+    return writer;
+}
+
+/// Close the report that is being built. STATUS_OK, STATUS_TOO_LARGE, STATUS_INVALID.
+static status_t close_report(pus_process_t* const process, octet_writer_t* const writer)
+{
+    const bool was_building = process->is_building;
+    const bool failed       = writer->failed;
+    process->is_building    = false;
+    writer->failed          = true; // The report is over: nothing can be added or sent again.
+    if (!was_building) {
+        process->counters.discarded++;
+        return STATUS_INVALID;
+    }
+    if (failed) {
+        process->counters.oversized++;
+        return STATUS_TOO_LARGE;
+    }
+    FSW_ASSERT((writer->octets == process->building) && (writer->position >= PUS_TM_HEADER_SIZE));
+    put_u16(&process->building[OFFSET_LENGTH],
+            (writer->position + PUS_CRC_SIZE) - (PUS_PRIMARY_HEADER_SIZE + 1U));
+    return STATUS_OK;
+}
+
+status_t pus_process_flush(pus_process_t* const process)
+{
+    FSW_ASSERT(process != NULL);
+    while (process->backlog_size > 0U) {
+        const size_t size = get_u16(process->backlog);
+        const size_t step = LENGTH_PREFIX + size + PUS_CRC_SIZE;
+        if (transmit(process, &process->backlog[LENGTH_PREFIX], size) != STATUS_OK) {
+            return STATUS_FULL;
+        }
+        process->backlog_size -= step;
+        (void)memmove(process->backlog, &process->backlog[step], process->backlog_size);
+    }
+    return STATUS_OK;
+}
+
+status_t pus_tm_send(pus_process_t* const process, octet_writer_t* const writer)
+{
+    FSW_ASSERT((process != NULL) && (writer != NULL));
+    const status_t status = close_report(process, writer);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    if (pus_process_flush(process) != STATUS_OK) {
+        return STATUS_FULL;
+    }
+    return transmit(process, process->building, writer->position);
+}
+
+status_t pus_tm_post(pus_process_t* const process, octet_writer_t* const writer)
+{
+    const status_t status = pus_tm_send(process, writer);
+    if (status != STATUS_FULL) {
+        return status;
+    }
+    const size_t size = writer->position;
+    const size_t step = LENGTH_PREFIX + size + PUS_CRC_SIZE;
+    if (step > (PUS_BACKLOG_SIZE - process->backlog_size)) {
+        process->counters.lost++;
+        return STATUS_EXHAUSTED;
+    }
+    uint8_t* const entry = &process->backlog[process->backlog_size];
+    put_u16(entry, size);
+    (void)memcpy(&entry[LENGTH_PREFIX], process->building, size);
+    process->backlog_size += step;
+    process->counters.kept++;
+    return STATUS_OK;
+}
+
+void pus_tm_cancel(pus_process_t* const process)
+{
+    FSW_ASSERT(process != NULL);
+    process->is_building = false;
+}

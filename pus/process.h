@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+/// An application process: the sender of reports of one APID. It numbers them, counts them per message type
+/// and destination, stamps mission time and hands them to a port.
+///
+///     octet_writer_t writer = pus_tm_begin(process, 129U, 2U, PUS_USER_GROUND, now_ns);
+///     octet_write_u8(&writer, state);
+///     status_t status = pus_tm_post(process, &writer);
+///
+/// Numbers are given when the port takes the packet, so a refused packet leaves no gap. `pus_tm_send` refuses
+/// what the port refuses; `pus_tm_post` keeps it in a backlog and sends it as soon as the port takes it.
+/// While the backlog holds anything nothing overtakes it.
+///
+/// Ownership  The caller places the process. Reports are built in its one buffer: one at a time; a begin
+///            discards an unfinished report, whose later send is refused (a report is never torn).
+/// Context    One loop. Time: O(size + PUS_MESSAGE_COUNTERS).
+#ifndef PUS_PROCESS_H
+#define PUS_PROCESS_H
+
+#include "fsw/framework/base/octets.h"
+#include "fsw/framework/base/status.h"
+#include "pus/packet.h"
+
+#define PUS_MESSAGE_COUNTERS 128U ///< Pairs of message type and destination that are counted.
+#define PUS_BACKLOG_SIZE 8192U    ///< Reports kept while the port refuses [octets].
+
+/// Where packets go. `send` copies the packet or refuses it; it may not call back into the process.
+typedef struct {
+    void* context;
+    /// STATUS_OK, or any other status: not taken, try again later.
+    status_t (*send)(void* context, const uint8_t* packet, size_t size);
+} pus_port_t;
+
+/// Private: message type counter of one service, subtype and destination.
+typedef struct {
+    uint8_t service; // 0 = free entry.
+    uint8_t subtype;
+    uint16_t destination;
+    uint16_t count;
+} pus_message_counter_t;
+
+typedef struct { // All fields are private, except `counters`: read-only, for telemetry.
+    uint16_t apid;
+    uint16_t sequence;
+    uint64_t epoch_ns;
+    pus_port_t port;
+    pus_message_counter_t messages[PUS_MESSAGE_COUNTERS];
+    bool is_building;
+    size_t backlog_size;
+    uint8_t building[PUS_PACKET_MAX];
+    uint8_t backlog[PUS_BACKLOG_SIZE];
+    struct {
+        uint32_t sent;      ///< Reports the port took.
+        uint32_t refused;   ///< Sends the port refused.
+        uint32_t oversized; ///< Reports that did not fit a packet.
+        uint32_t kept;      ///< Reports that went to the backlog.
+        uint32_t lost;      ///< Reports lost because the backlog was full.
+        uint32_t discarded; ///< Reports begun and not sent, or sent without a begin.
+        uint32_t uncounted; ///< Reports sent with message type counter 0 because the table was full.
+    } counters;
+} pus_process_t;
+
+/// apid 1..2046; epoch_s: mission epoch [seconds since 1958-01-01 TAI], packet time = epoch + now_ns.
+void pus_process_init(pus_process_t* process, uint16_t apid, uint32_t epoch_s, const pus_port_t* port);
+
+/// Begin a report; the writer takes up to PUS_TM_DATA_MAX octets of source data.
+octet_writer_t pus_tm_begin(pus_process_t* process, uint8_t service, uint8_t subtype, uint16_t destination,
+                            uint64_t now_ns);
+/// Finish and send. STATUS_OK, STATUS_FULL (port or backlog refused), STATUS_TOO_LARGE (writer failed),
+/// STATUS_INVALID (nothing was begun). In every case the report is over.
+MUST_USE status_t pus_tm_send(pus_process_t* process, octet_writer_t* writer);
+/// Finish and send, or keep. STATUS_OK (sent or kept), STATUS_EXHAUSTED (backlog full: lost, counted),
+/// STATUS_TOO_LARGE, STATUS_INVALID.
+status_t pus_tm_post(pus_process_t* process, octet_writer_t* writer);
+/// Discard the report begun.
+void pus_tm_cancel(pus_process_t* process);
+/// Try to send the backlog; call once per step. STATUS_OK (empty now), STATUS_FULL.
+status_t pus_process_flush(pus_process_t* process);
+
+#endif // PUS_PROCESS_H

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/requester.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/crc.h"
+
+#include <string.h>
+
+void pus_requester_init(pus_requester_t* const requester, const uint16_t apid, const pus_port_t* const port)
+{
+    FSW_ASSERT((requester != NULL) && (port != NULL) && (port->send != NULL));
+    FSW_ASSERT((apid >= 1U) && (apid <= PUS_APID_MAX));
+    (void)memset(requester, 0, sizeof(*requester));
+    requester->source = (uint16_t)(PUS_USER_ONBOARD | apid);
+    requester->port   = *port;
+}
+
+octet_writer_t pus_tc_begin(pus_requester_t* const requester, const uint16_t apid, const uint8_t service,
+                            const uint8_t subtype, const uint8_t ack)
+{
+    FSW_ASSERT((requester != NULL) && (apid <= PUS_APID_MAX));
+    if (requester->is_building) {
+        requester->counters.discarded++;
+    }
+    requester->is_building = true;
+    requester->apid        = apid;
+
+    octet_writer_t writer = octet_writer(requester->building, PUS_PACKET_MAX - PUS_CRC_SIZE);
+    octet_write_u16(&writer, (uint16_t)(0x1800U | apid));
+    octet_write_u16(&writer, 0U); // Sequence and length are written when the request is finished.
+    octet_write_u16(&writer, 0U);
+    octet_write_u8(&writer, (uint8_t)((PUS_VERSION << 4U) | (ack & PUS_ACK_ALL)));
+    octet_write_u8(&writer, service);
+    octet_write_u8(&writer, subtype);
+    octet_write_u16(&writer, requester->source);
+    return writer;
+}
+
+/// Sequence count of the addressee; null if there are too many addressees.
+static uint16_t* sequence_of(pus_requester_t* const requester, const uint16_t apid)
+{
+    for (uint16_t i = 0U; i < requester->addressee_count; i++) {
+        if (requester->addressees[i].apid == apid) {
+            return &requester->addressees[i].sequence;
+        }
+    }
+    if (requester->addressee_count >= PUS_ADDRESSEES) {
+        return NULL;
+    }
+    const uint16_t index              = requester->addressee_count++;
+    requester->addressees[index].apid = apid;
+    return &requester->addressees[index].sequence;
+}
+
+/// Close the request that is being built. STATUS_OK, STATUS_TOO_LARGE, STATUS_INVALID.
+static status_t close_request(pus_requester_t* const requester, octet_writer_t* const writer)
+{
+    const bool was_building = requester->is_building;
+    const bool failed       = writer->failed;
+    requester->is_building  = false;
+    writer->failed          = true; // The request is over: nothing can be added or sent again.
+    if (!was_building) {
+        requester->counters.discarded++;
+        return STATUS_INVALID;
+    }
+    if (failed) {
+        requester->counters.oversized++;
+        return STATUS_TOO_LARGE;
+    }
+    return STATUS_OK;
+}
+
+status_t pus_tc_send(pus_requester_t* const requester, octet_writer_t* const writer,
+                     pus_token_t* const out_token)
+{
+    FSW_ASSERT((requester != NULL) && (writer != NULL));
+    const status_t status = close_request(requester, writer);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    uint16_t* const sequence = sequence_of(requester, requester->apid);
+    if (sequence == NULL) {
+        return STATUS_EXHAUSTED;
+    }
+    const size_t size     = writer->position + PUS_CRC_SIZE;
+    uint8_t* const packet = requester->building;
+    const uint16_t word1  = (uint16_t)((PUS_UNSEGMENTED << 14U) | *sequence);
+    const size_t length   = size - (PUS_PRIMARY_HEADER_SIZE + 1U);
+    octet_writer_t fields = octet_writer(&packet[2], 4U);
+    octet_write_u16(&fields, word1);
+    octet_write_u16(&fields, (uint16_t)length);
+    octet_writer_t checksum = octet_writer(&packet[writer->position], PUS_CRC_SIZE);
+    octet_write_u16(&checksum, crc16_ccitt(packet, writer->position));
+
+    if (requester->port.send(requester->port.context, packet, size) != STATUS_OK) {
+        requester->counters.refused++;
+        return STATUS_FULL;
+    }
+    *sequence = (uint16_t)((*sequence + 1U) % PUS_SEQUENCE_COUNT);
+    requester->counters.sent++;
+    if (out_token != NULL) {
+        *out_token = (pus_token_t){.request_id = ((uint32_t)(0x1800U | requester->apid) << 16U) | word1,
+                                   .source     = requester->source,
+                                   .ack        = (uint8_t)(packet[6] & PUS_ACK_ALL),
+                                   .service    = packet[7],
+                                   .subtype    = packet[8]};
+    }
+    return STATUS_OK;
+}

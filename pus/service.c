@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/service.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "pus/st01_verification.h"
+
+#define REQUEST_ID_SIZE 4U // Octets a packet needs to be named in a report.
+
+pus_reply_t pus_done(void)
+{
+    return (pus_reply_t){.kind = PUS_DONE};
+}
+
+pus_reply_t pus_later(void)
+{
+    return (pus_reply_t){.kind = PUS_LATER};
+}
+
+pus_reply_t pus_started(void)
+{
+    return (pus_reply_t){.kind = PUS_STARTED};
+}
+
+pus_reply_t pus_refused(const uint16_t code, const uint32_t detail)
+{
+    return (pus_reply_t){.kind = PUS_REFUSED, .failure = pus_failure(code, detail)};
+}
+
+pus_reply_t pus_failed(const uint16_t code, const uint32_t detail)
+{
+    return (pus_reply_t){.kind = PUS_FAILED, .failure = pus_failure(code, detail)};
+}
+
+/// Send TM[1,3] as asked, once.
+static void start(pus_request_t* const request)
+{
+    if (!request->is_started) {
+        request->is_started = true;
+        pus_verify_started(request->process, &request->token, request->now_ns);
+    }
+}
+
+void pus_request_perform(pus_request_t* const request)
+{
+    FSW_ASSERT(request != NULL);
+    request->performed++;
+    start(request);
+}
+
+void pus_request_refuse(pus_request_t* const request, const uint16_t instruction, const uint16_t code,
+                        const uint32_t detail)
+{
+    FSW_ASSERT((request != NULL) && (instruction >= 1U));
+    const pus_failure_t failure = {.code = code, .instruction = instruction, .detail = detail};
+    request->refused++;
+    pus_verify_start_failed(request->process, &request->token, &failure, request->now_ns);
+}
+
+bool pus_shape_list(octet_reader_t* const reader, const uint8_t least, const size_t entry_size)
+{
+    const uint8_t count = octet_read_u8(reader);
+    if (count < least) {
+        return false;
+    }
+    (void)octet_read_octets(reader, (size_t)count * entry_size);
+    return true;
+}
+
+bool pus_shape_empty(void* const self, octet_reader_t* const reader)
+{
+    (void)self;
+    (void)reader;
+    return true;
+}
+
+bool pus_shape_u8(void* const self, octet_reader_t* const reader)
+{
+    (void)self;
+    (void)octet_read_u8(reader);
+    return true;
+}
+
+bool pus_shape_u16(void* const self, octet_reader_t* const reader)
+{
+    (void)self;
+    (void)octet_read_u16(reader);
+    return true;
+}
+
+bool pus_shape_u32(void* const self, octet_reader_t* const reader)
+{
+    (void)self;
+    (void)octet_read_u32(reader);
+    return true;
+}
+
+bool pus_shape_list_u16(void* const self, octet_reader_t* const reader)
+{
+    (void)self;
+    return pus_shape_list(reader, 1U, sizeof(uint16_t));
+}
+
+bool pus_shape_list_u32(void* const self, octet_reader_t* const reader)
+{
+    (void)self;
+    return pus_shape_list(reader, 1U, sizeof(uint32_t));
+}
+
+void pus_dispatcher_init(pus_dispatcher_t* const dispatcher, pus_process_t* const process,
+                         const pus_service_t* const services, const size_t service_count)
+{
+    FSW_ASSERT((dispatcher != NULL) && (process != NULL) && (services != NULL));
+    *dispatcher =
+        (pus_dispatcher_t){.process = process, .services = services, .service_count = service_count};
+}
+
+/// Find service and subtype, and check the shape. The failure's code is PUS_FAILURE_NONE if all is well.
+static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const pus_tc_t* const tc,
+                          const pus_service_t** const out_service, const pus_subtype_t** const out_subtype)
+{
+    const pus_service_t* service = NULL;
+    for (size_t i = 0U; (i < dispatcher->service_count) && (service == NULL); i++) {
+        service = (dispatcher->services[i].type == tc->service) ? &dispatcher->services[i] : NULL;
+    }
+    if (service == NULL) {
+        return pus_failure(PUS_FAILURE_SERVICE, tc->service);
+    }
+    const pus_subtype_t* subtype = NULL;
+    for (size_t i = 0U; (i < service->subtype_count) && (subtype == NULL); i++) {
+        subtype = (service->subtypes[i].subtype == tc->subtype) ? &service->subtypes[i] : NULL;
+    }
+    if (subtype == NULL) {
+        return pus_failure(PUS_FAILURE_SUBTYPE, ((uint32_t)tc->service << 8U) | tc->subtype);
+    }
+    octet_reader_t reader = octet_reader(tc->data, tc->size);
+    if (!subtype->has_shape(service->self, &reader) || !octet_reader_is_done(&reader)) {
+        return pus_failure(PUS_FAILURE_DATA, (uint32_t)reader.position);
+    }
+    *out_service = service;
+    *out_subtype = subtype;
+    return pus_failure(PUS_FAILURE_NONE, 0U);
+}
+
+/// Reports of completion of a request that was performed now.
+static void complete(pus_request_t* const request)
+{
+    if (request->refused == 0U) {
+        start(request);
+        pus_verify_completed(request->process, &request->token, request->now_ns);
+    } else if (request->performed > 0U) {
+        const pus_failure_t failure = pus_failure(PUS_FAILURE_SOME_FAILED, request->refused);
+        pus_verify_failed(request->process, &request->token, &failure, request->now_ns);
+    } else {
+        // All instructions were refused, each with its own report: nothing has started.
+    }
+}
+
+/// Reports that follow from a service's reply.
+static void settle(pus_dispatcher_t* const dispatcher, pus_request_t* const request,
+                   const pus_reply_t* const reply)
+{
+    switch (reply->kind) {
+    case PUS_DONE:
+        complete(request);
+        break;
+    case PUS_LATER:
+        start(request);
+        break;
+    case PUS_STARTED:
+        break;
+    case PUS_REFUSED:
+        dispatcher->counters.refused++;
+        pus_verify_start_failed(request->process, &request->token, &reply->failure, request->now_ns);
+        break;
+    case PUS_FAILED:
+    default:
+        start(request);
+        pus_verify_failed(request->process, &request->token, &reply->failure, request->now_ns);
+        break;
+    }
+}
+
+status_t pus_dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const packet, const size_t size,
+                      const uint64_t now_ns)
+{
+    FSW_ASSERT((dispatcher != NULL) && ((packet != NULL) || (size == 0U)));
+    pus_process_t* const process = dispatcher->process;
+    pus_tc_t tc                  = {0};
+    pus_failure_t failure        = {0};
+    const pus_service_t* service = NULL;
+    const pus_subtype_t* subtype = NULL;
+    if (size < REQUEST_ID_SIZE) {
+        dispatcher->counters.ignored++;
+        return STATUS_TRUNCATED;
+    }
+    const status_t status = pus_tc_decode(packet, size, &tc, &failure);
+    if ((status == STATUS_OK) && (tc.apid != process->apid)) {
+        failure = pus_failure(PUS_FAILURE_APID, tc.apid);
+    } else if (status == STATUS_OK) {
+        failure = find(dispatcher, &tc, &service, &subtype);
+    } else {
+        // The packet itself is malformed, as `failure` tells.
+    }
+    pus_request_t request = {.token = pus_token_of(&tc), .now_ns = now_ns, .process = process};
+    if (failure.code != PUS_FAILURE_NONE) {
+        dispatcher->counters.rejected++;
+        pus_verify_rejected(process, &request.token, &failure, now_ns);
+        return STATUS_INVALID;
+    }
+    FSW_ASSERT((service != NULL) && (subtype != NULL)); // Without a failure, both were found.
+    dispatcher->counters.accepted++;
+    pus_verify_accepted(process, &request.token, now_ns);
+    request.reader          = octet_reader(tc.data, tc.size);
+    const pus_reply_t reply = subtype->execute(service->self, &request);
+    settle(dispatcher, &request, &reply);
+    return STATUS_OK;
+}
+
+void pus_dispatcher_step(pus_dispatcher_t* const dispatcher, const uint64_t now_ns, const uint32_t cycle)
+{
+    FSW_ASSERT(dispatcher != NULL);
+    (void)pus_process_flush(dispatcher->process); // What remains is sent in a later step.
+    for (size_t i = 0U; i < dispatcher->service_count; i++) {
+        if (dispatcher->services[i].step != NULL) {
+            dispatcher->services[i].step(dispatcher->services[i].self, now_ns, cycle);
+        }
+    }
+}

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Services of one application process, and the dispatcher that verifies requests and passes them on.
+///
+/// The dispatcher accepts a request (TM[1,1] or TM[1,2]): packet, APID, service, subtype, and the application
+/// data's shape, which must end exactly on the last octet. Then it calls the service's `execute`, whose reply
+/// decides on the reports of start and completion (TM[1,3], [1,4], [1,7], [1,8]). A service that answers
+/// PUS_LATER copies the request's token and ends the request itself with the functions of ST[01].
+///
+/// A request of several instructions refuses each faulty one with its own TM[1,4] (instruction index from 1)
+/// and performs the others: `pus_request_refuse`, `pus_request_perform`, and reply pus_done(). If some but
+/// not all failed, the request ends with TM[1,8] PUS_FAILURE_SOME_FAILED; if all failed, the TM[1,4] are the
+/// end.
+///
+/// Ownership  The caller places dispatcher, service list and services; all outlive the dispatcher.
+/// Context    The loop of the process. Time: O(packet) plus the service's.
+#ifndef PUS_SERVICE_H
+#define PUS_SERVICE_H
+
+#include "fsw/framework/base/octets.h"
+#include "pus/packet.h"
+#include "pus/process.h"
+
+typedef enum {
+    PUS_DONE,    ///< Performed: TM[1,3], TM[1,7] as asked.
+    PUS_LATER,   ///< Started: TM[1,3] as asked; the service keeps the token and completes.
+    PUS_STARTED, ///< As PUS_LATER, but the service has sent TM[1,3] itself, since reports of progress
+                 ///< followed it.
+    PUS_REFUSED, ///< Not started: TM[1,4].
+    PUS_FAILED   ///< Started and failed: TM[1,3] as asked, TM[1,8].
+} pus_reply_kind_t;
+
+/// Answer of a service, or of a service's port, to a request.
+typedef struct {
+    pus_reply_kind_t kind;
+    pus_failure_t failure; ///< With PUS_REFUSED and PUS_FAILED.
+} pus_reply_t;
+
+pus_reply_t pus_done(void);
+pus_reply_t pus_later(void);
+pus_reply_t pus_started(void);
+pus_reply_t pus_refused(uint16_t code, uint32_t detail);
+pus_reply_t pus_failed(uint16_t code, uint32_t detail);
+
+/// A request under execution; lives during `execute` only.
+typedef struct {
+    pus_token_t token;     ///< Copy it to complete later.
+    octet_reader_t reader; ///< Over the application data; its shape has been checked.
+    uint64_t now_ns;
+    pus_process_t* process; ///< For reports in answer.
+    uint16_t performed;     ///< Private: instructions performed.
+    uint16_t refused;       ///< Private: instructions refused.
+    bool is_started;        ///< Private: TM[1,3] is out.
+} pus_request_t;
+
+/// Note that an instruction is about to be performed; the first sends TM[1,3] as asked.
+void pus_request_perform(pus_request_t* request);
+/// Refuse one instruction with TM[1,4]. instruction >= 1.
+void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t code, uint32_t detail);
+
+/// One subtype of a service.
+typedef struct {
+    uint8_t subtype;
+    /// Walk the application data without effect. The dispatcher refuses the request with PUS_FAILURE_DATA if
+    /// the reader has failed or is not at its end afterwards. False: inconsistent, at the reader's position.
+    bool (*has_shape)(void* self, octet_reader_t* reader);
+    pus_reply_t (*execute)(void* self, pus_request_t* request);
+} pus_subtype_t;
+
+/// One service as the dispatcher sees it.
+typedef struct {
+    uint8_t type;
+    uint8_t subtype_count;
+    const pus_subtype_t* subtypes;
+    void* self; ///< First argument of the functions.
+    /// Called by pus_dispatcher_step; null if the service has nothing to do in time.
+    void (*step)(void* self, uint64_t now_ns, uint32_t cycle);
+} pus_service_t;
+
+/// Shapes for `has_shape`: no data; one u8, u16, u32; N (u8, at least 1) x u16 or u32.
+bool pus_shape_empty(void* self, octet_reader_t* reader);
+bool pus_shape_u8(void* self, octet_reader_t* reader);
+bool pus_shape_u16(void* self, octet_reader_t* reader);
+bool pus_shape_u32(void* self, octet_reader_t* reader);
+bool pus_shape_list_u16(void* self, octet_reader_t* reader);
+bool pus_shape_list_u32(void* self, octet_reader_t* reader);
+/// N (u8, at least `least`) x entries of `entry_size` octets, for shape functions of services.
+bool pus_shape_list(octet_reader_t* reader, uint8_t least, size_t entry_size);
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_process_t* process;
+    const pus_service_t* services;
+    size_t service_count;
+    struct {
+        uint32_t accepted; ///< Requests accepted.
+        uint32_t rejected; ///< Requests rejected with TM[1,2].
+        uint32_t ignored;  ///< Packets too short to name their request.
+        uint32_t refused;  ///< Requests whose start failed as a whole.
+    } counters;
+} pus_dispatcher_t;
+
+/// `services` may still be filled after the call, but not while a request is being dispatched.
+void pus_dispatcher_init(pus_dispatcher_t* dispatcher, pus_process_t* process, const pus_service_t* services,
+                         size_t service_count);
+/// Verify one packet and pass it on. STATUS_OK (accepted; verification tells the rest), STATUS_INVALID
+/// (rejected with TM[1,2]), STATUS_TRUNCATED (too short to name its request: ignored, counted).
+status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size, uint64_t now_ns);
+/// Send the process's backlog, then step each service; call once per cycle. `cycle` counts minimum sampling
+/// intervals and may jump forward.
+void pus_dispatcher_step(pus_dispatcher_t* dispatcher, uint64_t now_ns, uint32_t cycle);
+
+#endif // PUS_SERVICE_H

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[03] housekeeping: reports of parameter values, once or periodically, from structures that come from the
+/// configuration or by request. TC 1, 3, 5, 6, 9, 27, 29, 31, 33; TM 10, 25, 35. No diagnostic structures.
+///
+/// A structure has simply commutated parameters (once per collection interval) and super-commutated sets
+/// (`rep` samples, equally spaced over the interval). The interval counts cycles, the minimum sampling
+/// interval. Sample k of a set (1..rep) is taken in the first cycle n of the interval with n >= k * interval
+/// / rep, so that the last sample and the simply commutated values are of the cycle in which the report is
+/// sent. Order of the report's values: simply commutated, then set by set; within a set sample by sample, all
+/// its parameters for sample 1, then for sample 2, and so on. A one-shot report samples everything at once:
+/// each sample of a set has the value of that moment. Periodic reports go to all ground users, others to the
+/// request's source.
+///
+/// A structure belongs to a loop: 0 is that of the process, in which all requests are answered and from which
+/// every report leaves. Another loop may run in a task of its own: it samples its structures by
+/// pus_hk_loop_step, and hands each finished report to an outlet; the loop of the process takes it from there
+/// and sends it by pus_hk_forward. Such a structure's interval counts cycles of its loop. `guard` keeps
+/// requests and loops apart: whoever steps a loop holds it meanwhile, a request takes it to change a
+/// structure, and the cycle of the process never waits for it. Structures made by request are of
+/// loop 0.
+///
+/// Structures are changed (delete, append, interval) only while their periodic generation is disabled;
+/// created ones start disabled. A report that the port refuses is dropped and counted, never torn or sent
+/// late.
+///
+/// Ownership  The caller places structures and samples: structure i samples into
+///            samples[i * sample_size .. (i + 1) * sample_size - 1].
+/// Context    The loop of the process; pus_hk_loop_step in the loop it steps. Time: a step is O(structures +
+///            values sampled).
+#ifndef PUS_ST03_HOUSEKEEPING_H
+#define PUS_ST03_HOUSEKEEPING_H
+
+#include "pus/parameter_port.h"
+#include "osal/include/osal/mutex.h"
+#include "pus/service.h"
+
+#define PUS_HK_PARAMETERS_MAX 64U ///< Parameters of one structure, in all its lists together.
+#define PUS_HK_SETS_MAX 8U        ///< Super-commutated sets of one structure.
+
+/// A structure as the configuration defines it; borrowed during the call only.
+typedef struct {
+    uint16_t repetitions; ///< Samples per interval, 1..interval.
+    uint8_t parameter_count;
+    const uint32_t* parameters; ///< Ids.
+} pus_hk_set_definition_t;
+
+typedef struct {
+    uint16_t id;
+    uint32_t interval; ///< [cycles], >= 1.
+    bool is_periodic;  ///< Periodic generation enabled from the start.
+    uint8_t loop;      ///< 0 the loop of the process.
+    uint8_t parameter_count;
+    uint8_t set_count;
+    const uint32_t* parameters; ///< Ids of the simply commutated.
+    const pus_hk_set_definition_t* sets;
+} pus_hk_definition_t;
+
+typedef struct { // Private.
+    uint32_t parameter_id;
+    uint16_t handle;
+    uint16_t size;
+} pus_hk_entry_t;
+
+typedef struct { // Private.
+    uint16_t repetitions;
+    uint16_t taken;  // Samples taken in this interval.
+    uint16_t offset; // Of the set's first sample in the sample buffer.
+    uint16_t size;   // Of one sample [octets].
+    uint8_t first;   // Entry.
+    uint8_t count;   // Entries.
+} pus_hk_set_t;
+
+typedef struct { // Private.
+    bool in_use;
+    bool is_periodic;
+    bool is_collecting; // An interval has begun.
+    uint8_t loop;
+    uint16_t id;
+    uint32_t interval;
+    uint32_t start; // Cycle before the interval's first.
+    uint16_t size;  // Of all values [octets].
+    uint8_t simple_count;
+    uint8_t entry_count;
+    uint8_t set_count;
+    pus_hk_set_t sets[PUS_HK_SETS_MAX];
+    pus_hk_entry_t entries[PUS_HK_PARAMETERS_MAX];
+} pus_hk_structure_t;
+
+typedef struct {
+    pus_process_t* process;
+    pus_parameter_port_t parameters; ///< `write` is not used.
+    pus_hk_structure_t* structures;
+    uint16_t structure_count;
+    uint8_t* samples;     ///< structure_count * sample_size octets.
+    uint16_t sample_size; ///< Largest report's values [octets], <= PUS_TM_DATA_MAX - 2.
+    osal_mutex_t* guard;  ///< Null: there is no loop but that of the process.
+} pus_hk_config_t;
+
+typedef struct { // Where a loop's finished reports go.
+    void* context;
+    /// The values of structure `id`, taken at now_ns.
+    void (*put)(void* context, uint16_t id, uint64_t now_ns, const uint8_t* values, size_t size);
+    uint8_t* values; ///< Room for one report's values: sample_size octets, of this loop alone.
+} pus_hk_outlet_t;
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_hk_config_t config;
+    pus_hk_structure_t candidate;
+    struct {
+        uint32_t reports; ///< TM[3,25] sent.
+        uint32_t dropped; ///< TM[3,25] the port refused, or that did not come from their loop.
+    } counters;
+} pus_hk_t;
+
+void pus_hk_init(pus_hk_t* hk, const pus_hk_config_t* config);
+/// The service's entry for a dispatcher; subtypes and step included.
+pus_service_t pus_hk_service(pus_hk_t* hk);
+/// Add a structure from the configuration. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED (no structure left, or
+/// too many parameters, sets or octets), STATUS_NOT_FOUND (a parameter), STATUS_FORBIDDEN (not readable),
+/// STATUS_INVALID (no parameter, same one twice, interval or repetitions out of range).
+MUST_USE status_t pus_hk_add(pus_hk_t* hk, const pus_hk_definition_t* definition);
+/// Delete all structures: the configuration is revoked.
+void pus_hk_clear(pus_hk_t* hk);
+/// Sample what is due and send the reports that are complete. `cycle` may jump forward; what was missed is
+/// then sampled late, with the values of now.
+void pus_hk_step(pus_hk_t* hk, uint64_t now_ns, uint32_t cycle);
+/// The same for the structures of another loop (1..255), in that loop, which holds the guard; `cycle` is its
+/// own.
+void pus_hk_loop_step(pus_hk_t* hk, uint8_t loop, uint64_t now_ns, uint32_t cycle,
+                      const pus_hk_outlet_t* outlet);
+/// Send a report of another loop, stamped with the time its values were taken.
+void pus_hk_forward(pus_hk_t* hk, uint16_t id, uint64_t taken_ns, const uint8_t* values, size_t size);
+/// Count reports that were lost between their loop and this one.
+void pus_hk_count_lost(pus_hk_t* hk, uint32_t reports);
+
+#endif // PUS_ST03_HOUSEKEEPING_H

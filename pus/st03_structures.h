@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Private part of ST[03]: report structures are put together in the service's candidate, so that a request
+/// that fails leaves nothing behind. Functions that judge return a failure with code PUS_FAILURE_NONE if all
+/// is well.
+#ifndef PUS_ST03_STRUCTURES_H
+#define PUS_ST03_STRUCTURES_H
+
+#include "pus/st03_housekeeping.h"
+
+#define HK_ID_SIZE 2U ///< Structure id before the values of a report [octets].
+
+/// Structure with this id, or null.
+pus_hk_structure_t* hk_structure_of(const pus_hk_t* hk, uint16_t id);
+/// May a structure be created? *out_place is where it goes.
+pus_failure_t hk_check_new(const pus_hk_t* hk, uint16_t id, uint32_t interval,
+                           pus_hk_structure_t** out_place);
+/// Begin an empty candidate.
+void hk_candidate_begin(pus_hk_t* hk, uint16_t id, uint32_t interval);
+/// Add a simply commutated parameter. They come before the sets: sets already there move up by one entry.
+pus_failure_t hk_candidate_add(pus_hk_t* hk, uint32_t parameter_id);
+/// Open a set of `count` parameters, which follow by hk_candidate_add_to_set. `offset`: detail of a failure.
+pus_failure_t hk_candidate_add_set(pus_hk_t* hk, uint16_t repetitions, uint8_t count, uint32_t offset);
+pus_failure_t hk_candidate_add_to_set(pus_hk_t* hk, uint32_t parameter_id);
+/// Place the samples of the candidate in a sample buffer.
+pus_failure_t hk_candidate_lay_out(pus_hk_t* hk);
+
+#endif // PUS_ST03_STRUCTURES_H

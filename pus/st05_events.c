@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/st05_events.h"
+
+#include "fsw/framework/base/assertion.h"
+
+enum {
+    ENABLE          = 5,
+    DISABLE         = 6,
+    REPORT_DISABLED = 7,
+    DISABLED_LIST   = 8
+};
+
+void pus_events_init(pus_events_t* const events, pus_process_t* const process,
+                     const pus_event_definition_t* const definitions, pus_event_state_t* const states,
+                     const uint16_t count)
+{
+    FSW_ASSERT((events != NULL) && (process != NULL));
+    FSW_ASSERT(((definitions != NULL) && (states != NULL)) || (count == 0U));
+    *events =
+        (pus_events_t){.process = process, .definitions = definitions, .states = states, .count = count};
+    for (uint16_t i = 0U; i < count; i++) {
+        FSW_ASSERT((definitions[i].severity >= PUS_SEVERITY_INFORMATIVE) &&
+                   (definitions[i].severity <= PUS_SEVERITY_HIGH));
+        states[i] = (pus_event_state_t){0};
+    }
+}
+
+/// Index of an event, or `count` if the id is unknown.
+static uint16_t index_of(const pus_events_t* const events, const uint16_t event_id)
+{
+    uint16_t index = 0U;
+    while ((index < events->count) && (events->definitions[index].id != event_id)) {
+        index++;
+    }
+    return index;
+}
+
+status_t pus_event_raise(pus_events_t* const events, const uint16_t event_id, const uint8_t* const aux,
+                         const size_t aux_size, const uint64_t now_ns)
+{
+    FSW_ASSERT((events != NULL) && ((aux != NULL) || (aux_size == 0U)));
+    const uint16_t index = index_of(events, event_id);
+    if (index >= events->count) {
+        events->counters.refused++;
+        return STATUS_NOT_FOUND;
+    }
+    const pus_event_definition_t* const definition = &events->definitions[index];
+    if (definition->aux_size != aux_size) {
+        events->counters.refused++;
+        return STATUS_INVALID;
+    }
+    events->states[index].raised++;
+    if (events->states[index].is_disabled) {
+        events->counters.disabled++;
+        return STATUS_OK;
+    }
+    octet_writer_t writer =
+        pus_tm_begin(events->process, PUS_SERVICE_EVENTS, definition->severity, PUS_USER_GROUND, now_ns);
+    octet_write_u16(&writer, event_id);
+    if (aux_size > 0U) {
+        octet_write_octets(&writer, aux, aux_size);
+    }
+    if (pus_tm_post(events->process, &writer) != STATUS_OK) {
+        events->counters.refused++;
+        return STATUS_EXHAUSTED;
+    }
+    events->counters.reported++;
+    return STATUS_OK;
+}
+
+const pus_event_state_t* pus_event_state(const pus_events_t* const events, const uint16_t event_id)
+{
+    FSW_ASSERT(events != NULL);
+    const uint16_t index = index_of(events, event_id);
+    return (index < events->count) ? &events->states[index] : NULL;
+}
+
+static pus_reply_t set_disabled(pus_events_t* const events, pus_request_t* const request,
+                                const bool is_disabled)
+{
+    const uint8_t count = octet_read_u8(&request->reader);
+    for (uint16_t i = 1U; i <= count; i++) {
+        const uint16_t event_id = octet_read_u16(&request->reader);
+        const uint16_t index    = index_of(events, event_id);
+        if (index >= events->count) {
+            pus_request_refuse(request, i, PUS_FAILURE_UNKNOWN_ID, event_id);
+        } else {
+            pus_request_perform(request);
+            events->states[index].is_disabled = is_disabled;
+        }
+    }
+    return pus_done();
+}
+
+static pus_reply_t enable(void* const self, pus_request_t* const request)
+{
+    return set_disabled(self, request, false);
+}
+
+static pus_reply_t disable(void* const self, pus_request_t* const request)
+{
+    return set_disabled(self, request, true);
+}
+
+static pus_reply_t report_disabled(void* const self, pus_request_t* const request)
+{
+    pus_events_t* const events = self;
+    uint16_t count             = 0U;
+    for (uint16_t i = 0U; i < events->count; i++) {
+        count = (uint16_t)(count + (events->states[i].is_disabled ? 1U : 0U));
+    }
+    if (count > ((PUS_TM_DATA_MAX - sizeof(uint16_t)) / sizeof(uint16_t))) {
+        return pus_refused(PUS_FAILURE_TABLE_FULL, (PUS_TM_DATA_MAX - sizeof(uint16_t)) / sizeof(uint16_t));
+    }
+    pus_request_perform(request);
+    octet_writer_t writer = pus_tm_begin(events->process, PUS_SERVICE_EVENTS, DISABLED_LIST,
+                                         request->token.source, request->now_ns);
+    octet_write_u16(&writer, count);
+    for (uint16_t i = 0U; i < events->count; i++) {
+        if (events->states[i].is_disabled) {
+            octet_write_u16(&writer, events->definitions[i].id);
+        }
+    }
+    (void)pus_tm_post(events->process, &writer); // What is lost here the process counts.
+    return pus_done();
+}
+
+pus_service_t pus_events_service(pus_events_t* const events)
+{
+    static const pus_subtype_t subtypes[] = {
+        {ENABLE, pus_shape_list_u16, enable},
+        {DISABLE, pus_shape_list_u16, disable},
+        {REPORT_DISABLED, pus_shape_empty, report_disabled},
+    };
+    return (pus_service_t){.type          = PUS_SERVICE_EVENTS,
+                           .subtype_count = sizeof(subtypes) / sizeof(subtypes[0]),
+                           .subtypes      = subtypes,
+                           .self          = events};
+}

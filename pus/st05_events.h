@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[05] events: TM 1..4 by severity, TC 5 enable, 6 disable, 7 and TM 8 list of the disabled.
+/// A disabled event is not reported, but still counted. Reports go to all ground users and are kept in the
+/// process's backlog while the port refuses. Ownership: the caller places definitions and state.
+#ifndef PUS_ST05_EVENTS_H
+#define PUS_ST05_EVENTS_H
+
+#include "pus/service.h"
+
+typedef enum {
+    PUS_SEVERITY_INFORMATIVE = 1,
+    PUS_SEVERITY_LOW         = 2,
+    PUS_SEVERITY_MEDIUM      = 3,
+    PUS_SEVERITY_HIGH        = 4
+} pus_severity_t;
+
+typedef struct {
+    uint16_t id;
+    uint8_t severity;  ///< pus_severity_t.
+    uint16_t aux_size; ///< Size of the auxiliary data [octets].
+} pus_event_definition_t;
+
+typedef struct {
+    bool is_disabled;
+    uint32_t raised; ///< How often, reported or not [wraps].
+} pus_event_state_t;
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_process_t* process;
+    const pus_event_definition_t* definitions;
+    pus_event_state_t* states;
+    uint16_t count;
+    struct {
+        uint32_t reported; ///< TM[5,1..4] sent or kept.
+        uint32_t disabled; ///< Raised while disabled.
+        uint32_t refused;  ///< Unknown id, wrong auxiliary data, or no room.
+    } counters;
+} pus_events_t;
+
+/// `states` has `count` entries like `definitions`; all are enabled and cleared. Ids are unique.
+void pus_events_init(pus_events_t* events, pus_process_t* process, const pus_event_definition_t* definitions,
+                     pus_event_state_t* states, uint16_t count);
+pus_service_t pus_events_service(pus_events_t* events);
+/// Raise an event. STATUS_OK (reported, or disabled and counted), STATUS_NOT_FOUND, STATUS_INVALID (auxiliary
+/// data of another size), STATUS_EXHAUSTED (no room to report it; counted).
+status_t pus_event_raise(pus_events_t* events, uint16_t event_id, const uint8_t* aux, size_t aux_size,
+                         uint64_t now_ns);
+/// State of an event, or null if the id is unknown.
+const pus_event_state_t* pus_event_state(const pus_events_t* events, uint16_t event_id);
+
+#endif // PUS_ST05_EVENTS_H

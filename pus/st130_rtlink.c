@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/st130_rtlink.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "pus/st130_codec.h"
+
+#define COUNT_SIZE 2U // Of a list in a report [octets].
+#define ENTRY_MAX 64U // No entry is longer [octets].
+
+void pus_rtlink_init(pus_rtlink_t* const rtlink, const pus_rtlink_port_t* const port)
+{
+    FSW_ASSERT((rtlink != NULL) && (port != NULL) && (port->offer != NULL) && (port->request != NULL));
+    FSW_ASSERT((port->open != NULL) && (port->close != NULL) && (port->status != NULL));
+    *rtlink = (pus_rtlink_t){.port = *port};
+}
+
+status_t pus_link_accept_report(pus_process_t* const process, const uint16_t destination,
+                                const pus_link_accept_t* const accept, const uint64_t now_ns)
+{
+    FSW_ASSERT((process != NULL) && (accept != NULL));
+    octet_writer_t writer = pus_tm_begin(process, PUS_SERVICE_RTLINK, PUS_LINK_ACCEPT, destination, now_ns);
+    octet_write_u32(&writer, accept->transaction);
+    octet_write_u16(&writer, accept->link);
+    link_properties_write(&writer, &accept->properties);
+    link_endpoint_write(&writer, &accept->endpoint);
+    return pus_tm_post(process, &writer);
+}
+
+status_t pus_link_refuse_report(pus_process_t* const process, const uint16_t destination,
+                                const pus_link_refuse_t* const refuse, const uint64_t now_ns)
+{
+    FSW_ASSERT((process != NULL) && (refuse != NULL));
+    octet_writer_t writer = pus_tm_begin(process, PUS_SERVICE_RTLINK, PUS_LINK_REFUSE, destination, now_ns);
+    octet_write_u32(&writer, refuse->transaction);
+    octet_write_u8(&writer, refuse->reason);
+    octet_write_u8(&writer, refuse->field);
+    link_properties_write(&writer, &refuse->supported);
+    return pus_tm_post(process, &writer);
+}
+
+status_t pus_link_transition_report(pus_process_t* const process,
+                                    const pus_link_transition_t* const transition, const uint64_t now_ns)
+{
+    FSW_ASSERT((process != NULL) && (transition != NULL));
+    octet_writer_t writer =
+        pus_tm_begin(process, PUS_SERVICE_RTLINK, PUS_LINK_TRANSITION, PUS_USER_GROUND, now_ns);
+    octet_write_u16(&writer, transition->link);
+    octet_write_u8(&writer, transition->previous);
+    octet_write_u8(&writer, transition->state);
+    octet_write_u8(&writer, transition->cause);
+    pus_time_write(&writer, process->epoch_ns + transition->time_ns);
+    return pus_tm_post(process, &writer);
+}
+
+// Lists: a filter {N x {u16}} selects entries; N = 0 selects all.
+
+static bool shape_filter(void* const self, octet_reader_t* const reader)
+{
+    (void)self;
+    return pus_shape_list(reader, 0U, sizeof(uint16_t));
+}
+
+/// True if the filter names `id` or is empty. `filter` stands before its count.
+static bool is_selected(octet_reader_t filter, const uint16_t id)
+{
+    const uint8_t count = octet_read_u8(&filter);
+    bool is_named       = (count == 0U);
+    for (uint8_t i = 0U; i < count; i++) {
+        is_named = (octet_read_u16(&filter) == id) || is_named;
+    }
+    return is_named;
+}
+
+/// Entries of a list: writes entry `index` if it is there, with its id. False past the last.
+typedef bool (*entry_t)(const pus_rtlink_port_t* port, uint16_t index, uint16_t* out_id,
+                        octet_writer_t* writer);
+
+static bool write_offer(const pus_rtlink_port_t* const port, const uint16_t index, uint16_t* const out_id,
+                        octet_writer_t* const writer)
+{
+    pus_link_offer_t offer = {0};
+    if (!port->offer(port->context, index, &offer)) {
+        return false;
+    }
+    *out_id = offer.port;
+    octet_write_u16(writer, offer.port);
+    octet_write_u8(writer, offer.role);
+    link_properties_write(writer, &offer.properties);
+    return true;
+}
+
+static bool write_status(const pus_rtlink_port_t* const port, const uint16_t index, uint16_t* const out_id,
+                         octet_writer_t* const writer)
+{
+    pus_link_status_t status = {0};
+    if (!port->status(port->context, index, &status)) {
+        return false;
+    }
+    *out_id = status.link;
+    octet_write_u16(writer, status.link);
+    octet_write_u8(writer, status.state);
+    link_ends_write(writer, &status.ends);
+    link_properties_write(writer, &status.properties);
+    octet_write_u32(writer, status.sent);
+    octet_write_u32(writer, status.received);
+    octet_write_u32(writer, status.lost);
+    octet_write_u32(writer, status.late);
+    octet_write_u32(writer, status.last_sequence);
+    return true;
+}
+
+/// Refuse each id of the filter that no entry has.
+static void refuse_unknown(const pus_rtlink_port_t* const port, pus_request_t* const request,
+                           const entry_t entry)
+{
+    uint8_t scratch[ENTRY_MAX];
+    const uint8_t count = octet_read_u8(&request->reader);
+    for (uint16_t i = 1U; i <= count; i++) {
+        const uint16_t id = octet_read_u16(&request->reader);
+        bool is_known     = false;
+        bool is_there     = true;
+        for (uint16_t index = 0U; is_there && !is_known; index++) {
+            uint16_t found        = 0U;
+            octet_writer_t writer = octet_writer(scratch, sizeof(scratch));
+            is_there              = entry(port, index, &found, &writer);
+            is_known              = is_there && (found == id);
+        }
+        if (is_known) {
+            pus_request_perform(request);
+        } else {
+            pus_request_refuse(request, i, PUS_FAILURE_UNKNOWN_ID, id);
+        }
+    }
+    if (count == 0U) {
+        pus_request_perform(request);
+    }
+}
+
+/// Answer TC[130,1] or TC[130,8] with the list of the entries selected.
+static pus_reply_t report_list(const pus_rtlink_port_t* const port, pus_request_t* const request,
+                               const uint8_t subtype, const entry_t entry)
+{
+    const octet_reader_t filter = request->reader;
+    refuse_unknown(port, request, entry);
+    if (request->performed == 0U) {
+        return pus_done();
+    }
+    octet_writer_t writer =
+        pus_tm_begin(request->process, PUS_SERVICE_RTLINK, subtype, request->token.source, request->now_ns);
+    octet_write_u16(&writer, 0U);
+    uint16_t count = 0U;
+    bool is_there  = true;
+    for (uint16_t index = 0U; is_there && !writer.failed; index++) {
+        const size_t before = writer.position;
+        uint16_t id         = 0U;
+        is_there            = entry(port, index, &id, &writer);
+        if (is_there && is_selected(filter, id)) {
+            count++;
+        } else {
+            writer.position = before;
+        }
+    }
+    octet_writer_t field = octet_writer(&writer.octets[PUS_TM_HEADER_SIZE], COUNT_SIZE);
+    octet_write_u16(&field, count);
+    const status_t status = pus_tm_post(request->process, &writer);
+    return (status == STATUS_TOO_LARGE) ? pus_failed(PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX) : pus_done();
+}
+
+static pus_reply_t report_offers(void* const self, pus_request_t* const request)
+{
+    return report_list(&((const pus_rtlink_t*)self)->port, request, PUS_LINK_OFFERS, write_offer);
+}
+
+static pus_reply_t report_status(void* const self, pus_request_t* const request)
+{
+    return report_list(&((const pus_rtlink_t*)self)->port, request, PUS_LINK_STATUS, write_status);
+}
+
+// Negotiation.
+
+static bool shape_request(void* const self, octet_reader_t* const reader)
+{
+    pus_link_request_t request;
+    (void)self;
+    return pus_link_request_read(reader, &request) == STATUS_OK;
+}
+
+static bool shape_open(void* const self, octet_reader_t* const reader)
+{
+    pus_link_open_t open;
+    (void)self;
+    return pus_link_open_read(reader, &open) == STATUS_OK;
+}
+
+static bool shape_close(void* const self, octet_reader_t* const reader)
+{
+    pus_link_close_t close;
+    (void)self;
+    return pus_link_close_read(reader, &close) == STATUS_OK;
+}
+
+static pus_reply_t request_link(void* const self, pus_request_t* const request)
+{
+    const pus_rtlink_port_t* const port = &((const pus_rtlink_t*)self)->port;
+    pus_link_request_t wanted;
+    pus_link_answer_t answer = {0};
+    if (pus_link_request_read(&request->reader, &wanted) != STATUS_OK) {
+        return pus_refused(PUS_FAILURE_DATA, 0U);
+    }
+    const pus_reply_t reply =
+        port->request(port->context, &wanted, &answer, &request->token, request->now_ns);
+    if (reply.kind != PUS_DONE) {
+        return reply;
+    }
+    pus_request_perform(request);
+    if (answer.is_accepted) {
+        answer.accept.transaction = wanted.transaction;
+        (void)pus_link_accept_report(request->process, request->token.source, &answer.accept,
+                                     request->now_ns);
+        return pus_done();
+    }
+    answer.refuse.transaction = wanted.transaction;
+    (void)pus_link_refuse_report(request->process, request->token.source, &answer.refuse, request->now_ns);
+    return pus_failed(PUS_FAILURE_LINK_REFUSED, ((uint32_t)answer.refuse.reason << 8U) | answer.refuse.field);
+}
+
+static pus_reply_t open_link(void* const self, pus_request_t* const request)
+{
+    const pus_rtlink_port_t* const port = &((const pus_rtlink_t*)self)->port;
+    pus_link_open_t open;
+    if (pus_link_open_read(&request->reader, &open) != STATUS_OK) {
+        return pus_refused(PUS_FAILURE_DATA, 0U);
+    }
+    return port->open(port->context, &open, &request->token, request->now_ns);
+}
+
+static pus_reply_t close_link(void* const self, pus_request_t* const request)
+{
+    const pus_rtlink_port_t* const port = &((const pus_rtlink_t*)self)->port;
+    pus_link_close_t close;
+    if (pus_link_close_read(&request->reader, &close) != STATUS_OK) {
+        return pus_refused(PUS_FAILURE_DATA, 0U);
+    }
+    return port->close(port->context, &close, &request->token, request->now_ns);
+}
+
+pus_service_t pus_rtlink_service(pus_rtlink_t* const rtlink)
+{
+    static const pus_subtype_t subtypes[] = {
+        {PUS_LINK_REPORT_OFFERS, shape_filter, report_offers},
+        {PUS_LINK_REQUEST, shape_request, request_link},
+        {PUS_LINK_OPEN, shape_open, open_link},
+        {PUS_LINK_CLOSE, shape_close, close_link},
+        {PUS_LINK_REPORT_STATUS, shape_filter, report_status},
+    };
+    FSW_ASSERT(rtlink != NULL);
+    return (pus_service_t){.type          = PUS_SERVICE_RTLINK,
+                           .subtype_count = sizeof(subtypes) / sizeof(subtypes[0]),
+                           .subtypes      = subtypes,
+                           .self          = rtlink};
+}

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/st131_mission.h"
+
+#include "fsw/framework/base/assertion.h"
+
+void pus_mission_init(pus_mission_t* const mission, const pus_mission_port_t* const port)
+{
+    FSW_ASSERT((mission != NULL) && (port != NULL));
+    FSW_ASSERT((port->set_mode != NULL) && (port->select_log != NULL) && (port->shut_down != NULL));
+    FSW_ASSERT((port->start_process != NULL) && (port->stop_process != NULL));
+    FSW_ASSERT((port->subsystem != NULL) && (port->network != NULL));
+    *mission = (pus_mission_t){.port = *port};
+}
+
+status_t pus_mode_transition_report(pus_process_t* const process,
+                                    const pus_mode_transition_t* const transition, const uint64_t now_ns)
+{
+    FSW_ASSERT((process != NULL) && (transition != NULL));
+    octet_writer_t writer =
+        pus_tm_begin(process, PUS_SERVICE_MISSION, PUS_MISSION_MODE_TRANSITION, PUS_USER_GROUND, now_ns);
+    octet_write_u8(&writer, transition->previous);
+    octet_write_u8(&writer, transition->mode);
+    octet_write_u8(&writer, transition->cause);
+    return pus_tm_post(process, &writer);
+}
+
+status_t pus_mode_transition_read(octet_reader_t* const reader, pus_mode_transition_t* const out_transition)
+{
+    FSW_ASSERT((reader != NULL) && (out_transition != NULL));
+    out_transition->previous = octet_read_u8(reader);
+    out_transition->mode     = octet_read_u8(reader);
+    out_transition->cause    = octet_read_u8(reader);
+    return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
+}
+
+status_t pus_log_transition_report(pus_process_t* const process, const pus_log_transition_t* const transition,
+                                   const uint64_t now_ns)
+{
+    FSW_ASSERT((process != NULL) && (transition != NULL));
+    octet_writer_t writer =
+        pus_tm_begin(process, PUS_SERVICE_MISSION, PUS_MISSION_LOG_TRANSITION, PUS_USER_GROUND, now_ns);
+    octet_write_u8(&writer, transition->previous);
+    octet_write_u8(&writer, transition->strategy);
+    octet_write_u64(&writer, transition->first_record);
+    octet_write_u16(&writer, transition->code);
+    return pus_tm_post(process, &writer);
+}
+
+status_t pus_log_transition_read(octet_reader_t* const reader, pus_log_transition_t* const out_transition)
+{
+    FSW_ASSERT((reader != NULL) && (out_transition != NULL));
+    out_transition->previous     = octet_read_u8(reader);
+    out_transition->strategy     = octet_read_u8(reader);
+    out_transition->first_record = octet_read_u64(reader);
+    out_transition->code         = octet_read_u16(reader);
+    return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
+}
+
+static pus_reply_t set_mode(void* const self, pus_request_t* const request)
+{
+    const pus_mission_port_t* const port = &((const pus_mission_t*)self)->port;
+    const uint8_t mode                   = octet_read_u8(&request->reader);
+    return port->set_mode(port->context, mode, &request->token, request->now_ns);
+}
+
+static pus_reply_t select_log(void* const self, pus_request_t* const request)
+{
+    const pus_mission_port_t* const port = &((const pus_mission_t*)self)->port;
+    const uint8_t strategy               = octet_read_u8(&request->reader);
+    if (strategy > PUS_LOG_RING) {
+        return pus_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
+    }
+    return port->select_log(port->context, strategy, &request->token, request->now_ns);
+}
+
+static pus_reply_t shut_down(void* const self, pus_request_t* const request)
+{
+    const pus_mission_port_t* const port = &((const pus_mission_t*)self)->port;
+    return port->shut_down(port->context, &request->token, request->now_ns);
+}
+
+static pus_reply_t start_process(void* const self, pus_request_t* const request)
+{
+    const pus_mission_port_t* const port = &((const pus_mission_t*)self)->port;
+    const uint16_t apid                  = octet_read_u16(&request->reader);
+    return port->start_process(port->context, apid, &request->token, request->now_ns);
+}
+
+static pus_reply_t stop_process(void* const self, pus_request_t* const request)
+{
+    const pus_mission_port_t* const port = &((const pus_mission_t*)self)->port;
+    const uint16_t apid                  = octet_read_u16(&request->reader);
+    return port->stop_process(port->context, apid, &request->token, request->now_ns);
+}
+
+/// Begin a report in answer whose count follows when the entries are known.
+static octet_writer_t begin_list(const pus_request_t* const request, const uint8_t subtype)
+{
+    octet_writer_t writer =
+        pus_tm_begin(request->process, PUS_SERVICE_MISSION, subtype, request->token.source, request->now_ns);
+    octet_write_u16(&writer, 0U);
+    return writer;
+}
+
+/// Finish a list report: write its count and send it. A list too long for a packet fails the request.
+static pus_reply_t end_list(const pus_request_t* const request, octet_writer_t* const writer,
+                            const uint16_t count)
+{
+    octet_writer_t field = octet_writer(&writer->octets[PUS_TM_HEADER_SIZE], sizeof(uint16_t));
+    octet_write_u16(&field, count);
+    const status_t status = pus_tm_post(request->process, writer);
+    return (status == STATUS_TOO_LARGE) ? pus_failed(PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX) : pus_done();
+}
+
+static pus_reply_t report_subsystems(void* const self, pus_request_t* const request)
+{
+    const pus_mission_port_t* const port = &((const pus_mission_t*)self)->port;
+    pus_subsystem_entry_t entry          = {0};
+    uint16_t count                       = 0U;
+    pus_request_perform(request);
+    octet_writer_t writer = begin_list(request, PUS_MISSION_SUBSYSTEMS);
+    while (!writer.failed && port->subsystem(port->context, count, &entry)) {
+        octet_write_u16(&writer, entry.apid);
+        octet_write_u8(&writer, entry.process);
+        octet_write_u8(&writer, entry.state);
+        octet_write_u8(&writer, entry.phase);
+        octet_write_u16(&writer, entry.configuration);
+        octet_write_u8(&writer, entry.restarts);
+        count++;
+    }
+    return end_list(request, &writer, count);
+}
+
+static void write_ids(octet_writer_t* const writer, const uint16_t* const ids, const uint16_t count)
+{
+    octet_write_u16(writer, count);
+    for (uint16_t i = 0U; i < count; i++) {
+        octet_write_u16(writer, ids[i]);
+    }
+}
+
+static pus_reply_t report_networks(void* const self, pus_request_t* const request)
+{
+    const pus_mission_port_t* const port = &((const pus_mission_t*)self)->port;
+    pus_network_entry_t entry            = {0};
+    uint16_t count                       = 0U;
+    pus_request_perform(request);
+    octet_writer_t writer = begin_list(request, PUS_MISSION_NETWORKS);
+    while (!writer.failed && port->network(port->context, count, &entry)) {
+        octet_write_u16(&writer, entry.network);
+        write_ids(&writer, entry.members, entry.member_count);
+        write_ids(&writer, entry.links, entry.link_count);
+        count++;
+    }
+    return end_list(request, &writer, count);
+}
+
+pus_service_t pus_mission_service(pus_mission_t* const mission)
+{
+    static const pus_subtype_t subtypes[] = {
+        {PUS_MISSION_SET_MODE, pus_shape_u8, set_mode},
+        {PUS_MISSION_SELECT_LOG, pus_shape_u8, select_log},
+        {PUS_MISSION_SHUT_DOWN, pus_shape_empty, shut_down},
+        {PUS_MISSION_START_PROCESS, pus_shape_u16, start_process},
+        {PUS_MISSION_STOP_PROCESS, pus_shape_u16, stop_process},
+        {PUS_MISSION_REPORT_SUBSYSTEMS, pus_shape_empty, report_subsystems},
+        {PUS_MISSION_REPORT_NETWORKS, pus_shape_empty, report_networks},
+    };
+    FSW_ASSERT(mission != NULL);
+    return (pus_service_t){.type          = PUS_SERVICE_MISSION,
+                           .subtype_count = sizeof(subtypes) / sizeof(subtypes[0]),
+                           .subtypes      = subtypes,
+                           .self          = mission};
+}

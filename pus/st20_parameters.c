@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/st20_parameters.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/value.h"
+
+enum {
+    REPORT = 1,
+    VALUES = 2,
+    SET    = 3
+};
+
+#define ID_SIZE 4U // Of a parameter id before its value [octets].
+
+void pus_parameters_init(pus_parameters_t* const parameters, const pus_parameter_port_t* const port)
+{
+    FSW_ASSERT((parameters != NULL) && (port != NULL) && (port->find != NULL) && (port->read != NULL));
+    *parameters = (pus_parameters_t){.port = *port};
+}
+
+static void refuse(pus_parameters_t* const parameters, pus_request_t* const request,
+                   const uint16_t instruction, const uint16_t code, const uint32_t detail)
+{
+    parameters->counters.refused++;
+    pus_request_refuse(request, instruction, code, detail);
+}
+
+static uint16_t code_of_find(const status_t status)
+{
+    return (status == STATUS_FORBIDDEN) ? PUS_FAILURE_ACCESS : PUS_FAILURE_UNKNOWN_ID;
+}
+
+/// Write {id, value} of the parameters that are good and fit, in the order of the request.
+static void write_values(pus_parameters_t* const parameters, pus_request_t* const request,
+                         const uint8_t count, octet_writer_t* const writer)
+{
+    const pus_parameter_port_t* const port = &parameters->port;
+    size_t room                            = PUS_TM_DATA_MAX - sizeof(uint16_t);
+    for (uint8_t i = 0U; i < count; i++) {
+        const uint32_t id     = octet_read_u32(&request->reader);
+        uint16_t handle       = 0U;
+        uint16_t size         = 0U;
+        const status_t status = port->find(port->context, id, &handle, &size);
+        if ((status == STATUS_OK) && ((ID_SIZE + size) <= room)) {
+            room -= ID_SIZE + size;
+            octet_write_u32(writer, id);
+            const size_t end = writer->position + size;
+            port->read(port->context, handle, writer);
+            FSW_ASSERT(writer->position == end); // The port promised this size.
+            parameters->counters.read++;
+        }
+    }
+}
+
+/// Refuse what cannot be reported; the rest is performed. The same decisions as in write_values.
+static void check_values(pus_parameters_t* const parameters, pus_request_t* const request,
+                         const uint8_t count)
+{
+    const pus_parameter_port_t* const port = &parameters->port;
+    size_t room                            = PUS_TM_DATA_MAX - sizeof(uint16_t);
+    for (uint16_t i = 1U; i <= count; i++) {
+        const uint32_t id     = octet_read_u32(&request->reader);
+        uint16_t handle       = 0U;
+        uint16_t size         = 0U;
+        const status_t status = port->find(port->context, id, &handle, &size);
+        if (status != STATUS_OK) {
+            refuse(parameters, request, i, code_of_find(status), id);
+        } else if ((ID_SIZE + size) > room) {
+            refuse(parameters, request, i, PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX);
+        } else {
+            room -= ID_SIZE + size;
+            pus_request_perform(request);
+        }
+    }
+}
+
+static pus_reply_t report_values(void* const self, pus_request_t* const request)
+{
+    pus_parameters_t* const parameters = self;
+    const uint8_t count                = octet_read_u8(&request->reader);
+    const octet_reader_t list          = request->reader;
+    check_values(parameters, request, count);
+    if (request->performed > 0U) {
+        octet_writer_t writer = pus_tm_begin(request->process, PUS_SERVICE_PARAMETERS, VALUES,
+                                             request->token.source, request->now_ns);
+        octet_write_u16(&writer, request->performed);
+        request->reader = list;
+        write_values(parameters, request, count, &writer);
+        (void)pus_tm_post(request->process, &writer); // What is lost here the process counts.
+    }
+    return pus_done();
+}
+
+/// Size of the value that follows an id: from the parameter, else from the id's layout bits, else 0.
+static uint16_t size_of_value(const pus_parameters_t* const parameters, const uint32_t id,
+                              uint16_t* const out_handle, status_t* const out_status)
+{
+    uint16_t size   = 0U;
+    *out_status     = parameters->port.find(parameters->port.context, id, out_handle, &size);
+    const bool good = (*out_status == STATUS_OK) && (size > 0U);
+    if (!good) {
+        const uint32_t layout = (id >> 16U) & 0x1FU;
+        size                  = (layout < VALUE_SCALARS) ? (uint16_t)value_size((value_type_t)layout) : 0U;
+    }
+    return size;
+}
+
+static bool shape_set(void* const self, octet_reader_t* const reader)
+{
+    const pus_parameters_t* const parameters = self;
+    const uint8_t count                      = octet_read_u8(reader);
+    for (uint8_t i = 0U; (i < count) && !reader->failed; i++) {
+        uint16_t handle     = 0U;
+        status_t status     = STATUS_OK;
+        const uint32_t id   = octet_read_u32(reader);
+        const uint16_t size = size_of_value(parameters, id, &handle, &status);
+        const bool is_open  = !reader->failed && (size == 0U);
+        // After a value of unknown size nothing can be told apart: start of execution refuses the rest.
+        (void)octet_read_octets(reader, is_open ? octet_reader_left(reader) : size);
+        if (is_open) {
+            return true;
+        }
+    }
+    return count > 0U;
+}
+
+static void refuse_write(pus_parameters_t* const parameters, pus_request_t* const request,
+                         const uint16_t instruction, const uint32_t id, const status_t status,
+                         const size_t offset)
+{
+    switch (status) {
+    case STATUS_READ_ONLY:
+        refuse(parameters, request, instruction, PUS_FAILURE_ACCESS, id);
+        break;
+    case STATUS_FORBIDDEN:
+    case STATUS_BUSY:
+        refuse(parameters, request, instruction, PUS_FAILURE_STATE, id);
+        break;
+    default:
+        refuse(parameters, request, instruction, PUS_FAILURE_OUT_OF_RANGE, (uint32_t)offset);
+        break;
+    }
+}
+
+static void set_one(pus_parameters_t* const parameters, pus_request_t* const request,
+                    const uint16_t instruction, const uint32_t id, const uint16_t handle,
+                    const uint8_t* const value, const uint16_t size)
+{
+    const pus_parameter_port_t* const port = &parameters->port;
+    const status_t status =
+        (port->write != NULL) ? port->write(port->context, handle, value, size) : STATUS_READ_ONLY;
+    if (status == STATUS_OK) {
+        parameters->counters.set++;
+        pus_request_perform(request);
+    } else {
+        refuse_write(parameters, request, instruction, id, status, request->reader.position - size);
+    }
+}
+
+static pus_reply_t set_values(void* const self, pus_request_t* const request)
+{
+    pus_parameters_t* const parameters = self;
+    const uint8_t count                = octet_read_u8(&request->reader);
+    bool is_open                       = false; // An instruction could not be delimited.
+    for (uint16_t i = 1U; i <= count; i++) {
+        uint16_t handle            = 0U;
+        status_t status            = STATUS_NOT_FOUND;
+        const uint32_t id          = is_open ? 0U : octet_read_u32(&request->reader);
+        const uint16_t size        = is_open ? 0U : size_of_value(parameters, id, &handle, &status);
+        is_open                    = is_open || (size == 0U);
+        const uint8_t* const value = octet_read_octets(&request->reader, size);
+        if (status != STATUS_OK) {
+            refuse(parameters, request, i, code_of_find(status), id);
+        } else {
+            FSW_ASSERT(value != NULL); // The shape has been checked.
+            set_one(parameters, request, i, id, handle, value, size);
+        }
+    }
+    return pus_done();
+}
+
+pus_service_t pus_parameters_service(pus_parameters_t* const parameters)
+{
+    static const pus_subtype_t subtypes[] = {
+        {REPORT, pus_shape_list_u32, report_values},
+        {SET, shape_set, set_values},
+    };
+    return (pus_service_t){.type          = PUS_SERVICE_PARAMETERS,
+                           .subtype_count = sizeof(subtypes) / sizeof(subtypes[0]),
+                           .subtypes      = subtypes,
+                           .self          = parameters};
+}

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[20] parameter management: TC[20,1] report values, TM[20,2], TC[20,3] set values.
+///
+/// Each instruction stands on its own: an unknown, unreadable, read-only or out-of-range one is refused by
+/// its own TM[1,4], the others are performed. TM[20,2] carries the values of all that are good; what would
+/// not fit the packet any more is refused (PUS_FAILURE_TABLE_FULL). In TC[20,3] the value of an unknown id is
+/// skipped by the scalar type in the id's layout bits; where they name none, the rest of the request cannot
+/// be delimited and is refused with it.
+#ifndef PUS_ST20_PARAMETERS_H
+#define PUS_ST20_PARAMETERS_H
+
+#include "pus/parameter_port.h"
+#include "pus/service.h"
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_parameter_port_t port;
+    struct {
+        uint32_t read;    ///< Values reported.
+        uint32_t set;     ///< Values set.
+        uint32_t refused; ///< Instructions refused.
+    } counters;
+} pus_parameters_t;
+
+void pus_parameters_init(pus_parameters_t* parameters, const pus_parameter_port_t* port);
+pus_service_t pus_parameters_service(pus_parameters_t* parameters);
+
+#endif // PUS_ST20_PARAMETERS_H

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Lenient reading of one packet: takes out what is there and says all that is wrong with it.
+#ifndef PUS_TOOL_PUSDUMP_PACKET_H
+#define PUS_TOOL_PUSDUMP_PACKET_H
+
+#include "fsw/framework/base/octets.h"
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define PROBLEM_MAX 400U ///< Characters of the description of all that is wrong.
+
+typedef struct {
+    const uint8_t* octets;
+    size_t size;
+    bool has_primary;   ///< The fields of the primary header are there.
+    bool has_secondary; ///< Those of the secondary header too.
+    bool has_time;      ///< time_ns is there.
+    bool has_crc;       ///< crc_is_good is there.
+    bool crc_is_good;
+    bool is_tc;
+    uint16_t apid;
+    uint16_t sequence;
+    uint8_t flags; ///< Acknowledgement flags of a request, time status of a report.
+    uint8_t service;
+    uint8_t subtype;
+    uint16_t counter; ///< Reports.
+    uint16_t user;    ///< Source or destination.
+    uint64_t time_ns; ///< Since the epoch of its time code.
+    uint8_t p_field;
+    const uint8_t* data; ///< Application or source data; null if it cannot be delimited.
+    size_t data_size;
+    char problem[PROBLEM_MAX]; ///< Empty if the packet is well-formed.
+} dump_packet_t;
+
+/// Read the packet that `octets` ought to be. Never fails; see `problem`.
+void dump_packet_read(const uint8_t* octets, size_t size, dump_packet_t* out_packet);
+/// Append one more problem.
+void dump_packet_add_problem(dump_packet_t* packet, const char* format, ...)
+    __attribute__((format(printf, 2, 3)));
+/// True if the time code counts from 1958-01-01.
+bool dump_packet_is_tai(const dump_packet_t* packet);
+
+/// Absolute time of any CUC (up to 4 + 3 octets) or CDS code. STATUS_OK, STATUS_TRUNCATED, STATUS_INVALID.
+MUST_USE status_t dump_time_read(octet_reader_t* reader, uint8_t* out_p_field, uint64_t* out_time_ns);
+
+#endif // PUS_TOOL_PUSDUMP_PACKET_H

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/app/equipment.h"
+
+#include "sim/devices/drive.h"
+#include "sim/parameters/rokviss.h"
+#include "sim/plant/bench.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define LINE_OCTETS 256U
+#define PATH_OCTETS 4096U
+#define WORDS 5U
+#define NODE_MAX 127U
+
+typedef struct {
+    equipment_t* equipment;
+    unsigned segment;
+    uint8_t node;
+    bench_t bench;
+    drive_t* drive;
+} item_t;
+
+struct equipment {
+    equipment_config_t config;
+    item_t item[EQUIPMENT_MAX];
+    size_t count;
+};
+
+/// A line of the file under way.
+typedef struct {
+    const char* path;
+    unsigned number;
+    char* word[WORDS];
+    size_t word_count;
+    char* error;
+} line_t;
+
+// --- what devices see and tell
+// -----------------------------------------------------------------------------------
+
+static void look(void* context, drive_truth_t* out_truth)
+{
+    const item_t* item              = context;
+    out_truth->motor_position_rad   = item->bench.rotor.position_rad;
+    out_truth->motor_velocity_rad_s = item->bench.rotor.velocity_rad_s;
+    out_truth->joint_torque_nm      = item->bench.output_torque_nm;
+}
+
+static void tell(const item_t* item, uint64_t now_ns, uint16_t statusword, bool brake)
+{
+    const equipment_config_t* config = &item->equipment->config;
+    const truth_drive_t drive        = {.bus           = config->segments[item->segment].name,
+                                        .node          = item->node,
+                                        .statusword    = statusword,
+                                        .plugged       = node_is_plugged(drive_node(item->drive)),
+                                        .brake_engaged = brake};
+    config->changed(config->context, now_ns, &drive);
+}
+
+static void on_axis(void* context, uint8_t node, unsigned axis, uint16_t statusword, bool brake,
+                    uint64_t now_ns)
+{
+    (void)node;
+    (void)axis;
+    tell(context, now_ns, statusword, brake);
+}
+
+// --- the file
+// ----------------------------------------------------------------------------------------------------
+
+static status_t refuse(const line_t* line, size_t index, const char* expected)
+{
+    (void)snprintf(line->error, SIMULATOR_ERROR_MAX, "simulator: %s:%u: found '%s', expected %s", line->path,
+                   line->number, (index < line->word_count) ? line->word[index] : "the end of the line",
+                   expected);
+    return STATUS_INVALID;
+}
+
+static bool take_real(const line_t* line, size_t index, double low, double high, double* out_value)
+{
+    char* end  = NULL;
+    *out_value = strtod(line->word[index], &end);
+    return (end != line->word[index]) && (*end == '\0') && (*out_value >= low) && (*out_value <= high);
+}
+
+/// Index of the bus that a line names; segment_count if there is none.
+static unsigned find_segment(const equipment_config_t* config, const char* name)
+{
+    unsigned index = 0U;
+    while ((index < config->segment_count) && (strcmp(config->segments[index].name, name) != 0)) {
+        index++;
+    }
+    return index;
+}
+
+static status_t refuse_bus(const equipment_config_t* config, const line_t* line)
+{
+    char expected[128] = "a bus of the mission:";
+    for (size_t i = 0U; i < config->segment_count; i++) {
+        const size_t used = strlen(expected);
+        (void)snprintf(&expected[used], sizeof expected - used, " %s", config->segments[i].name);
+    }
+    return refuse(line, 0U, expected);
+}
+
+static bool is_taken(const equipment_t* equipment, unsigned segment, unsigned long node)
+{
+    for (size_t i = 0U; i < equipment->count; i++) {
+        if ((equipment->item[i].segment == segment) && (equipment->item[i].node == node)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static status_t create_drive(item_t* item, char error[SIMULATOR_ERROR_MAX])
+{
+    const equipment_config_t* config = &item->equipment->config;
+    char path[PATH_OCTETS];
+    char reason[EDS_ERROR_MAX];
+    const drive_config_t wanted = {.seed             = config->seed,
+                                   .sensor_device    = (item->segment << 8) | item->node,
+                                   .step_ns          = ROKVISS_STEP_NS,
+                                   .substep_ns       = ROKVISS_STEP_NS / PLANT_SUBSTEPS,
+                                   .torque_sensor    = rokviss_torque_sensor,
+                                   .encoder          = rokviss_joint_encoder,
+                                   .look             = look,
+                                   .look_context     = item,
+                                   .observer         = on_axis,
+                                   .observer_context = item};
+    (void)snprintf(path, sizeof path, "%s/joint-drive.eds", config->devices_path);
+    const status_t status =
+        drive_create(config->segments[item->segment].bus, path, item->node, &wanted, &item->drive, reason);
+    if (status != STATUS_OK) {
+        (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
+    }
+    return status;
+}
+
+static status_t take_device(equipment_t* equipment, const line_t* line)
+{
+    char* end              = NULL;
+    double contact_rad     = 0.0;
+    double stiffness       = 0.0;
+    const unsigned segment = find_segment(&equipment->config, line->word[0]);
+    if (segment == equipment->config.segment_count) {
+        return refuse_bus(&equipment->config, line);
+    }
+    if (line->word_count != WORDS) {
+        return refuse(line, line->word_count, "<bus> <node> joint-drive <contact rad> <stiffness Nm/rad>");
+    }
+    const unsigned long node = strtoul(line->word[1], &end, 0);
+    if ((end == line->word[1]) || (*end != '\0') || (node < 2U) || (node > NODE_MAX)) {
+        return refuse(line, 1U, "a node id from 2 to 127 (1 is flight)");
+    }
+    if (is_taken(equipment, segment, node)) {
+        return refuse(line, 1U, "a node id that no other device of this bus has");
+    }
+    if (strcmp(line->word[2], "joint-drive") != 0) {
+        return refuse(line, 2U, "joint-drive");
+    }
+    if (!take_real(line, 3U, -10.0, 10.0, &contact_rad)) {
+        return refuse(line, 3U, "an angle in rad, -10 to 10");
+    }
+    if (!take_real(line, 4U, 0.0, 1.0e5, &stiffness)) {
+        return refuse(line, 4U, "a stiffness in Nm/rad, 0 to 1e5");
+    }
+    if (equipment->count == EQUIPMENT_MAX) {
+        return refuse(line, 0U, "at most 16 devices");
+    }
+    item_t* item = &equipment->item[equipment->count];
+    *item        = (item_t){.equipment = equipment, .segment = segment, .node = (uint8_t)node};
+    bench_init(&item->bench, &rokviss_plant, contact_rad, stiffness);
+    equipment->count++;
+    return create_drive(item, line->error);
+}
+
+/// Words of a line; more than WORDS count, but are not kept.
+static void split(line_t* line, char* text)
+{
+    char* rest               = NULL;
+    line->word_count         = 0U;
+    text[strcspn(text, "#")] = '\0';
+    for (char* word = strtok_r(text, " \t\r\n", &rest); word != NULL;
+         word       = strtok_r(NULL, " \t\r\n", &rest)) {
+        if (line->word_count < WORDS) {
+            line->word[line->word_count] = word;
+        }
+        line->word_count++;
+    }
+}
+
+static status_t read_file(equipment_t* equipment, char error[SIMULATOR_ERROR_MAX])
+{
+    char text[LINE_OCTETS];
+    line_t line     = {.path = equipment->config.path, .error = error};
+    status_t status = STATUS_OK;
+    FILE* in        = fopen(line.path, "r");
+    if (in == NULL) {
+        (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: cannot read '%s'", line.path);
+        return STATUS_NOT_FOUND;
+    }
+    while ((status == STATUS_OK) && (fgets(text, sizeof text, in) != NULL)) {
+        line.number++;
+        split(&line, text);
+        if (line.word_count > WORDS) {
+            line.word_count = WORDS;
+            status          = refuse(&line, WORDS - 1U, "nothing behind the fifth word");
+        } else if (line.word_count > 0U) {
+            status = take_device(equipment, &line);
+        } else {
+            // An empty line.
+        }
+    }
+    (void)fclose(in);
+    return status;
+}
+
+// --- opening, closing, one step
+// -----------------------------------------------------------------------------------
+
+status_t equipment_open(const equipment_config_t* config, equipment_t** out_equipment,
+                        char error[SIMULATOR_ERROR_MAX])
+{
+    *out_equipment         = NULL;
+    equipment_t* equipment = calloc(1U, sizeof *equipment);
+    if (equipment == NULL) {
+        (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: out of memory");
+        return STATUS_EXHAUSTED;
+    }
+    equipment->config     = *config;
+    const status_t status = read_file(equipment, error);
+    if (status != STATUS_OK) {
+        equipment_close(equipment);
+        return status;
+    }
+    *out_equipment = equipment;
+    return STATUS_OK;
+}
+
+void equipment_close(equipment_t* equipment)
+{
+    for (size_t i = 0U; (equipment != NULL) && (i < equipment->count); i++) {
+        drive_destroy(equipment->item[i].drive);
+    }
+    free(equipment);
+}
+
+void equipment_power_on(equipment_t* equipment)
+{
+    for (size_t i = 0U; (equipment != NULL) && (i < equipment->count); i++) {
+        node_power_on(drive_node(equipment->item[i].drive));
+    }
+}
+
+void equipment_tell(equipment_t* equipment, uint64_t now_ns)
+{
+    for (size_t i = 0U; (equipment != NULL) && (i < equipment->count); i++) {
+        const item_t* item = &equipment->item[i];
+        tell(item, now_ns, drive_statusword(item->drive), drive_brake_is_engaged(item->drive));
+    }
+}
+
+void equipment_move(equipment_t* equipment, uint64_t now_ns, uint64_t end_ns)
+{
+    const double h_s = (double)(end_ns - now_ns) * 1.0e-9 / (double)PLANT_SUBSTEPS;
+    for (size_t i = 0U; (equipment != NULL) && (i < equipment->count); i++) {
+        item_t* item     = &equipment->item[i];
+        const bool brake = drive_brake_is_engaged(item->drive);
+        for (unsigned k = 0U; k < PLANT_SUBSTEPS; k++) {
+            const plant_rotor_t* rotor = &item->bench.rotor;
+            const double torque_nm = drive_regulate(item->drive, rotor->position_rad, rotor->velocity_rad_s);
+            bench_step(&item->bench, brake, torque_nm, h_s);
+        }
+        drive_end_step(item->drive, end_ns);
+    }
+}

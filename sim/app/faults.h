@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Faults of a scenario: the lines of the actor `fault`, and what they do to buses and devices.
+///
+/// Script lines (bus: robot, joystick; node: JOINT1, JOINT2, STICK, FLIGHT or a node id such as 0x11):
+///     unplug        <bus> [node]            cut off; without a node all devices of the bus
+///     plug          <bus> [node]            connect again, devices after a power cycle
+///     loss          <bus> <probability>     each receiver misses a frame, 0 ends it
+///     corruption    <bus> <probability>     error frame and repetition, 0 ends it
+///     duplication   <bus> <probability>     frame repeated though received, 0 ends it
+///     delay         <bus> <node> <us>       frames of the node are late, 0 ends it
+///     babble        <bus> <node> on|off     sends identifier 0 all the time
+///     stuck         <bus> on|off            the wire is dominant
+///     reset         <bus> <node>            the device starts anew
+///     error         <bus> <node> <code> on|off   device error with its EMCY code, e.g. 0x4310
+///     torque-offset <node> <Nm>             of the joint's torque sensor, on top of its own
+///     temperature   <node> <degC>           of the joint's drive
+#ifndef SIM_APP_FAULTS_H
+#define SIM_APP_FAULTS_H
+
+#include "fsw/framework/base/status.h"
+#include "sim/bus/bus.h"
+#include "sim/devices/drive.h"
+#include "sim/devices/joystick.h"
+#include "sim/operator/scenario.h"
+#include "sim/truth/truth.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define FAULTS_MAX 256U
+#define FAULT_BUSES 2U
+#define FAULT_DRIVES 2U
+#define FAULT_TARGET_MAX 48U
+
+typedef enum {
+    FAULT_UNPLUG,
+    FAULT_PLUG,
+    FAULT_LOSS,
+    FAULT_CORRUPTION,
+    FAULT_DUPLICATION,
+    FAULT_DELAY,
+    FAULT_BABBLE,
+    FAULT_STUCK,
+    FAULT_RESET,
+    FAULT_ERROR,
+    FAULT_TORQUE_OFFSET,
+    FAULT_TEMPERATURE,
+    FAULT_KIND_COUNT
+} fault_kind_t;
+
+typedef enum {
+    FAULT_NODE_ALL, ///< All devices of the bus.
+    FAULT_NODE_JOINT1,
+    FAULT_NODE_JOINT2,
+    FAULT_NODE_STICK,
+    FAULT_NODE_FLIGHT
+} fault_node_t;
+
+typedef struct {
+    uint64_t time_ns;
+    fault_kind_t kind;
+    unsigned bus; ///< 0 robot, 1 joystick.
+    fault_node_t node;
+    double value;  ///< Probability, us, Nm, degC; 1 or 0 for on or off.
+    uint16_t code; ///< EMCY code.
+    char target[FAULT_TARGET_MAX];
+} fault_t;
+
+typedef struct { // Read-only for others.
+    fault_t fault[FAULTS_MAX];
+    size_t count;
+    size_t next; ///< First one not yet applied.
+} faults_t;
+
+/// What faults act on. The flight node may be BUS_NODES_MAX: there is none.
+typedef struct {
+    bus_t* bus[FAULT_BUSES];
+    unsigned flight_node[FAULT_BUSES];
+    drive_t* drive[FAULT_DRIVES];
+    joystick_t* joystick;
+} fault_world_t;
+
+/// Read the fault lines of a scenario. Returns STATUS_OK, or a status of scenario_read with `error` filled.
+MUST_USE status_t faults_load(faults_t* faults, const char* scenario_path, char error[SCENARIO_ERROR_MAX]);
+/// Time of the next fault not yet applied; UINT64_MAX if there is none.
+uint64_t faults_next_ns(const faults_t* faults);
+/// Apply the next fault; the buses have run to its time. Returns it.
+const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world);
+/// The word of the scenario for a kind.
+const char* fault_word(fault_kind_t kind);
+/// True if the fault begins something, false if it ends it.
+bool fault_is_onset(const fault_t* fault);
+
+#endif // SIM_APP_FAULTS_H

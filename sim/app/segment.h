@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A bus of the simulator with flight's controller on it and its log.
+///
+/// Ownership  The caller places segment_t; it must not be moved. segment_close frees what segment_open made.
+/// Context    One task.
+#ifndef SIM_APP_SEGMENT_H
+#define SIM_APP_SEGMENT_H
+
+#include "osal/include/osal/can.h"
+#include "sim/app/simulator.h"
+#include "sim/bus/bus.h"
+#include "sim/logs/frame_log.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct { // Private, except name, bus and flight_node.
+    const char* name;
+    bus_t* bus;
+    unsigned flight_node; ///< BUS_NODES_MAX: there is no flight.
+    osal_can_t can;       // Wire end of flight's controller.
+    bool has_flight;
+    uint64_t refused; ///< Frames of flight that the bus did not take.
+    frame_log_t* log;
+} segment_t;
+
+typedef struct {
+    const char* name;        ///< Outlives the segment.
+    const char* address;     ///< Of flight's controller; null: there is no flight.
+    const char* output_path; ///< Folder of the log; null: none is written.
+    bool is_classic;
+    uint64_t seed;
+} segment_config_t;
+
+/// Returns STATUS_OK; else `error` is filled: STATUS_NOT_FOUND (no such controller), STATUS_EXHAUSTED,
+/// STATUS_INVALID, STATUS_IO. segment_close is due in any case.
+MUST_USE status_t segment_open(segment_t* segment, const segment_config_t* config,
+                               char error[SIMULATOR_ERROR_MAX]);
+/// Returns STATUS_OK, or STATUS_IO: the log is not complete.
+status_t segment_close(segment_t* segment);
+/// Fill the controller's transmit queue with what flight has sent since.
+void segment_take_from_flight(segment_t* segment, uint64_t now_ns);
+
+#endif // SIM_APP_SEGMENT_H

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The simulator of a mission: plant, devices, buses, operator's hand, faults of the scenario, logs.
+///
+/// One step covers the time since the last step: it takes what flight has queued on its controllers, lets the
+/// buses run, applies the scenario's faults at their exact times, then moves the plant. A caller drives it by
+/// pushed time, in a process of its own (simulator_main.c) or inside the image.
+///
+/// Ownership  simulator_open allocates everything, simulator_close frees it and completes the logs.
+/// Context    One task.
+/// Errors     A message for people is in the buffer given to simulator_open: one line, with the next step.
+#ifndef SIM_APP_SIMULATOR_H
+#define SIM_APP_SIMULATOR_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define SIMULATOR_ERROR_MAX 512U
+
+#define SIMULATOR_BUSES_MAX 8U
+
+typedef struct {
+    const char* name;
+    const char* address; ///< Flight's controller there ("shm:NAME").
+} simulator_bus_t;
+
+typedef struct {
+    const char* scenario_path;  ///< Null: no hand, no faults.
+    const char* output_path;    ///< Folder for logs and truth, exists; null: nothing is written.
+    const char* devices_path;   ///< Folder of the EDS files; null: "descriptors/devices".
+    const char* equipment_path; ///< Devices beside the arm and the joystick; null: none.
+    simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< Robot and joystick are always there.
+    size_t bus_count;
+    uint64_t seed;
+    bool classic_bus;         ///< 1 Mbit/s classic instead of FD 1/5.
+    bool serve_tools;         ///< Open the socketcand port.
+    bool tools_in_step;       ///< Time stands still until the tool sends; for deterministic tests.
+    uint16_t tool_port;       ///< 0: any free port, see simulator_tool_port.
+    uint64_t tool_quantum_ns; ///< In step: time that each frame of the tool buys; 0: 5 ms.
+} simulator_config_t;
+
+typedef struct {
+    uint64_t robot_frames;
+    uint64_t joystick_frames;
+    uint64_t robot_busy_ns;
+    uint64_t joystick_busy_ns;
+    uint64_t refused; ///< Frames of flight that found the controller's queue full or the node cut off.
+    uint64_t tool_dropped;
+} simulator_statistics_t;
+
+typedef struct simulator simulator_t;
+
+/// Returns STATUS_OK; else *out_simulator is null and `error` is filled: STATUS_NOT_FOUND (a file or bus),
+/// STATUS_INVALID (content of a file), STATUS_EXHAUSTED (memory), STATUS_EXISTS (port in use), STATUS_IO.
+MUST_USE status_t simulator_open(const simulator_config_t* config, simulator_t** out_simulator,
+                                 char error[SIMULATOR_ERROR_MAX]);
+
+/// Live through [last step, now_ns). Returns the time of the next step wanted: the next whole 0.5 ms.
+uint64_t simulator_step(simulator_t* simulator, uint64_t now_ns);
+
+/// With tools_in_step: wait (wall-clock, at most timeout_ms) until the tool has bought time. Returns true if
+/// the next step may be taken; always without tools_in_step.
+bool simulator_may_step(simulator_t* simulator, uint32_t timeout_ms);
+
+/// Flush and close the logs, free everything. Null is allowed. Returns STATUS_OK, or STATUS_IO: a log is
+/// not complete.
+status_t simulator_close(simulator_t* simulator);
+
+/// Port of the socketcand server; 0 when there is none.
+uint16_t simulator_tool_port(const simulator_t* simulator);
+void simulator_statistics(const simulator_t* simulator, simulator_statistics_t* out_statistics);
+
+/// Write buffered log records out: for a run that is about to be stopped from outside.
+void simulator_flush(simulator_t* simulator);
+
+#endif // SIM_APP_SIMULATOR_H

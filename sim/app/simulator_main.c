@@ -1,0 +1,519 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The simulator as a process: a participant of the run's calendar, a real-time program, or on its own for
+/// foreign tools. See `simulator --help`.
+#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/console.h"
+#include "osal/include/osal/process.h"
+#include "osal/include/osal/shm.h"
+#include "osal/include/osal/task.h"
+#include "sim/app/simulator.h"
+#include "sim/clock/door.h"
+
+#include <getopt.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EXIT_USAGE 2
+#define NS_PER_S 1000000000U
+#define TOOL_WAIT_MS 100U
+#define DOOR_PATIENCE_MS 60000U ///< Longer than the launcher waits for simulated time to move.
+#define REAL_PRIORITY 80
+#define NO_LIMIT UINT64_MAX
+#define LAG_MAX_NS 20000000ULL ///< Lag behind the wall clock that is caught up.
+
+typedef enum {
+    PACE_CALENDAR, ///< Granted by the run's calendar.
+    PACE_REAL,     ///< Wall clock.
+    PACE_NONE      ///< As fast as it goes.
+} pace_t;
+
+typedef struct {
+    simulator_config_t simulator;
+    pace_t pace;
+    bool is_stepped;
+    bool is_free;
+    bool is_held_back; ///< The calendar does not run ahead of the wall clock.
+    const char* calendar_name;
+    unsigned participant;
+    uint64_t origin_ns;
+    bool has_origin;
+    uint64_t end_ns;
+    const char* door_path;
+    const char* door_name;
+    unsigned door_seat;
+    unsigned door_receiver;
+} options_t;
+
+/// The operator's door into the calendar, served beside the loop.
+typedef struct {
+    door_t door;
+    osal_calendar_t* calendar;
+    unsigned seat;
+    unsigned receiver;
+    osal_task_t task;
+    bool is_running;
+} doorman_t;
+
+static simulator_t* dying_simulator; // For the signal handler only.
+
+static const char usage_text[] =
+    "usage: simulator [options]\n"
+    "  the run\n"
+    "    --calendar NAME       take part in the stepped run of this shared memory\n"
+    "    --participant N       as this participant (default 0)\n"
+    "    --time stepped|real   as fast as it goes (default), or by the wall clock; with a calendar: held "
+    "back to it\n"
+    "    --origin NS           real: monotonic time of the run's time 0 (default now)\n"
+    "    --duration S          end after this much simulated time\n"
+    "    --free-run S          without flight: run for S seconds; --time stepped: as fast as it goes\n"
+    "    --bus NAME=ADDRESS    flight's controller on a bus, e.g. robot=shm:run1.robot\n"
+    "    --classic             1 Mbit/s classic CAN instead of FD 1/5\n"
+    "  what happens\n"
+    "    --scenario FILE       hand and faults (default: nothing happens)\n"
+    "    --equipment FILE      devices beside the arm and the joystick (default: none)\n"
+    "    --seed N              of noise and faults (default 1)\n"
+    "    --devices DIR         EDS files (default descriptors/devices)\n"
+    "    --out DIR             write can-*.log, can-*.pcap, truth.lcm there\n"
+    "  tools\n"
+    "    --socketcand PORT|off serve the socketcand protocol on 127.0.0.1, 0 for any free port (default "
+    "off)\n"
+    "    --in-step             time stands still until the tool sends\n"
+    "    --quantum US          in step: time that each frame buys (default 5000)\n"
+    "  the operator's door into the calendar\n"
+    "    --door PATH  --door-name NAME (default operator)  --door-seat N  --door-receiver N\n";
+
+enum {
+    OPTION_CALENDAR = 256,
+    OPTION_PARTICIPANT,
+    OPTION_TIME,
+    OPTION_ORIGIN,
+    OPTION_DURATION,
+    OPTION_FREE_RUN,
+    OPTION_BUS,
+    OPTION_CLASSIC,
+    OPTION_SCENARIO,
+    OPTION_EQUIPMENT,
+    OPTION_SEED,
+    OPTION_DEVICES,
+    OPTION_OUT,
+    OPTION_SOCKETCAND,
+    OPTION_IN_STEP,
+    OPTION_QUANTUM,
+    OPTION_DOOR,
+    OPTION_DOOR_NAME,
+    OPTION_DOOR_SEAT,
+    OPTION_DOOR_RECEIVER,
+    OPTION_HELP
+};
+
+static const struct option long_options[] = {{"calendar", required_argument, NULL, OPTION_CALENDAR},
+                                             {"participant", required_argument, NULL, OPTION_PARTICIPANT},
+                                             {"time", required_argument, NULL, OPTION_TIME},
+                                             {"origin", required_argument, NULL, OPTION_ORIGIN},
+                                             {"duration", required_argument, NULL, OPTION_DURATION},
+                                             {"free-run", required_argument, NULL, OPTION_FREE_RUN},
+                                             {"bus", required_argument, NULL, OPTION_BUS},
+                                             {"classic", no_argument, NULL, OPTION_CLASSIC},
+                                             {"scenario", required_argument, NULL, OPTION_SCENARIO},
+                                             {"equipment", required_argument, NULL, OPTION_EQUIPMENT},
+                                             {"seed", required_argument, NULL, OPTION_SEED},
+                                             {"devices", required_argument, NULL, OPTION_DEVICES},
+                                             {"out", required_argument, NULL, OPTION_OUT},
+                                             {"socketcand", required_argument, NULL, OPTION_SOCKETCAND},
+                                             {"in-step", no_argument, NULL, OPTION_IN_STEP},
+                                             {"quantum", required_argument, NULL, OPTION_QUANTUM},
+                                             {"door", required_argument, NULL, OPTION_DOOR},
+                                             {"door-name", required_argument, NULL, OPTION_DOOR_NAME},
+                                             {"door-seat", required_argument, NULL, OPTION_DOOR_SEAT},
+                                             {"door-receiver", required_argument, NULL, OPTION_DOOR_RECEIVER},
+                                             {"help", no_argument, NULL, OPTION_HELP},
+                                             {NULL, 0, NULL, 0}};
+
+// --- command line
+// ------------------------------------------------------------------------------------------------
+
+static bool complain(const char* option, const char* value, const char* expected)
+{
+    char line[256];
+    (void)snprintf(line, sizeof line, "simulator: --%.40s '%.80s': expected %.80s (see --help)", option,
+                   value, expected);
+    osal_console_complain(line);
+    return false;
+}
+
+static bool take_count(const char* option, const char* text, uint64_t limit, uint64_t* out_value)
+{
+    char* end                      = NULL;
+    const unsigned long long value = strtoull(text, &end, 0);
+    if ((end == text) || (*end != '\0') || (text[0] == '-') || (value > limit)) {
+        return complain(option, text, "a whole number that is not negative");
+    }
+    *out_value = value;
+    return true;
+}
+
+static bool take_unsigned(const char* option, const char* text, uint64_t limit, unsigned* out_value)
+{
+    uint64_t value  = 0U;
+    const bool good = take_count(option, text, limit, &value);
+    *out_value      = (unsigned)value;
+    return good;
+}
+
+static bool take_seconds(const char* option, const char* text, uint64_t* out_ns)
+{
+    char* end          = NULL;
+    const double value = strtod(text, &end);
+    if ((end == text) || (*end != '\0') || !(value >= 0.0) || (value > 1e9)) {
+        return complain(option, text, "a time in seconds");
+    }
+    *out_ns = (uint64_t)((value * (double)NS_PER_S) + 0.5);
+    return true;
+}
+
+/// "NAME=ADDRESS"; the name is cut off in place.
+static bool take_bus(options_t* options, char* text)
+{
+    simulator_config_t* config = &options->simulator;
+    char* equals               = strchr(text, '=');
+    if ((equals == NULL) || (equals == text) || (equals[1] == '\0')) {
+        return complain("bus", text, "NAME=ADDRESS");
+    }
+    if (config->bus_count == SIMULATOR_BUSES_MAX) {
+        return complain("bus", text, "at most 8 buses");
+    }
+    *equals                        = '\0';
+    config->bus[config->bus_count] = (simulator_bus_t){text, &equals[1]};
+    config->bus_count++;
+    return true;
+}
+
+static bool take_tools(options_t* options, const char* text)
+{
+    unsigned port                  = 0U;
+    options->simulator.serve_tools = strcmp(text, "off") != 0;
+    if (options->simulator.serve_tools && !take_unsigned("socketcand", text, UINT16_MAX, &port)) {
+        return false;
+    }
+    options->simulator.tool_port = (uint16_t)port;
+    return true;
+}
+
+static bool take_tool_option(options_t* options, int option, const char* text)
+{
+    uint64_t quantum_us = 0U;
+    switch (option) {
+    case OPTION_SOCKETCAND:
+        return take_tools(options, text);
+    case OPTION_IN_STEP:
+        options->simulator.tools_in_step = true;
+        return true;
+    case OPTION_QUANTUM:
+        if (!take_count("quantum", text, NS_PER_S, &quantum_us)) {
+            return false;
+        }
+        options->simulator.tool_quantum_ns = quantum_us * 1000U;
+        return true;
+    case OPTION_DOOR:
+        options->door_path = text;
+        return true;
+    case OPTION_DOOR_NAME:
+        options->door_name = text;
+        return true;
+    case OPTION_DOOR_SEAT:
+        return take_unsigned("door-seat", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, &options->door_seat);
+    default:
+        return take_unsigned("door-receiver", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U,
+                             &options->door_receiver);
+    }
+}
+
+static bool take_time_option(options_t* options, int option, const char* text)
+{
+    switch (option) {
+    case OPTION_CALENDAR:
+        options->calendar_name = text;
+        return true;
+    case OPTION_PARTICIPANT:
+        return take_unsigned("participant", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, &options->participant);
+    case OPTION_TIME:
+        options->is_stepped = strcmp(text, "stepped") == 0;
+        return options->is_stepped || (strcmp(text, "real") == 0) ||
+               complain("time", text, "stepped or real");
+    case OPTION_ORIGIN:
+        options->has_origin = true;
+        return take_count("origin", text, UINT64_MAX, &options->origin_ns);
+    case OPTION_FREE_RUN:
+        options->is_free = true;
+        return take_seconds("free-run", text, &options->end_ns);
+    default:
+        return take_seconds("duration", text, &options->end_ns);
+    }
+}
+
+static bool take_option(options_t* options, int option, char* text)
+{
+    switch (option) {
+    case OPTION_BUS:
+        return take_bus(options, text);
+    case OPTION_CLASSIC:
+        options->simulator.classic_bus = true;
+        return true;
+    case OPTION_SCENARIO:
+        options->simulator.scenario_path = text;
+        return true;
+    case OPTION_EQUIPMENT:
+        options->simulator.equipment_path = text;
+        return true;
+    case OPTION_SEED:
+        return take_count("seed", text, UINT64_MAX, &options->simulator.seed);
+    case OPTION_DEVICES:
+        options->simulator.devices_path = text;
+        return true;
+    case OPTION_OUT:
+        options->simulator.output_path = text;
+        return true;
+    default:
+        return ((option >= OPTION_CALENDAR) && (option <= OPTION_FREE_RUN))
+                   ? take_time_option(options, option, text)
+                   : take_tool_option(options, option, text);
+    }
+}
+
+static bool check_options(options_t* options)
+{
+    if (options->is_free) {
+        options->pace = options->is_stepped ? PACE_NONE : PACE_REAL;
+        if (options->calendar_name != NULL) {
+            return complain("free-run", options->calendar_name, "either --free-run or --calendar");
+        }
+    } else if (options->calendar_name != NULL) {
+        options->pace         = PACE_CALENDAR;
+        options->is_held_back = !options->is_stepped;
+    } else if (options->is_stepped) {
+        osal_console_complain(
+            "simulator: give --calendar NAME, or --time real, or --free-run SECONDS (see --help)");
+        return false;
+    } else {
+        options->pace = PACE_REAL;
+    }
+    if (options->simulator.tools_in_step && (!options->simulator.serve_tools || !options->is_free)) {
+        osal_console_complain("simulator: --in-step needs --socketcand PORT and --free-run SECONDS");
+        return false;
+    }
+    if ((options->door_path != NULL) && (options->pace != PACE_CALENDAR)) {
+        return complain("door", options->door_path, "--calendar NAME with a door");
+    }
+    if (options->simulator.tools_in_step) {
+        options->pace = PACE_NONE;
+    }
+    return true;
+}
+
+/// Returns 0 to go on, else the exit code + 1.
+static int parse(options_t* options, int count, char* arguments[])
+{
+    opterr = 0;
+    for (;;) {
+        const int option = getopt_long(count, arguments, "", long_options, NULL);
+        if (option == -1) {
+            break;
+        }
+        if (option == OPTION_HELP) {
+            osal_console_put(usage_text);
+            return EXIT_SUCCESS + 1;
+        }
+        if (option == '?') {
+            (void)complain("?", arguments[optind - 1], "a known option with its value");
+            return EXIT_USAGE + 1;
+        }
+        if (!take_option(options, option, optarg)) {
+            return EXIT_USAGE + 1;
+        }
+    }
+    if (optind < count) {
+        (void)complain("?", arguments[optind], "only options");
+        return EXIT_USAGE + 1;
+    }
+    return check_options(options) ? 0 : (EXIT_USAGE + 1);
+}
+
+// --- the run
+// -----------------------------------------------------------------------------------------------------
+
+/// Last breath of a crashed simulator: what the logs hold so far.
+static void save_logs(int signal_number)
+{
+    if (dying_simulator != NULL) {
+        // NOLINTNEXTLINE(bugprone-signal-handler,cert-sig30-c): there is nothing to lose any more.
+        simulator_flush(dying_simulator);
+    }
+    (void)signal(signal_number, SIG_DFL);
+    (void)raise(signal_number);
+}
+
+static void serve_door(void* context)
+{
+    doorman_t* doorman = context;
+    status_t status    = STATUS_OK;
+    while (status == STATUS_OK) {
+        status = door_serve(&doorman->door, doorman->calendar, doorman->seat, doorman->receiver);
+    }
+}
+
+static bool open_door(doorman_t* doorman, const options_t* options, osal_calendar_t* calendar)
+{
+    if (options->door_path == NULL) {
+        return true;
+    }
+    doorman->calendar = calendar;
+    doorman->seat     = options->door_seat;
+    doorman->receiver = options->door_receiver;
+    const status_t status =
+        door_open(&doorman->door, options->door_path, options->door_name, calendar, DOOR_PATIENCE_MS);
+    if (status != STATUS_OK) {
+        return complain("door", options->door_path, "a path where a local socket can be made");
+    }
+    doorman->is_running = osal_task_start(&doorman->task, serve_door, doorman, 0) == STATUS_OK;
+    return doorman->is_running || complain("door", options->door_path, "room for one more thread");
+}
+
+static void close_door(doorman_t* doorman, osal_calendar_t* calendar)
+{
+    if (doorman->is_running) {
+        if (!osal_calendar_is_closed(calendar)) {
+            osal_calendar_close(calendar); // Without us there is no run.
+        }
+        osal_task_join(&doorman->task);
+        door_close(&doorman->door);
+    }
+}
+
+/// Wait until the wall clock has come to `now_ns`. A run that has fallen far behind does not race to catch
+/// up: its time goes on from here.
+static void hold_back(osal_clock_t* wall, uint64_t now_ns)
+{
+    const uint64_t wall_ns = osal_clock_now_ns(wall);
+    if (wall_ns > (now_ns + LAG_MAX_NS)) {
+        osal_clock_open_real(wall, osal_clock_monotonic_ns() - now_ns);
+    } else if (osal_clock_wait(wall, now_ns, NULL, 0U) != STATUS_OK) {
+        osal_console_complain("simulator: the wall clock cannot be waited for");
+    } else {
+        // In time.
+    }
+}
+
+/// Step until the run is over.
+static void run(simulator_t* simulator, const options_t* options, osal_clock_t* clock)
+{
+    uint64_t now_ns    = 0U;
+    uint64_t wake_ns   = 0U;
+    uint64_t flush_ns  = NS_PER_S;
+    const bool is_free = options->pace == PACE_NONE;
+    osal_clock_t wall  = {0};
+    if (options->is_held_back) {
+        osal_clock_open_real(&wall, options->has_origin ? options->origin_ns : osal_clock_monotonic_ns());
+    }
+    while ((now_ns < options->end_ns) && (osal_process_stop_count() == 0U)) {
+        if (is_free) {
+            if (!simulator_may_step(simulator, TOOL_WAIT_MS)) {
+                continue;
+            }
+            now_ns = wake_ns;
+        } else if (osal_clock_wait(clock, wake_ns, NULL, 0U) != STATUS_OK) {
+            break;
+        } else {
+            now_ns = osal_clock_now_ns(clock);
+        }
+        if (options->is_held_back) {
+            hold_back(&wall, now_ns);
+        }
+        wake_ns = simulator_step(simulator, now_ns);
+        if (now_ns >= flush_ns) { // So that little is missing if we are killed.
+            simulator_flush(simulator);
+            flush_ns = now_ns + NS_PER_S;
+        }
+    }
+}
+
+static void announce(const simulator_t* simulator)
+{
+    char line[128];
+    if (simulator_tool_port(simulator) != 0U) {
+        (void)snprintf(line, sizeof line, "simulator: socketcand on 127.0.0.1:%u, buses robot and joystick",
+                       (unsigned)simulator_tool_port(simulator));
+        osal_console_say(line);
+    }
+}
+
+static int fly(const options_t* options, osal_calendar_t* calendar)
+{
+    static doorman_t doorman;
+    char error[SIMULATOR_ERROR_MAX];
+    simulator_t* simulator = NULL;
+    osal_clock_t clock;
+    if (simulator_open(&options->simulator, &simulator, error) != STATUS_OK) {
+        osal_console_complain(error);
+        return EXIT_FAILURE;
+    }
+    dying_simulator = simulator;
+    for (size_t i = 0U; i < 5U; i++) {
+        (void)signal((const int[]){SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}[i], save_logs);
+    }
+    announce(simulator);
+    int code = EXIT_FAILURE;
+    if (open_door(&doorman, options, calendar)) {
+        if (calendar != NULL) {
+            osal_clock_open_stepped(&clock, calendar, options->participant);
+        } else {
+            osal_clock_open_real(&clock,
+                                 options->has_origin ? options->origin_ns : osal_clock_monotonic_ns());
+            const status_t status = osal_task_set_priority(REAL_PRIORITY);
+            (void)status; // Where it is not permitted we run as we are.
+        }
+        run(simulator, options, &clock);
+        code = EXIT_SUCCESS;
+    }
+    close_door(&doorman, calendar);
+    if (calendar != NULL) {
+        osal_calendar_end(calendar, options->participant);
+    }
+    dying_simulator = NULL;
+    if (simulator_close(simulator) != STATUS_OK) {
+        osal_console_complain("simulator: a log is not complete; is the disk full?");
+        code = EXIT_FAILURE;
+    }
+    return code;
+}
+
+int main(int count, char* arguments[])
+{
+    options_t options = {
+        .simulator = {.seed = 1U}, .is_stepped = true, .end_ns = NO_LIMIT, .door_name = "operator"};
+    const int usage           = parse(&options, count, arguments);
+    osal_shm_t shm            = {0};
+    osal_calendar_t* calendar = NULL;
+    if (usage != 0) {
+        return usage - 1;
+    }
+    osal_process_catch_stop();
+    if (!options.is_free) {
+        osal_process_ignore_interrupt(); // The launcher decides about Ctrl-C.
+    }
+    if (options.calendar_name != NULL) {
+        const status_t status = osal_shm_open(&shm, options.calendar_name);
+        calendar              = (status == STATUS_OK) ? osal_calendar_attach(osal_shm_address(&shm)) : NULL;
+        if (calendar == NULL) {
+            (void)complain("calendar", options.calendar_name, "the shared memory of a running launcher");
+            return EXIT_FAILURE;
+        }
+    }
+    const int code = fly(&options, calendar);
+    if (calendar != NULL) {
+        osal_shm_close(&shm);
+    }
+    return code;
+}

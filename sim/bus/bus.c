@@ -1,0 +1,600 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/bus/bus.h"
+
+#include "sim/bus/frame_length.h"
+#include "sim/bus/random.h"
+
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define NS_PER_S 1000000000U
+#define ERROR_FLAG_BITS 12U // Own flag and those it provokes.
+#define ERROR_DELIMITER_BITS 8U
+#define SUSPEND_BITS 8U  // An error-passive transmitter lets others go first.
+#define STUCK_TICKS 600U // Octets of dominant bits after which every counter stands at its end.
+
+typedef struct {
+    osal_can_frame_t frame;
+    uint64_t ready_ns;
+    uint32_t key; // Arbitration field as the wire sees it; lower wins.
+} queued_t;
+
+typedef struct {
+    bool is_used;
+    bool is_plugged;
+    bool is_babbling;
+    controller_t controller;
+    bus_callbacks_t callbacks;
+    uint64_t wake_ns;
+    uint64_t recover_ns; // End of bus-off.
+    uint64_t suspend_ns; // May not start a frame before.
+    uint64_t delay_ns;
+    queued_t queue[BUS_QUEUE_FRAMES];
+    unsigned head;
+    unsigned count;
+} node_t;
+
+typedef enum {
+    OUTCOME_DELIVERED,
+    OUTCOME_DESTROYED, // Bit error seen by all.
+    OUTCOME_UNHEARD    // Nobody acknowledges.
+} outcome_t;
+
+struct bus {
+    uint64_t nominal_ns; // One bit.
+    uint64_t data_ns;    // One bit of the fast part; 0 on a classic bus.
+    uint64_t now_ns;
+    uint64_t idle_ns; // The wire is free from then on.
+    uint64_t next_wake_ns;
+    uint64_t stuck_tick_ns;
+    unsigned stuck_ticks;
+    bool is_stuck;
+    bool is_sending;
+    outcome_t outcome;
+    uint32_t senders; // Bit set of nodes whose frame is on the wire.
+    uint64_t start_ns;
+    uint64_t event_ns; // Frame ends or breaks.
+    osal_can_frame_t wire;
+    double loss;
+    double corruption;
+    double duplication;
+    bus_random_t random;
+    bus_tap_t tap;
+    void* tap_context;
+    unsigned reporter;
+    bus_statistics_t statistics;
+    unsigned node_count;
+    node_t node[BUS_NODES_MAX];
+};
+
+/// Copy what counts of a frame.
+static void copy_frame(osal_can_frame_t* to, const osal_can_frame_t* from)
+{
+    const size_t head = offsetof(osal_can_frame_t, data);
+    if (from->length <= 8U) { // The usual frame: a copy of constant size.
+        memcpy(to, from, head + 8U);
+    } else {
+        memcpy(to, from, head + from->length);
+    }
+}
+
+static const osal_can_frame_t babble = {.id = 0U, .length = 8U};
+
+bus_t* bus_create(const bus_config_t* config)
+{
+    const uint32_t nominal = config->nominal_bit_rate;
+    const uint32_t data    = config->data_bit_rate;
+    if ((nominal == 0U) || ((NS_PER_S % nominal) != 0U) || ((data != 0U) && ((NS_PER_S % data) != 0U))) {
+        return NULL;
+    }
+    bus_t* bus = calloc(1U, sizeof *bus);
+    if (bus == NULL) {
+        return NULL;
+    }
+    bus->nominal_ns    = NS_PER_S / nominal;
+    bus->data_ns       = (data != 0U) ? (NS_PER_S / data) : 0U;
+    bus->next_wake_ns  = BUS_NEVER;
+    bus->stuck_tick_ns = BUS_NEVER;
+    bus->reporter      = BUS_NODES_MAX;
+    bus_random_seed(&bus->random, config->seed);
+    return bus;
+}
+
+void bus_destroy(bus_t* bus)
+{
+    free(bus);
+}
+
+static void find_next_wake(bus_t* bus)
+{
+    uint64_t next = bus->stuck_tick_ns;
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        const node_t* node = &bus->node[i];
+        next               = (node->wake_ns < next) ? node->wake_ns : next;
+        next               = (node->recover_ns < next) ? node->recover_ns : next;
+    }
+    bus->next_wake_ns = next;
+}
+
+status_t bus_add_node(bus_t* bus, const bus_callbacks_t* callbacks, unsigned* out_node)
+{
+    unsigned index = 0U;
+    while ((index < bus->node_count) && bus->node[index].is_used) {
+        index++;
+    }
+    if (index == BUS_NODES_MAX) {
+        return STATUS_EXHAUSTED;
+    }
+    if (index == bus->node_count) {
+        bus->node_count++;
+    }
+    node_t* node = &bus->node[index];
+    memset(node, 0, sizeof *node);
+    node->is_used    = true;
+    node->is_plugged = true;
+    node->callbacks  = *callbacks;
+    node->wake_ns    = BUS_NEVER;
+    node->recover_ns = BUS_NEVER;
+    controller_reset(&node->controller);
+    *out_node = index;
+    return STATUS_OK;
+}
+
+void bus_remove_node(bus_t* bus, unsigned node)
+{
+    bus_unplug(bus, node);
+    bus->node[node].is_used = false;
+    bus->node[node].wake_ns = BUS_NEVER;
+    find_next_wake(bus);
+}
+
+static bool is_on_bus(const node_t* node)
+{
+    return node->is_plugged && (node->controller.state != CONTROLLER_STATE_BUS_OFF);
+}
+
+/// Arbitration field, most significant bit first: 11 bits, RTR or SRR, IDE, 18 bits, RTR.
+static uint32_t arbitration_key(const osal_can_frame_t* frame)
+{
+    const uint32_t id     = frame->id & OSAL_CAN_ID_MASK;
+    const uint32_t remote = ((frame->id & OSAL_CAN_REMOTE) != 0U) ? 1U : 0U;
+    if ((frame->id & OSAL_CAN_EXTENDED) == 0U) {
+        return ((id & 0x7FFU) << 21) | (remote << 20);
+    }
+    return ((id >> 18) << 21) | (3U << 19) | ((id & 0x3FFFFU) << 1) | remote;
+}
+
+static bool is_valid(const bus_t* bus, const osal_can_frame_t* frame)
+{
+    if ((frame->id & OSAL_CAN_ERROR) != 0U) {
+        return false;
+    }
+    if ((frame->flags & OSAL_CAN_FLAG_FD) == 0U) {
+        return frame->length <= 8U;
+    }
+    return (bus->data_ns != 0U) && ((frame->id & OSAL_CAN_REMOTE) == 0U) &&
+           (frame->length <= OSAL_CAN_DATA_MAX) && (frame->length == frame_fd_length(frame->length));
+}
+
+status_t bus_submit(bus_t* bus, unsigned index, const osal_can_frame_t* frame, uint64_t time_ns)
+{
+    node_t* node = &bus->node[index];
+    if (!is_valid(bus, frame)) {
+        return STATUS_INVALID;
+    }
+    if (!is_on_bus(node)) {
+        bus->statistics.refused++;
+        return STATUS_CLOSED;
+    }
+    if (node->count == BUS_QUEUE_FRAMES) {
+        bus->statistics.refused++;
+        return STATUS_FULL;
+    }
+    queued_t* entry = &node->queue[(node->head + node->count) % BUS_QUEUE_FRAMES];
+    copy_frame(&entry->frame, frame);
+    entry->ready_ns = ((time_ns > bus->now_ns) ? time_ns : bus->now_ns) + node->delay_ns;
+    entry->key      = arbitration_key(frame);
+    node->count++;
+    return STATUS_OK;
+}
+
+unsigned bus_queued(const bus_t* bus, unsigned node)
+{
+    return bus->node[node].count;
+}
+
+void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns)
+{
+    bus->node[node].wake_ns = time_ns;
+    find_next_wake(bus);
+}
+
+static void pop(node_t* node)
+{
+    node->head = (node->head + 1U) % BUS_QUEUE_FRAMES;
+    node->count--;
+}
+
+static void drop_queue(node_t* node)
+{
+    node->head  = 0U;
+    node->count = 0U;
+}
+
+/// Account for an event in a controller and tell its software and the tap what is to be told.
+static void account(bus_t* bus, unsigned index, controller_event_t event)
+{
+    node_t* node = &bus->node[index];
+    osal_can_frame_t report;
+    if (!controller_apply(&node->controller, event, &report)) {
+        return;
+    }
+    report.time_ns = bus->now_ns;
+    if ((node->controller.state == CONTROLLER_STATE_BUS_OFF) && (event != CONTROLLER_RECOVERED)) {
+        drop_queue(node);
+        node->recover_ns = bus->now_ns + (CONTROLLER_RECOVERY_BITS * bus->nominal_ns);
+        find_next_wake(bus);
+    }
+    if (node->callbacks.on_error != NULL) {
+        node->callbacks.on_error(node->callbacks.context, &report);
+    }
+    if ((bus->tap != NULL) && (index == bus->reporter)) {
+        bus->tap(bus->tap_context, &report);
+    }
+}
+
+static void account_all(bus_t* bus, controller_event_t sender_event, controller_event_t receiver_event)
+{
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        if (bus->node[i].is_used && is_on_bus(&bus->node[i])) {
+            account(bus, i, ((bus->senders & (1U << i)) != 0U) ? sender_event : receiver_event);
+        }
+    }
+}
+
+/// When the node's next frame is ready to start; BUS_NEVER if it has none.
+static uint64_t ready_ns(const node_t* node, uint64_t idle_ns)
+{
+    if (!is_on_bus(node) || (!node->is_babbling && (node->count == 0U))) {
+        return BUS_NEVER;
+    }
+    const uint64_t ready = node->is_babbling ? idle_ns : node->queue[node->head].ready_ns;
+    return (ready > node->suspend_ns) ? ready : node->suspend_ns;
+}
+
+static uint64_t next_start_ns(const bus_t* bus)
+{
+    uint64_t earliest = BUS_NEVER;
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        const uint64_t ready = ready_ns(&bus->node[i], bus->idle_ns);
+        earliest             = (ready < earliest) ? ready : earliest;
+    }
+    return (earliest > bus->idle_ns) ? earliest : bus->idle_ns;
+}
+
+static const osal_can_frame_t* head_frame(const node_t* node)
+{
+    return node->is_babbling ? &babble : &node->queue[node->head].frame;
+}
+
+static bool is_equal(const osal_can_frame_t* a, const osal_can_frame_t* b)
+{
+    return (a->id == b->id) && (a->length == b->length) && (a->flags == b->flags) &&
+           (memcmp(a->data, b->data, a->length) == 0);
+}
+
+/// Find who sends: the lowest arbitration field; several if their fields are equal. Sets senders and outcome.
+static const node_t* arbitrate(bus_t* bus, uint64_t start_ns)
+{
+    const node_t* winner = NULL;
+    uint32_t lowest      = UINT32_MAX;
+    bus->outcome         = OUTCOME_DELIVERED;
+    bus->senders         = 0U;
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        const node_t* node = &bus->node[i];
+        if (ready_ns(node, bus->idle_ns) > start_ns) {
+            continue;
+        }
+        const uint32_t key = node->is_babbling ? 0U : node->queue[node->head].key;
+        if ((winner == NULL) || (key < lowest)) {
+            winner       = node;
+            lowest       = key;
+            bus->senders = 1U << i;
+            bus->outcome = OUTCOME_DELIVERED;
+        } else if (key == lowest) {
+            bus->senders |= 1U << i;
+            if (!is_equal(head_frame(winner), head_frame(node))) {
+                bus->outcome = OUTCOME_DESTROYED;
+            }
+        }
+    }
+    return winner;
+}
+
+static bool has_receiver(const bus_t* bus)
+{
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        if (((bus->senders & (1U << i)) == 0U) && bus->node[i].is_used && is_on_bus(&bus->node[i])) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void start_frame(bus_t* bus, uint64_t start_ns)
+{
+    const node_t* winner         = arbitrate(bus, start_ns);
+    const osal_can_frame_t* head = head_frame(winner);
+    copy_frame(&bus->wire, head);
+    if ((winner->controller.state == CONTROLLER_STATE_PASSIVE) && ((head->flags & OSAL_CAN_FLAG_FD) != 0U)) {
+        bus->wire.flags |= OSAL_CAN_FLAG_ESI;
+    }
+    const frame_length_t length = frame_length(&bus->wire);
+    const uint64_t duration     = (length.nominal_bits * bus->nominal_ns) + (length.data_bits * bus->data_ns);
+    bus->is_sending             = true;
+    bus->start_ns               = start_ns;
+    bus->event_ns               = start_ns + duration;
+    if (!winner->is_babbling) {
+        const uint64_t waited = start_ns - winner->queue[winner->head].ready_ns;
+        bus->statistics.longest_ns =
+            (waited > bus->statistics.longest_ns) ? waited : bus->statistics.longest_ns;
+    }
+    if ((bus->outcome != OUTCOME_DESTROYED) && !has_receiver(bus)) {
+        bus->outcome  = OUTCOME_UNHEARD;
+        bus->event_ns = start_ns + duration - (CAN_TAIL_BITS * bus->nominal_ns);
+    } else if (bus_random_chance(&bus->random, bus->corruption)) {
+        const uint64_t bits = (duration / bus->nominal_ns) - 1U;
+        bus->outcome        = OUTCOME_DESTROYED;
+        bus->event_ns       = start_ns + ((1U + (bus_random_next(&bus->random) % bits)) * bus->nominal_ns);
+    }
+}
+
+/// The wire is free `bits` after now; passive senders wait longer.
+static void end_frame(bus_t* bus, uint64_t bits)
+{
+    bus->is_sending = false;
+    bus->idle_ns    = bus->now_ns + (bits * bus->nominal_ns);
+    bus->statistics.busy_ns += bus->idle_ns - bus->start_ns;
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        const bool is_passive = bus->node[i].controller.state == CONTROLLER_STATE_PASSIVE;
+        if (is_passive && ((bus->senders & (1U << i)) != 0U)) {
+            bus->node[i].suspend_ns = bus->idle_ns + (SUSPEND_BITS * bus->nominal_ns);
+        }
+    }
+}
+
+static void break_frame(bus_t* bus, controller_event_t sender_event)
+{
+    bus->statistics.errors++;
+    account_all(bus, sender_event, CONTROLLER_RECEIVE_ERROR);
+    end_frame(bus, ERROR_FLAG_BITS + ERROR_DELIMITER_BITS + CAN_INTERMISSION_BITS);
+}
+
+static void deliver(bus_t* bus, unsigned index)
+{
+    node_t* node = &bus->node[index];
+    if (bus_random_chance(&bus->random, bus->loss)) {
+        bus->statistics.lost++;
+        return;
+    }
+    if (node->controller.receive_errors != 0U) {
+        account(bus, index, CONTROLLER_RECEIVED);
+    }
+    if (node->callbacks.on_frame != NULL) {
+        node->callbacks.on_frame(node->callbacks.context, &bus->wire);
+    }
+}
+
+static void deliver_frame(bus_t* bus)
+{
+    bus->wire.time_ns = bus->now_ns;
+    bus->statistics.frames++;
+    if (bus->tap != NULL) {
+        bus->tap(bus->tap_context, &bus->wire);
+    }
+    // The sender that sees an error in the last bit repeats a frame that everybody has taken already.
+    const bool is_repeated = bus_random_chance(&bus->random, bus->duplication);
+    const uint32_t senders = bus->senders;
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        node_t* node = &bus->node[i];
+        if (((senders & (1U << i)) != 0U) && !node->is_babbling && !is_repeated) {
+            pop(node);
+        }
+    }
+    end_frame(bus, is_repeated ? (ERROR_FLAG_BITS + ERROR_DELIMITER_BITS + CAN_INTERMISSION_BITS)
+                               : CAN_INTERMISSION_BITS);
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        if ((senders & (1U << i)) != 0U) {
+            account(bus, i, is_repeated ? CONTROLLER_TRANSMIT_ERROR : CONTROLLER_TRANSMITTED);
+        } else if (bus->node[i].is_used && is_on_bus(&bus->node[i])) {
+            deliver(bus, i);
+        }
+    }
+}
+
+static void finish_frame(bus_t* bus)
+{
+    if (bus->outcome == OUTCOME_DESTROYED) {
+        break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
+    } else if ((bus->outcome == OUTCOME_UNHEARD) || !has_receiver(bus)) {
+        break_frame(bus, CONTROLLER_NO_ACK);
+    } else {
+        deliver_frame(bus);
+    }
+}
+
+/// A dominant wire counts eight for each octet of bits, in senders and receivers.
+static void tick_stuck(bus_t* bus)
+{
+    bus->stuck_ticks++;
+    bus->stuck_tick_ns =
+        (bus->stuck_ticks < STUCK_TICKS) ? (bus->now_ns + (8U * bus->nominal_ns)) : BUS_NEVER;
+    account_all(bus, CONTROLLER_TRANSMIT_ERROR, CONTROLLER_RECEIVE_ERROR);
+}
+
+static void wake_node(bus_t* bus, unsigned index, uint64_t now_ns)
+{
+    node_t* node = &bus->node[index];
+    if (node->recover_ns <= now_ns) {
+        if (bus->is_stuck) { // No recessive bits to count.
+            node->recover_ns = now_ns + (CONTROLLER_RECOVERY_BITS * bus->nominal_ns);
+        } else {
+            node->recover_ns = BUS_NEVER;
+            account(bus, index, CONTROLLER_RECOVERED);
+        }
+    }
+    if (node->wake_ns <= now_ns) {
+        node->wake_ns = BUS_NEVER;
+        if (node->callbacks.on_wake != NULL) {
+            node->callbacks.on_wake(node->callbacks.context, now_ns);
+        }
+    }
+}
+
+static void wake_nodes(bus_t* bus)
+{
+    const uint64_t now_ns = bus->now_ns;
+    if (bus->stuck_tick_ns <= now_ns) {
+        tick_stuck(bus);
+    }
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        wake_node(bus, i, now_ns);
+    }
+    find_next_wake(bus);
+}
+
+void bus_run_until(bus_t* bus, uint64_t time_ns)
+{
+    for (;;) {
+        uint64_t wire_ns = bus->event_ns;
+        if (!bus->is_sending) {
+            wire_ns = bus->is_stuck ? BUS_NEVER : next_start_ns(bus);
+        }
+        const uint64_t next_ns = (bus->next_wake_ns <= wire_ns) ? bus->next_wake_ns : wire_ns;
+        if (next_ns >= time_ns) {
+            break;
+        }
+        bus->now_ns = (next_ns > bus->now_ns) ? next_ns : bus->now_ns;
+        if (bus->next_wake_ns <= wire_ns) {
+            wake_nodes(bus);
+        } else if (bus->is_sending) {
+            finish_frame(bus);
+        } else {
+            start_frame(bus, bus->now_ns);
+        }
+    }
+    bus->now_ns = (time_ns > bus->now_ns) ? time_ns : bus->now_ns;
+}
+
+uint64_t bus_now_ns(const bus_t* bus)
+{
+    return bus->now_ns;
+}
+
+bool bus_is_busy(const bus_t* bus)
+{
+    bool is_busy = bus->is_sending;
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        is_busy = is_busy || (bus->node[i].count != 0U);
+    }
+    return is_busy;
+}
+
+bool bus_is_fd(const bus_t* bus)
+{
+    return bus->data_ns != 0U;
+}
+
+void bus_unplug(bus_t* bus, unsigned index)
+{
+    node_t* node        = &bus->node[index];
+    const uint32_t self = 1U << index;
+    node->is_plugged    = false;
+    node->recover_ns    = BUS_NEVER;
+    find_next_wake(bus);
+    drop_queue(node);
+    if (bus->is_sending && ((bus->senders & self) != 0U)) {
+        bus->senders &= ~self;
+        if (bus->senders == 0U) {
+            break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
+        }
+    }
+}
+
+void bus_plug(bus_t* bus, unsigned index)
+{
+    node_t* node     = &bus->node[index];
+    node->is_plugged = true;
+    node->suspend_ns = 0U;
+    controller_reset(&node->controller);
+}
+
+bool bus_is_plugged(const bus_t* bus, unsigned node)
+{
+    return bus->node[node].is_plugged;
+}
+
+const controller_t* bus_controller(const bus_t* bus, unsigned node)
+{
+    return &bus->node[node].controller;
+}
+
+void bus_set_loss(bus_t* bus, double probability)
+{
+    bus->loss = probability;
+}
+
+void bus_set_corruption(bus_t* bus, double probability)
+{
+    bus->corruption = probability;
+}
+
+void bus_set_duplication(bus_t* bus, double probability)
+{
+    bus->duplication = probability;
+}
+
+void bus_set_delay(bus_t* bus, unsigned node, uint64_t delay_ns)
+{
+    bus->node[node].delay_ns = delay_ns;
+}
+
+void bus_set_babbling(bus_t* bus, unsigned node, bool on)
+{
+    // The frame on the wire belongs to the queue it was taken from; let it break rather than be mixed up.
+    if (bus->is_sending && ((bus->senders & (1U << node)) != 0U)) {
+        break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
+    }
+    bus->node[node].is_babbling = on;
+}
+
+void bus_set_stuck(bus_t* bus, bool on)
+{
+    if (on && !bus->is_stuck) {
+        bus->stuck_ticks   = 0U;
+        bus->stuck_tick_ns = bus->now_ns + (8U * bus->nominal_ns);
+        if (bus->is_sending) {
+            break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
+        } else {
+            bus->senders = 0U;
+        }
+    } else if (!on && bus->is_stuck) {
+        bus->stuck_tick_ns = BUS_NEVER;
+        bus->idle_ns       = bus->now_ns + (11U * bus->nominal_ns);
+    }
+    bus->is_stuck = on;
+    find_next_wake(bus);
+}
+
+void bus_set_tap(bus_t* bus, bus_tap_t tap, void* context, unsigned reporter)
+{
+    bus->tap         = tap;
+    bus->tap_context = context;
+    bus->reporter    = reporter;
+}
+
+const bus_statistics_t* bus_statistics(const bus_t* bus)
+{
+    return &bus->statistics;
+}

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Fault confinement of one CAN controller: its error counters, its state, and what it reports to software.
+///
+/// Counters move as ISO 11898-1 says: transmit error +8 (an error-passive transmitter that misses an
+/// acknowledge keeps its counter, so a node alone on the bus becomes passive and never bus-off), receive
+/// error +1, success -1. State changes are reported as SocketCAN error frames.
+///
+/// Ownership  The caller places controller_t. Time O(1).
+#ifndef SIM_BUS_CONTROLLER_H
+#define SIM_BUS_CONTROLLER_H
+
+#include "osal/include/osal/can.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define CONTROLLER_WARNING 96U
+#define CONTROLLER_PASSIVE 128U
+#define CONTROLLER_BUS_OFF 256U
+#define CONTROLLER_RECOVERY_BITS 1408U ///< Recessive bits that end bus-off: 128 times 11.
+
+typedef enum {
+    CONTROLLER_STATE_ACTIVE,
+    CONTROLLER_STATE_WARNING,
+    CONTROLLER_STATE_PASSIVE,
+    CONTROLLER_STATE_BUS_OFF
+} controller_state_t;
+
+typedef struct {              // Read-only for others.
+    uint32_t transmit_errors; ///< TEC, 0..256.
+    uint32_t receive_errors;  ///< REC, 0..255.
+    controller_state_t state;
+    bool ack_reported; ///< A missing acknowledge has been reported since the last success.
+} controller_t;
+
+typedef enum {
+    CONTROLLER_TRANSMITTED,    ///< Own frame went through.
+    CONTROLLER_RECEIVED,       ///< Frame of another node received.
+    CONTROLLER_TRANSMIT_ERROR, ///< Bit, stuff, form or CRC error seen while transmitting.
+    CONTROLLER_RECEIVE_ERROR,  ///< Error seen while receiving.
+    CONTROLLER_NO_ACK,         ///< Nobody acknowledged.
+    CONTROLLER_RECOVERED,      ///< Bus-off is over.
+    CONTROLLER_EVENT_COUNT
+} controller_event_t;
+
+void controller_reset(controller_t* controller);
+
+/// Account for one event. Returns true if software is told: then *out_report is the error frame, complete but
+/// for its time.
+bool controller_apply(controller_t* controller, controller_event_t event, osal_can_frame_t* out_report);
+
+#endif // SIM_BUS_CONTROLLER_H

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/bus/frame_length.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+// State of the stuffing rule: 4 x level of the last bit + length of the run of equal bits - 1 (1..4; a fifth
+// equal bit is followed by a stuff bit of the other level, which starts a run of its own).
+#define AFTER_START_OF_FRAME 0U // One dominant bit.
+#define STATE_MASK 7U
+#define STUFFED 8U // Added to the next state when a stuff bit was inserted.
+
+static const uint8_t nibble_step[8][16] = {
+    {12, 4, 0, 5, 1, 4, 0, 6, 2, 4, 0, 5, 1, 4, 0, 7},
+    {8, 13, 0, 5, 1, 4, 0, 6, 2, 4, 0, 5, 1, 4, 0, 7},
+    {9, 12, 8, 14, 1, 4, 0, 6, 2, 4, 0, 5, 1, 4, 0, 7},
+    {10, 12, 8, 13, 9, 12, 8, 15, 2, 4, 0, 5, 1, 4, 0, 7},
+    {3, 4, 0, 5, 1, 4, 0, 6, 2, 4, 0, 5, 1, 4, 0, 8},
+    {3, 4, 0, 5, 1, 4, 0, 6, 2, 4, 0, 5, 1, 4, 9, 12},
+    {3, 4, 0, 5, 1, 4, 0, 6, 2, 4, 0, 5, 10, 12, 8, 13},
+    {3, 4, 0, 5, 1, 4, 0, 6, 11, 12, 8, 13, 9, 12, 8, 14},
+};
+static const uint8_t bit_step[8][2] = {{1, 4}, {2, 4}, {3, 4}, {12, 4}, {0, 5}, {0, 6}, {0, 7}, {0, 8}};
+
+static const uint16_t crc15_step[16] = {0x0000, 0x4599, 0x4EAB, 0x0B32, 0x58CF, 0x1D56, 0x1664, 0x53FD,
+                                        0x7407, 0x319E, 0x3AAC, 0x7F35, 0x2CC8, 0x6951, 0x6263, 0x27FA};
+
+typedef struct {
+    uint32_t state;
+    uint32_t stuffed;
+} stuffing_t;
+
+/// Send the low `count` bits of `bits`, most significant first.
+static void stuff_bits(stuffing_t* stuffing, uint64_t bits, uint32_t count)
+{
+    uint32_t state   = stuffing->state;
+    uint32_t stuffed = stuffing->stuffed;
+    for (; (count % 4U) != 0U; count--) {
+        const uint32_t next = bit_step[state][(bits >> (count - 1U)) & 1U];
+        state               = next & STATE_MASK;
+        stuffed += next >> 3;
+    }
+    for (; count != 0U; count -= 4U) {
+        const uint32_t next = nibble_step[state][(bits >> (count - 4U)) & 15U];
+        state               = next & STATE_MASK;
+        stuffed += next >> 3;
+    }
+    stuffing->state   = state;
+    stuffing->stuffed = stuffed;
+}
+
+/// Two nibbles at once: state | stuff bits << 3, for each state and octet. Filled by the first use.
+static const uint8_t* octet_steps(void)
+{
+    static uint8_t steps[8U * 256U];
+    static bool is_filled;
+    for (uint32_t i = 0U; !is_filled && (i < sizeof steps); i++) {
+        const uint32_t high = nibble_step[i >> 8][(i >> 4) & 15U];
+        const uint32_t low  = nibble_step[high & STATE_MASK][i & 15U];
+        steps[i]            = (uint8_t)((low & STATE_MASK) | (((high >> 3) + (low >> 3)) << 3));
+    }
+    is_filled = true;
+    return steps;
+}
+
+static void stuff_octets(stuffing_t* stuffing, const uint8_t* octets, size_t size)
+{
+    const uint8_t* steps = octet_steps();
+    uint32_t state       = stuffing->state;
+    uint32_t stuffed     = stuffing->stuffed;
+    for (size_t i = 0U; i < size; i++) {
+        const uint32_t next = steps[(state << 8) | octets[i]];
+        state               = next & STATE_MASK;
+        stuffed += next >> 3;
+    }
+    stuffing->state   = state;
+    stuffing->stuffed = stuffed;
+}
+
+static uint32_t crc15_bits(uint32_t crc, uint64_t bits, uint32_t count)
+{
+    for (; (count % 4U) != 0U; count--) {
+        const uint32_t feedback = ((crc >> 14) ^ (uint32_t)(bits >> (count - 1U))) & 1U;
+        crc                     = ((crc << 1) & 0x7FFFU) ^ ((feedback != 0U) ? 0x4599U : 0U);
+    }
+    for (; count != 0U; count -= 4U) {
+        const uint32_t index = ((crc >> 11) ^ (uint32_t)(bits >> (count - 4U))) & 15U;
+        crc                  = ((crc << 4) & 0x7FFFU) ^ crc15_step[index];
+    }
+    return crc;
+}
+
+typedef struct {
+    uint64_t bits; // After start of frame, to the end of the data length code.
+    uint32_t count;
+} header_t;
+
+/// Header of a classic frame; start of frame left out (the stuffing starts with it).
+static header_t classic_header(const osal_can_frame_t* frame)
+{
+    const uint64_t remote = ((frame->id & OSAL_CAN_REMOTE) != 0U) ? 1U : 0U;
+    if ((frame->id & OSAL_CAN_EXTENDED) == 0U) {
+        const uint64_t id = frame->id & 0x7FFU;
+        return (header_t){.bits = (id << 7) | (remote << 6) | frame->length, .count = 18U};
+    }
+    const uint64_t id = frame->id & OSAL_CAN_ID_MASK;
+    return (header_t){.bits = ((id >> 18) << 27) | (3ULL << 25) | ((id & 0x3FFFFU) << 7) | (remote << 6) |
+                              frame->length,
+                      .count = 38U};
+}
+
+uint8_t frame_fd_length(uint8_t length)
+{
+    static const uint8_t steps[] = {12, 16, 20, 24, 32, 48, 64};
+    if (length <= 8U) {
+        return length;
+    }
+    size_t i = 0U;
+    while ((i < (sizeof steps - 1U)) && (steps[i] < length)) {
+        i++;
+    }
+    return steps[i];
+}
+
+static uint8_t fd_length_code(uint8_t length)
+{
+    uint8_t code                 = (length <= 8U) ? length : 9U;
+    static const uint8_t steps[] = {12, 16, 20, 24, 32, 48, 64};
+    for (size_t i = 0U; (length > 8U) && (i < (sizeof steps - 1U)) && (steps[i] < length); i++) {
+        code++;
+    }
+    return code;
+}
+
+uint16_t frame_crc15(const osal_can_frame_t* frame)
+{
+    const header_t header = classic_header(frame);
+    uint32_t crc          = crc15_bits(0U, header.bits, header.count);
+    if ((frame->id & OSAL_CAN_REMOTE) == 0U) {
+        for (size_t i = 0U; i < frame->length; i++) {
+            crc = crc15_bits(crc, frame->data[i], 8U);
+        }
+    }
+    return (uint16_t)crc;
+}
+
+static frame_length_t classic_length(const osal_can_frame_t* frame)
+{
+    const header_t header    = classic_header(frame);
+    const uint32_t octets    = ((frame->id & OSAL_CAN_REMOTE) == 0U) ? frame->length : 0U;
+    const uint16_t crc       = frame_crc15(frame);
+    stuffing_t stuffing      = {.state = AFTER_START_OF_FRAME};
+    const uint32_t unstuffed = 1U + header.count + (8U * octets) + 15U;
+    stuff_bits(&stuffing, header.bits, header.count);
+    stuff_octets(&stuffing, frame->data, octets);
+    stuff_bits(&stuffing, crc, 15U);
+    // CRC delimiter and ACK slot, then the tail.
+    return (frame_length_t){.nominal_bits = unstuffed + stuffing.stuffed + 2U + CAN_TAIL_BITS};
+}
+
+/// Bits after start of frame up to and with the bit rate switch.
+static header_t fd_arbitration(const osal_can_frame_t* frame)
+{
+    const uint64_t switches = ((frame->flags & OSAL_CAN_FLAG_BRS) != 0U) ? 1U : 0U;
+    const uint64_t id       = frame->id & OSAL_CAN_ID_MASK;
+    if ((frame->id & OSAL_CAN_EXTENDED) == 0U) { // id, RRS 0, IDE 0, FDF 1, res 0, BRS
+        return (header_t){.bits = ((id & 0x7FFU) << 5) | 4U | switches, .count = 16U};
+    }
+    // id 28..18, SRR 1, IDE 1, id 17..0, RRS 0, FDF 1, res 0, BRS
+    return (header_t){.bits  = ((id >> 18) << 24) | (3ULL << 22) | ((id & 0x3FFFFU) << 4) | 4U | switches,
+                      .count = 35U};
+}
+
+static frame_length_t fd_length(const osal_can_frame_t* frame)
+{
+    const header_t header  = fd_arbitration(frame);
+    const uint64_t passive = ((frame->flags & OSAL_CAN_FLAG_ESI) != 0U) ? 16U : 0U;
+    const uint32_t octets  = frame->length;
+    stuffing_t stuffing    = {.state = AFTER_START_OF_FRAME};
+    stuff_bits(&stuffing, header.bits, header.count);
+    const uint32_t arbitration = 1U + header.count + stuffing.stuffed;
+    stuffing.stuffed           = 0U;
+    stuff_bits(&stuffing, passive | fd_length_code(frame->length), 5U);
+    stuff_octets(&stuffing, frame->data, octets);
+
+    // A stuff bit due after the very last bit is the fixed one that opens the CRC field anyhow.
+    const uint32_t last_level =
+        (octets != 0U) ? (frame->data[octets - 1U] & 1U) : (uint32_t)(fd_length_code(frame->length) & 1U);
+    const bool is_pending = (stuffing.state >> 2) != last_level;
+    // Stuff count 4 + CRC 17 + 6 fixed, or 4 + 21 + 7 above 16 octets; CRC delimiter.
+    const uint32_t crc  = ((octets > 16U) ? 32U : 27U) + 1U;
+    const uint32_t data = 5U + (8U * octets) + stuffing.stuffed - (is_pending ? 1U : 0U) + crc;
+    if ((frame->flags & OSAL_CAN_FLAG_BRS) == 0U) {
+        return (frame_length_t){.nominal_bits = arbitration + data + 1U + CAN_TAIL_BITS};
+    }
+    return (frame_length_t){.nominal_bits = arbitration + 1U + CAN_TAIL_BITS, .data_bits = data};
+}
+
+frame_length_t frame_length(const osal_can_frame_t* frame)
+{
+    if ((frame->id & OSAL_CAN_ERROR) != 0U) {
+        return (frame_length_t){0};
+    }
+    return ((frame->flags & OSAL_CAN_FLAG_FD) != 0U) ? fd_length(frame) : classic_length(frame);
+}

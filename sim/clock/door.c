@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/clock/door.h"
+
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/file.h"
+
+#include <inttypes.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+
+#define NS_PER_MS 1000000ULL
+#define SLICE_MS 50U   ///< How long a wait goes without looking whether the run has ended.
+#define ACCEPT_MS 500U ///< One round of door_serve.
+
+// --- Lines ---------------------------------------------------------------------------------------------
+
+/// Decimal number up to `max` at *text, ended by `end`; moves *text behind it.
+static bool take_number(const char** text, char end, uint64_t max, uint64_t* out_value)
+{
+    const char* at = *text;
+    uint64_t value = 0U;
+    while ((*at >= '0') && (*at <= '9')) {
+        const uint64_t digit = (uint64_t)(*at - '0');
+        if (value > ((max - digit) / 10U)) {
+            return false;
+        }
+        value = (value * 10U) + digit;
+        at++;
+    }
+    const bool is_good = (at != *text) && (*at == end);
+    *text              = at + ((end != '\0') ? 1 : 0);
+    *out_value         = value;
+    return is_good;
+}
+
+/// True if `word` stands at *text; moves *text behind it.
+static bool take_word(const char** text, const char* word)
+{
+    const size_t length = strlen(word);
+    if (strncmp(*text, word, length) != 0) {
+        return false;
+    }
+    *text += length;
+    return true;
+}
+
+static bool parse_join(const char* line, const char* participant, uint16_t* out_port)
+{
+    const char* at = line;
+    uint64_t port  = 0U;
+    if (!take_word(&at, "join ") || !take_word(&at, participant) || !take_word(&at, " ") ||
+        !take_number(&at, '\0', UINT16_MAX, &port)) {
+        return false;
+    }
+    *out_port = (uint16_t)port;
+    return true;
+}
+
+static bool parse_done(const char* line, uint64_t* out_wake_ns, uint32_t* out_octets)
+{
+    const char* at  = line;
+    uint64_t octets = 0U;
+    if (!take_word(&at, "done ")) {
+        return false;
+    }
+    if (take_word(&at, "never ")) {
+        *out_wake_ns = OSAL_CALENDAR_NEVER;
+    } else if (!take_number(&at, ' ', UINT64_MAX, out_wake_ns)) {
+        return false;
+    } else {
+        // A time.
+    }
+    if (!take_number(&at, '\0', UINT32_MAX, &octets)) {
+        return false;
+    }
+    *out_octets = (uint32_t)octets;
+    return true;
+}
+
+// --- The client ----------------------------------------------------------------------------------------
+
+static void let_go(door_t* door, uint32_t* reason)
+{
+    (*reason)++;
+    osal_socket_close(&door->client);
+    door->line_size   = 0U;
+    door->stream_port = 0U;
+}
+
+/// Move one whole line out of what was received, its end replaced by '\0'. False if there is none yet.
+static bool take_line(door_t* door, char* out_line)
+{
+    const char* const end = memchr(door->line, '\n', door->line_size);
+    if (end == NULL) {
+        return false;
+    }
+    const size_t length = (size_t)(end - door->line);
+    memcpy(out_line, door->line, length);
+    out_line[length] = '\0';
+    door->line_size -= length + 1U;
+    memmove(door->line, &door->line[length + 1U], door->line_size);
+    return strlen(out_line) == length; // With a '\0' inside it is no line of text.
+}
+
+/// Wait for a line. False: the client was let go, or the run ended.
+static bool receive_line(door_t* door, char* out_line, uint32_t timeout_ms)
+{
+    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
+    while (memchr(door->line, '\n', door->line_size) == NULL) {
+        size_t size = 0U;
+        if (door->line_size == DOOR_LINE_BYTES) {
+            let_go(door, &door->count.malformed);
+            return false;
+        }
+        const status_t status = osal_stream_receive(&door->client, (uint8_t*)&door->line[door->line_size],
+                                                    DOOR_LINE_BYTES - door->line_size, &size);
+        door->line_size += size;
+        if (status == STATUS_EMPTY) {
+            if (osal_calendar_is_closed(door->calendar)) {
+                osal_socket_close(&door->client);
+                return false;
+            }
+            if (osal_clock_monotonic_ns() >= until_ns) {
+                let_go(door, &door->count.silent);
+                return false;
+            }
+            (void)!osal_socket_wait_readable(&door->client, SLICE_MS);
+        } else if (status != STATUS_OK) {
+            let_go(door, &door->count.vanished);
+            return false;
+        } else {
+            // Received; look again.
+        }
+    }
+    if (!take_line(door, out_line)) {
+        let_go(door, &door->count.malformed);
+        return false;
+    }
+    return true;
+}
+
+/// A client has come: true if it joins in due form.
+static bool admit(door_t* door, uint32_t timeout_ms)
+{
+    char line[DOOR_LINE_BYTES];
+    door->line_size = 0U;
+    if (!receive_line(door, line, timeout_ms)) {
+        return false;
+    }
+    if (!parse_join(line, door->participant, &door->stream_port)) {
+        let_go(door, &door->count.malformed);
+        return false;
+    }
+    door->count.joined++;
+    return true;
+}
+
+static uint32_t rest_ms(uint64_t until_ns)
+{
+    const uint64_t now_ns = osal_clock_monotonic_ns();
+    return (until_ns > now_ns) ? (uint32_t)((until_ns - now_ns + NS_PER_MS - 1U) / NS_PER_MS) : 0U;
+}
+
+// --- The contract --------------------------------------------------------------------------------------
+
+status_t door_open(door_t* door, const char* path, const char* participant, const osal_calendar_t* calendar,
+                   uint32_t patience_ms)
+{
+    *door = (door_t){.listener    = OSAL_SOCKET_CLOSED,
+                     .client      = OSAL_SOCKET_CLOSED,
+                     .calendar    = calendar,
+                     .path        = path,
+                     .participant = participant,
+                     .patience_ms = patience_ms};
+    return osal_local_listen(&door->listener, path);
+}
+
+void door_close(door_t* door)
+{
+    osal_socket_close(&door->client);
+    if (osal_socket_is_open(&door->listener)) {
+        osal_socket_close(&door->listener);
+        (void)osal_file_remove(door->path);
+    }
+}
+
+status_t door_accept(door_t* door, uint32_t timeout_ms)
+{
+    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
+    osal_address_t peer;
+    for (;;) {
+        const status_t status  = osal_tcp_accept(&door->listener, &door->client, &peer);
+        const uint32_t left_ms = rest_ms(until_ns);
+        if (osal_calendar_is_closed(door->calendar)) {
+            osal_socket_close(&door->client);
+            return STATUS_CLOSED;
+        }
+        if (status == STATUS_OK) {
+            if (admit(door, (left_ms < door->patience_ms) ? left_ms : door->patience_ms)) {
+                return STATUS_OK;
+            }
+        } else if (status != STATUS_EMPTY) {
+            return STATUS_IO;
+        } else if (left_ms == 0U) {
+            return STATUS_TIMEOUT;
+        } else {
+            (void)!osal_socket_wait_readable(&door->listener, (left_ms < SLICE_MS) ? left_ms : SLICE_MS);
+        }
+    }
+}
+
+status_t door_exchange(door_t* door, const osal_grant_t* grant, uint64_t* out_wake_ns,
+                       uint32_t* out_octets_sent)
+{
+    char line[DOOR_LINE_BYTES];
+    size_t sent      = 0U;
+    const int length = snprintf(line, sizeof(line), "grant %" PRIu64 " %" PRIu32 " %" PRIu32 "\n",
+                                grant->now_ns, grant->messages, grant->octets);
+    if (!osal_socket_is_open(&door->client)) {
+        return STATUS_CLOSED;
+    }
+    // One line is outstanding at most: a socket that does not take it whole is one that nobody reads.
+    if ((osal_stream_send(&door->client, (const uint8_t*)line, (size_t)length, &sent) != STATUS_OK) ||
+        (sent != (size_t)length)) {
+        let_go(door, &door->count.vanished);
+        return STATUS_CLOSED;
+    }
+    if (!receive_line(door, line, door->patience_ms)) {
+        return STATUS_CLOSED;
+    }
+    if (strcmp(line, "leave") == 0) {
+        let_go(door, &door->count.left);
+        return STATUS_CLOSED;
+    }
+    if (!parse_done(line, out_wake_ns, out_octets_sent)) {
+        let_go(door, &door->count.malformed);
+        return STATUS_CLOSED;
+    }
+    return STATUS_OK;
+}
+
+status_t door_serve(door_t* door, osal_calendar_t* calendar, unsigned order, unsigned receiver)
+{
+    osal_grant_t grant;
+    uint64_t wake_ns = 0U;
+    uint32_t octets  = 0U;
+    status_t status  = STATUS_TIMEOUT;
+    while (status == STATUS_TIMEOUT) {
+        status = door_accept(door, ACCEPT_MS);
+    }
+    if (status != STATUS_OK) {
+        return status;
+    }
+    osal_calendar_set_stream_port(calendar, order, door->stream_port);
+    status = osal_calendar_wait(calendar, order, 0U, &grant);
+    while (status == STATUS_OK) {
+        if (door_exchange(door, &grant, &wake_ns, &octets) != STATUS_OK) {
+            status = osal_calendar_is_closed(calendar) ? STATUS_CLOSED : STATUS_OK;
+            osal_calendar_end(calendar, order);
+            break;
+        }
+        if (octets > 0U) {
+            osal_calendar_deliver(calendar, order, receiver, 0U, octets);
+        }
+        status = osal_calendar_wait(calendar, order, wake_ns, &grant);
+    }
+    osal_socket_close(&door->client);
+    if ((status == STATUS_CLOSED) && !osal_calendar_is_closed(calendar)) {
+        status = STATUS_OK; // Its place was ended by somebody else.
+    }
+    return status;
+}

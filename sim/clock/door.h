@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The calendar's door: how a participant that cannot share memory (a script, a program of another byte
+/// order) takes part in stepped time. A local stream socket at a path, lines of text:
+///
+///     client: join <participant> <local TCP port of its stream, or 0>
+///     door:   grant <time_ns> <messages> <octets>
+///     client: done <wake_ns, or never> <octets sent to its stream>
+///     client: leave                               (instead of done)
+///
+/// `messages` and `octets` are what was delivered since the last grant: the client takes in exactly that
+/// before it runs. A client that vanishes, says what is no such line, or keeps silent for longer than the
+/// patience, loses its place; that is counted and never stops or fails the run.
+///
+/// Ownership  The caller places door_t; it borrows the calendar and the texts given to door_open.
+/// Context    One task (processes: a task that runs door_serve) or the loop of the image program.
+#ifndef SIM_CLOCK_DOOR_H
+#define SIM_CLOCK_DOOR_H
+
+#include "fsw/framework/base/status.h"
+#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/socket.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define DOOR_LINE_BYTES 128U
+
+typedef struct { // All fields are private, except stream_port and count: read-only.
+    osal_socket_t listener;
+    osal_socket_t client;
+    const osal_calendar_t* calendar;
+    const char* path;
+    const char* participant;
+    uint32_t patience_ms;
+    char line[DOOR_LINE_BYTES]; ///< Received and not yet used.
+    size_t line_size;
+    uint16_t stream_port; ///< Of the client inside; 0: it has no stream.
+    struct {
+        uint32_t joined;
+        uint32_t left;      ///< Said leave.
+        uint32_t vanished;  ///< Closed its end without a word.
+        uint32_t malformed; ///< Said something else than was due.
+        uint32_t silent;    ///< Ran out of the door's patience.
+    } count;
+} door_t;
+
+/// Listen at `path`. A client must name itself `participant`. Waits of the door end with the run: when
+/// `calendar` is closed. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
+MUST_USE status_t door_open(door_t* door, const char* path, const char* participant,
+                            const osal_calendar_t* calendar, uint32_t patience_ms);
+/// Let the client go, stop listening, remove the path.
+void door_close(door_t* door);
+
+/// Wait (wall-clock) for a client that joins in due form, at most timeout_ms. None may be inside. STATUS_OK,
+/// STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
+MUST_USE status_t door_accept(door_t* door, uint32_t timeout_ms);
+/// Tell the client of its grant and wait for its answer. STATUS_OK, STATUS_CLOSED (it left, was counted out,
+/// or the run ended; it is not inside any more).
+MUST_USE status_t door_exchange(door_t* door, const osal_grant_t* grant, uint64_t* out_wake_ns,
+                                uint32_t* out_octets_sent);
+
+/// Process form: wait for a client, then stand in for it as `order` of the calendar; what it says it sent is
+/// delivered to `receiver`. When the client is gone its place in the calendar is ended. STATUS_OK (the client
+/// is gone; may be called again), STATUS_CLOSED (the run ended), STATUS_IO.
+MUST_USE status_t door_serve(door_t* door, osal_calendar_t* calendar, unsigned order, unsigned receiver);
+
+#endif // SIM_CLOCK_DOOR_H

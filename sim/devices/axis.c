@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/devices/axis.h"
+
+#include <stddef.h>
+
+#define BIT_SWITCH_ON 0x01U
+#define BIT_ENABLE_VOLTAGE 0x02U
+#define BIT_QUICK_STOP 0x04U // Low: stop.
+#define BIT_ENABLE_OPERATION 0x08U
+#define BIT_FAULT_RESET 0x80U
+
+#define STATUS_VOLTAGE 0x0010U
+#define STATUS_REMOTE 0x0200U
+
+// 0x6007
+#define OPTION_NOTHING 0
+#define OPTION_FAULT 1
+#define OPTION_DISABLE_VOLTAGE 2
+
+typedef enum {
+    COMMAND_DISABLE_VOLTAGE,
+    COMMAND_QUICK_STOP,
+    COMMAND_SHUTDOWN,
+    COMMAND_SWITCH_ON,
+    COMMAND_ENABLE
+} command_t;
+
+static command_t command_of(uint16_t controlword)
+{
+    if ((controlword & BIT_ENABLE_VOLTAGE) == 0U) {
+        return COMMAND_DISABLE_VOLTAGE;
+    }
+    if ((controlword & BIT_QUICK_STOP) == 0U) {
+        return COMMAND_QUICK_STOP;
+    }
+    if ((controlword & BIT_SWITCH_ON) == 0U) {
+        return COMMAND_SHUTDOWN;
+    }
+    return ((controlword & BIT_ENABLE_OPERATION) != 0U) ? COMMAND_ENABLE : COMMAND_SWITCH_ON;
+}
+
+axis_state_t axis_next(axis_state_t state, uint16_t controlword, uint16_t before)
+{
+    static const axis_state_t next[AXIS_STATE_COUNT][5] = {
+        // disable voltage, quick stop, shutdown, switch on, enable
+        [AXIS_NOT_READY] = {AXIS_NOT_READY, AXIS_NOT_READY, AXIS_NOT_READY, AXIS_NOT_READY, AXIS_NOT_READY},
+        [AXIS_SWITCH_ON_DISABLED] = {AXIS_SWITCH_ON_DISABLED, AXIS_SWITCH_ON_DISABLED, AXIS_READY,
+                                     AXIS_SWITCH_ON_DISABLED, AXIS_SWITCH_ON_DISABLED},
+        [AXIS_READY]       = {AXIS_SWITCH_ON_DISABLED, AXIS_SWITCH_ON_DISABLED, AXIS_READY, AXIS_SWITCHED_ON,
+                              AXIS_ENABLED},
+        [AXIS_SWITCHED_ON] = {AXIS_SWITCH_ON_DISABLED, AXIS_SWITCH_ON_DISABLED, AXIS_READY, AXIS_SWITCHED_ON,
+                              AXIS_ENABLED},
+        [AXIS_ENABLED]     = {AXIS_SWITCH_ON_DISABLED, AXIS_QUICK_STOP, AXIS_READY, AXIS_SWITCHED_ON,
+                              AXIS_ENABLED},
+        [AXIS_QUICK_STOP]  = {AXIS_SWITCH_ON_DISABLED, AXIS_QUICK_STOP, AXIS_QUICK_STOP, AXIS_QUICK_STOP,
+                              AXIS_QUICK_STOP},
+        [AXIS_FAULT_REACTION] = {AXIS_FAULT_REACTION, AXIS_FAULT_REACTION, AXIS_FAULT_REACTION,
+                                 AXIS_FAULT_REACTION, AXIS_FAULT_REACTION},
+        [AXIS_FAULT]          = {AXIS_FAULT, AXIS_FAULT, AXIS_FAULT, AXIS_FAULT, AXIS_FAULT},
+    };
+    if (state == AXIS_FAULT) {
+        const uint32_t risen = controlword & ~(uint32_t)before & BIT_FAULT_RESET;
+        return (risen != 0U) ? AXIS_SWITCH_ON_DISABLED : AXIS_FAULT;
+    }
+    return next[state][command_of(controlword)];
+}
+
+uint16_t axis_state_bits(axis_state_t state)
+{
+    static const uint16_t bits[AXIS_STATE_COUNT] = {
+        [AXIS_NOT_READY] = 0x00U,      [AXIS_SWITCH_ON_DISABLED] = 0x40U,
+        [AXIS_READY] = 0x21U,          [AXIS_SWITCHED_ON] = 0x23U,
+        [AXIS_ENABLED] = 0x27U,        [AXIS_QUICK_STOP] = 0x07U,
+        [AXIS_FAULT_REACTION] = 0x0FU, [AXIS_FAULT] = 0x08U};
+    return (uint16_t)(bits[state] | STATUS_VOLTAGE | STATUS_REMOTE);
+}
+
+bool axis_moves(axis_state_t state)
+{
+    return (state == AXIS_ENABLED) || (state == AXIS_QUICK_STOP) || (state == AXIS_FAULT_REACTION);
+}
+
+bool axis_init(axis_t* axis, node_t* node, uint8_t number)
+{
+    const uint16_t offset = (uint16_t)(number * AXIS_STRIDE);
+    *axis                 = (axis_t){.node = node, .number = number, .state = AXIS_NOT_READY};
+    axis->abort_option    = node_object(node, (uint16_t)(0x6007U + offset), 0U);
+    axis->error_code      = node_object(node, (uint16_t)(0x603FU + offset), 0U);
+    axis->controlword     = node_object(node, (uint16_t)(0x6040U + offset), 0U);
+    axis->statusword      = node_object(node, (uint16_t)(0x6041U + offset), 0U);
+    axis->mode            = node_object(node, (uint16_t)(0x6060U + offset), 0U);
+    axis->mode_display    = node_object(node, (uint16_t)(0x6061U + offset), 0U);
+    axis->modes_supported = node_object(node, (uint16_t)(0x6502U + offset), 0U);
+    return (axis->abort_option != NULL) && (axis->error_code != NULL) && (axis->controlword != NULL) &&
+           (axis->statusword != NULL) && (axis->mode != NULL) && (axis->mode_display != NULL) &&
+           (axis->modes_supported != NULL);
+}
+
+void axis_observe(axis_t* axis, axis_observer_t observer, void* context)
+{
+    axis->observer         = observer;
+    axis->observer_context = context;
+}
+
+static void show(axis_t* axis)
+{
+    axis->statusword->value = (uint64_t)axis_state_bits(axis->state) | axis->flags;
+}
+
+static void enter(axis_t* axis, axis_state_t state, uint64_t now_ns)
+{
+    axis->state = state;
+    if (state != AXIS_ENABLED) {
+        axis->flags &= AXIS_STATUS_WARNING;
+    }
+    show(axis);
+    if (axis->observer != NULL) {
+        axis->observer(axis->observer_context, node_id(axis->node), axis->number,
+                       (uint16_t)axis->statusword->value, !axis_moves(state), now_ns);
+    }
+    node_event(axis->node, now_ns);
+}
+
+void axis_reset(axis_t* axis, uint64_t now_ns)
+{
+    axis->flags            = 0U;
+    axis->has_fault        = false;
+    axis->last_controlword = 0U;
+    (void)axis_select_mode(axis);
+    enter(axis, AXIS_SWITCH_ON_DISABLED, now_ns);
+}
+
+bool axis_command(axis_t* axis, uint64_t now_ns)
+{
+    const uint16_t controlword = (uint16_t)axis->controlword->value;
+    const uint16_t before      = axis->last_controlword;
+    axis->last_controlword     = controlword;
+    axis_state_t next          = axis_next(axis->state, controlword, before);
+    if ((next == AXIS_ENABLED) && (axis->state != AXIS_ENABLED) && (axis_mode(axis) == 0)) {
+        next = AXIS_SWITCHED_ON; // Nothing to do without a mode.
+    }
+    if ((axis->state == AXIS_FAULT) && axis->has_fault) {
+        next = AXIS_FAULT;
+    }
+    if (next == axis->state) {
+        return false;
+    }
+    if (axis->state == AXIS_FAULT) {
+        object_set(axis->error_code, 0);
+    }
+    enter(axis, next, now_ns);
+    return true;
+}
+
+bool axis_select_mode(axis_t* axis)
+{
+    if (axis->mode_display->value == axis->mode->value) {
+        return false;
+    }
+    axis->mode_display->value = axis->mode->value;
+    return true;
+}
+
+uint32_t axis_check_mode(const axis_t* axis, int64_t mode)
+{
+    const bool is_known = (mode == 0) || ((mode > 0) && (mode <= 32) &&
+                                          (((axis->modes_supported->value >> (mode - 1)) & 1U) != 0U));
+    return is_known ? 0U : SDO_ABORT_VALUE;
+}
+
+int axis_mode(const axis_t* axis)
+{
+    return (int)object_signed(axis->mode_display);
+}
+
+void axis_connection_lost(axis_t* axis, uint64_t now_ns)
+{
+    if (axis->state != AXIS_ENABLED) {
+        return;
+    }
+    switch (object_signed(axis->abort_option)) {
+    case OPTION_NOTHING:
+        break;
+    case OPTION_FAULT:
+        axis_fault(axis, EMERGENCY_HEARTBEAT, now_ns);
+        break;
+    case OPTION_DISABLE_VOLTAGE:
+        enter(axis, AXIS_SWITCH_ON_DISABLED, now_ns);
+        break;
+    default:
+        enter(axis, AXIS_QUICK_STOP, now_ns);
+        break;
+    }
+}
+
+void axis_fault(axis_t* axis, uint16_t code, uint64_t now_ns)
+{
+    object_set(axis->error_code, code);
+    if ((axis->state == AXIS_FAULT) || (axis->state == AXIS_FAULT_REACTION)) {
+        return;
+    }
+    enter(axis, axis_moves(axis->state) ? AXIS_FAULT_REACTION : AXIS_FAULT, now_ns);
+}
+
+void axis_ramp_done(axis_t* axis, uint64_t now_ns)
+{
+    if (axis->state == AXIS_QUICK_STOP) {
+        enter(axis, AXIS_SWITCH_ON_DISABLED, now_ns);
+    } else if (axis->state == AXIS_FAULT_REACTION) {
+        enter(axis, AXIS_FAULT, now_ns);
+    }
+}
+
+void axis_flag(axis_t* axis, uint16_t flag, bool on)
+{
+    axis->flags = (uint16_t)(on ? (axis->flags | flag) : (axis->flags & (uint16_t)~flag));
+    show(axis);
+}

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+/// State machine of a CiA 402 power drive system, one per axis, and its objects controlword, statusword,
+/// mode.
+///
+/// axis_next is the table of the standard as a pure function; axis_t joins it with the objects of a node
+/// (axis 2 lies 0x800 higher). The device behind asks for the state and tells of the end of a ramp.
+#ifndef SIM_DEVICES_AXIS_H
+#define SIM_DEVICES_AXIS_H
+
+#include "sim/devices/node.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define AXIS_STRIDE 0x800U ///< Distance of the objects of two axes.
+
+#define AXIS_MODE_CSP 8
+#define AXIS_MODE_CSV 9
+#define AXIS_MODE_CST 10
+
+typedef enum {
+    AXIS_NOT_READY,
+    AXIS_SWITCH_ON_DISABLED,
+    AXIS_READY,
+    AXIS_SWITCHED_ON,
+    AXIS_ENABLED,
+    AXIS_QUICK_STOP,
+    AXIS_FAULT_REACTION,
+    AXIS_FAULT,
+    AXIS_STATE_COUNT
+} axis_state_t;
+
+/// Statusword bits beside the state.
+#define AXIS_STATUS_WARNING 0x0080U
+#define AXIS_STATUS_INTERNAL_LIMIT 0x0800U
+#define AXIS_STATUS_FOLLOWS 0x1000U
+#define AXIS_STATUS_FOLLOWING_ERROR 0x2000U
+
+/// State after a controlword. `before` is the controlword before this one: fault reset acts on its edge.
+axis_state_t axis_next(axis_state_t state, uint16_t controlword, uint16_t before);
+/// Bits 0..6 and 9 of the statusword in a state, voltage present.
+uint16_t axis_state_bits(axis_state_t state);
+/// True where the holding brake is off.
+bool axis_moves(axis_state_t state);
+
+/// Told of every change of state (brake included) at its time.
+typedef void (*axis_observer_t)(void* context, uint8_t node, unsigned axis, uint16_t statusword, bool brake,
+                                uint64_t now_ns);
+
+typedef struct { // Read-only for others.
+    node_t* node;
+    uint8_t number; ///< 0, 1.
+    axis_state_t state;
+    uint16_t last_controlword;
+    uint16_t flags; ///< AXIS_STATUS_*.
+    bool has_fault; ///< A cause of fault is still there: no fault reset.
+    object_t* controlword;
+    object_t* statusword;
+    object_t* error_code;
+    object_t* mode;
+    object_t* mode_display;
+    object_t* modes_supported;
+    object_t* abort_option;
+    axis_observer_t observer;
+    void* observer_context;
+} axis_t;
+
+/// Find the objects. Returns false if one is missing.
+bool axis_init(axis_t* axis, node_t* node, uint8_t number);
+void axis_observe(axis_t* axis, axis_observer_t observer, void* context);
+/// Power-on: switch on disabled, brake engaged.
+void axis_reset(axis_t* axis, uint64_t now_ns);
+
+/// Obey the controlword object. Returns true if the state has changed.
+bool axis_command(axis_t* axis, uint64_t now_ns);
+/// Take the mode object over to its display. Returns true if the mode has changed.
+bool axis_select_mode(axis_t* axis);
+/// Abort code for a mode of operation, or 0.
+uint32_t axis_check_mode(const axis_t* axis, int64_t mode);
+int axis_mode(const axis_t* axis);
+
+/// Abort-connection option 0x6007: quick stop, disable voltage or fault, if the axis is enabled.
+void axis_connection_lost(axis_t* axis, uint64_t now_ns);
+/// A fault with its code: fault reaction if the axis moves, else fault.
+void axis_fault(axis_t* axis, uint16_t code, uint64_t now_ns);
+/// The ramp of quick stop or fault reaction is at its end.
+void axis_ramp_done(axis_t* axis, uint64_t now_ns);
+/// Set or clear a flag; shown in the statusword.
+void axis_flag(axis_t* axis, uint16_t flag, bool on);
+
+#endif // SIM_DEVICES_AXIS_H

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/devices/dictionary.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void dictionary_destroy(dictionary_t* dictionary)
+{
+    for (size_t i = 0U; i < dictionary->count; i++) {
+        free(dictionary->objects[i].text);
+    }
+    free(dictionary->objects);
+    *dictionary = (dictionary_t){0};
+}
+
+void dictionary_reset_range(dictionary_t* dictionary, uint16_t first, uint16_t last)
+{
+    for (size_t i = 0U; i < dictionary->count; i++) {
+        object_t* object = &dictionary->objects[i];
+        if ((object->index < first) || (object->index > last)) {
+            continue;
+        }
+        object->value = object->initial;
+        if (object->text != NULL) {
+            object->size = object->initial_size;
+            memcpy(object->text, object->initial_text, OBJECT_TEXT_MAX);
+        }
+    }
+}
+
+void dictionary_reset(dictionary_t* dictionary)
+{
+    dictionary_reset_range(dictionary, 0U, UINT16_MAX);
+}
+
+object_t* dictionary_find(const dictionary_t* dictionary, uint16_t index, uint8_t subindex)
+{
+    const uint32_t wanted = ((uint32_t)index << 8) | subindex;
+    size_t low            = 0U;
+    size_t high           = dictionary->count;
+    while (low < high) {
+        const size_t middle    = low + ((high - low) / 2U);
+        object_t* const object = &dictionary->objects[middle];
+        const uint32_t key     = ((uint32_t)object->index << 8) | object->subindex;
+        if (key == wanted) {
+            return object;
+        }
+        if (key < wanted) {
+            low = middle + 1U;
+        } else {
+            high = middle;
+        }
+    }
+    return NULL;
+}
+
+bool dictionary_has_index(const dictionary_t* dictionary, uint16_t index)
+{
+    for (size_t i = 0U; i < dictionary->count; i++) {
+        if (dictionary->objects[i].index == index) {
+            return true;
+        }
+    }
+    return false;
+}
+
+uint8_t object_type_size(object_type_t type)
+{
+    switch (type) {
+    case OBJECT_BOOLEAN:
+    case OBJECT_INTEGER8:
+    case OBJECT_UNSIGNED8:
+        return 1U;
+    case OBJECT_INTEGER16:
+    case OBJECT_UNSIGNED16:
+        return 2U;
+    case OBJECT_INTEGER32:
+    case OBJECT_UNSIGNED32:
+        return 4U;
+    case OBJECT_INTEGER64:
+    case OBJECT_UNSIGNED64:
+        return 8U;
+    case OBJECT_VISIBLE_STRING:
+    case OBJECT_OCTET_STRING:
+        break;
+    }
+    return 0U;
+}
+
+bool object_is_text(const object_t* object)
+{
+    return (object->type == OBJECT_VISIBLE_STRING) || (object->type == OBJECT_OCTET_STRING);
+}
+
+bool object_is_signed(const object_t* object)
+{
+    return (object->type == OBJECT_INTEGER8) || (object->type == OBJECT_INTEGER16) ||
+           (object->type == OBJECT_INTEGER32) || (object->type == OBJECT_INTEGER64);
+}
+
+int64_t object_signed(const object_t* object)
+{
+    if (!object_is_signed(object) || (object->size == 8U)) {
+        return (int64_t)object->value;
+    }
+    const uint64_t sign = 1ULL << ((8U * object->size) - 1U);
+    return (int64_t)((object->value ^ sign) - sign);
+}
+
+void object_set(object_t* object, int64_t value)
+{
+    const uint64_t mask = (object->size == 8U) ? UINT64_MAX : ((1ULL << (8U * object->size)) - 1U);
+    object->value       = (uint64_t)value & mask;
+}

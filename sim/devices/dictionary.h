@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Object dictionary of a CANopen device: the objects an EDS file lists, with their present values.
+///
+/// Numbers are held as their bits in a 64-bit word (two's complement cut to the object's size); text and
+/// octet strings in storage of their own. Objects stay where they are, so that a device may keep pointers to
+/// those it uses in every cycle.
+///
+/// Ownership  eds_load allocates, dictionary_destroy frees.
+/// Time       Finding O(log n); values O(1).
+#ifndef SIM_DEVICES_DICTIONARY_H
+#define SIM_DEVICES_DICTIONARY_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define OBJECT_TEXT_MAX 64U
+
+/// Data types of CiA 301 that a device may use, by their numbers in an EDS.
+typedef enum {
+    OBJECT_BOOLEAN        = 0x01,
+    OBJECT_INTEGER8       = 0x02,
+    OBJECT_INTEGER16      = 0x03,
+    OBJECT_INTEGER32      = 0x04,
+    OBJECT_UNSIGNED8      = 0x05,
+    OBJECT_UNSIGNED16     = 0x06,
+    OBJECT_UNSIGNED32     = 0x07,
+    OBJECT_VISIBLE_STRING = 0x09,
+    OBJECT_OCTET_STRING   = 0x0A,
+    OBJECT_INTEGER64      = 0x15,
+    OBJECT_UNSIGNED64     = 0x1B
+} object_type_t;
+
+typedef struct {
+    uint16_t index;
+    uint8_t subindex;
+    object_type_t type;
+    bool is_readable;
+    bool is_writable;
+    bool is_mappable;
+    bool has_low;
+    bool has_high;
+    int64_t low;
+    int64_t high;
+    uint8_t size;   ///< Octets of a number; present octets of a string.
+    uint64_t value; ///< Bits of a number.
+    uint64_t initial;
+    uint8_t* text; ///< OBJECT_TEXT_MAX octets of a string; null for a number.
+    uint8_t initial_size;
+    uint8_t initial_text[OBJECT_TEXT_MAX];
+} object_t;
+
+typedef struct {
+    object_t* objects; ///< Ascending by index and sub-index.
+    size_t count;
+} dictionary_t;
+
+void dictionary_destroy(dictionary_t* dictionary);
+
+/// All objects back to their initial values.
+void dictionary_reset(dictionary_t* dictionary);
+/// The same for objects from `first` to `last` index only.
+void dictionary_reset_range(dictionary_t* dictionary, uint16_t first, uint16_t last);
+
+/// Null if there is no such object.
+object_t* dictionary_find(const dictionary_t* dictionary, uint16_t index, uint8_t subindex);
+/// True if the index exists with any sub-index.
+bool dictionary_has_index(const dictionary_t* dictionary, uint16_t index);
+
+bool object_is_text(const object_t* object);
+bool object_is_signed(const object_t* object);
+/// Octets of a number of this type; 0 for strings.
+uint8_t object_type_size(object_type_t type);
+
+/// Number with its sign.
+int64_t object_signed(const object_t* object);
+/// Set a number; bits beyond the object's size are cut.
+void object_set(object_t* object, int64_t value);
+
+#endif // SIM_DEVICES_DICTIONARY_H

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Joint drive (joint-drive.eds): CiA 402 with CSP, CSV and CST, an 8 kHz regulator, a holding brake, a
+/// torque sensor behind the gear and an encoder on the motor.
+///
+/// The bus side runs by the node's callbacks; the plant side calls drive_regulate in every rotor substep and
+/// drive_end_step after each plant step. Sensor errors and quantisation are those of sim/plant/sensor.h.
+///
+/// Ownership  drive_create allocates, drive_destroy frees. Time: about 20 ns per substep.
+#ifndef SIM_DEVICES_DRIVE_H
+#define SIM_DEVICES_DRIVE_H
+
+#include "fsw/framework/base/status.h"
+#include "sim/devices/axis.h"
+#include "sim/devices/node.h"
+#include "sim/plant/sensor.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/// True values of what the drive's sensors look at.
+typedef struct {
+    double motor_position_rad; ///< Referred to the joint.
+    double motor_velocity_rad_s;
+    double joint_torque_nm;
+} drive_truth_t;
+
+typedef struct {
+    uint64_t seed;
+    uint32_t sensor_device; ///< Unique in the run: keys the sensor noise.
+    uint64_t step_ns;       ///< Step of the plant: the sensor's clock.
+    uint64_t substep_ns;    ///< Period of the regulator.
+    torque_sensor_parameters_t torque_sensor;
+    encoder_parameters_t encoder;
+    void (*look)(void* context, drive_truth_t* out_truth);
+    void* look_context;
+    axis_observer_t observer; ///< May be null.
+    void* observer_context;
+} drive_config_t;
+
+typedef struct drive drive_t;
+
+/// Statuses of node_create.
+MUST_USE status_t drive_create(bus_t* bus, const char* eds_path, uint8_t node_id,
+                               const drive_config_t* config, drive_t** out_drive, char error[EDS_ERROR_MAX]);
+void drive_destroy(drive_t* drive);
+node_t* drive_node(drive_t* drive);
+
+/// Torque of the motor on the joint side for one substep, from the motor's position and velocity.
+double drive_regulate(drive_t* drive, double position_rad, double velocity_rad_s);
+/// After a plant step that ended at `now_ns`: end of ramps, following error, sensor range.
+void drive_end_step(drive_t* drive, uint64_t now_ns);
+bool drive_brake_is_engaged(const drive_t* drive);
+uint16_t drive_statusword(const drive_t* drive);
+
+/// By scenario: an extra offset of the torque sensor [Nm].
+void drive_set_torque_offset(drive_t* drive, double offset_nm);
+/// By scenario: an error of README.md's table appears or is gone. Faults stop the drive, others warn.
+void drive_set_error(drive_t* drive, uint16_t code, bool is_present, uint64_t now_ns);
+/// By scenario: temperature shown in 0x2210 [degC]; from 80 up EMCY 0x4310, below 75 gone.
+void drive_set_temperature(drive_t* drive, double celsius, uint64_t now_ns);
+
+#endif // SIM_DEVICES_DRIVE_H

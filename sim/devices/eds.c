@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/devices/eds.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#define LINE_MAX_OCTETS 512U
+#define GROWTH 64U
+
+#define OBJECT_TYPE_VAR 0x7
+#define OBJECT_TYPE_ARRAY 0x8
+#define OBJECT_TYPE_RECORD 0x9
+
+/// A section of the file that describes an object, as far as it has been read.
+typedef struct {
+    bool is_open;
+    unsigned line;
+    bool has_subindex;
+    bool has_name;
+    bool has_type;
+    bool has_access;
+    long object_type;
+    unsigned default_line;
+    char default_value[LINE_MAX_OCTETS];
+    object_t object;
+} section_t;
+
+typedef struct {
+    const char* path;
+    unsigned line;
+    uint8_t node_id;
+    dictionary_t* dictionary;
+    size_t capacity;
+    char* error;
+    section_t section;
+} reader_t;
+
+static status_t fail(const reader_t* reader, unsigned line, const char* found, const char* expected)
+{
+    (void)snprintf(reader->error, EDS_ERROR_MAX, "%s:%u: found '%.60s', expected %s", reader->path, line,
+                   found, expected);
+    return STATUS_INVALID;
+}
+
+static char* trimmed(char* text)
+{
+    while (isspace((unsigned char)*text)) {
+        text++;
+    }
+    size_t length = strlen(text);
+    while ((length > 0U) && isspace((unsigned char)text[length - 1U])) {
+        length--;
+    }
+    text[length] = '\0';
+    return text;
+}
+
+/// A term: decimal, hexadecimal or $NODEID.
+static bool parse_term(const reader_t* reader, const char* text, size_t length, int64_t* out_value)
+{
+    char term[32];
+    if ((length == 0U) || (length >= sizeof term)) {
+        return false;
+    }
+    memcpy(term, text, length);
+    term[length] = '\0';
+    char* start  = trimmed(term);
+    if (strcasecmp(start, "$NODEID") == 0) {
+        *out_value = reader->node_id;
+        return true;
+    }
+    char* end = NULL;
+    errno     = 0;
+    // Base 0 reads a leading 0x; a leading 0 is decimal in an EDS unless it is octal by intention: none is.
+    if (start[0] == '-') {
+        *out_value = strtoll(start, &end, 0);
+    } else {
+        *out_value = (int64_t)strtoull(start, &end, 0);
+    }
+    return (errno == 0) && (end != start) && (*end == '\0');
+}
+
+static bool parse_number(const reader_t* reader, const char* text, int64_t* out_value)
+{
+    const char* plus = strchr(text, '+');
+    if (plus == NULL) {
+        return parse_term(reader, text, strlen(text), out_value);
+    }
+    int64_t left  = 0;
+    int64_t right = 0;
+    if (!parse_term(reader, text, (size_t)(plus - text), &left) ||
+        !parse_term(reader, plus + 1, strlen(plus + 1), &right)) {
+        return false;
+    }
+    *out_value = left + right;
+    return true;
+}
+
+static bool fits(const object_t* object, int64_t value)
+{
+    if (object->size == 8U) {
+        return true;
+    }
+    if (object->type == OBJECT_BOOLEAN) {
+        return (value == 0) || (value == 1);
+    }
+    const unsigned bits = 8U * object->size;
+    if (object_is_signed(object)) {
+        const int64_t limit = (int64_t)1 << (bits - 1U);
+        return (value >= -limit) && (value < limit);
+    }
+    return (value >= 0) && (value < ((int64_t)1 << bits));
+}
+
+static status_t set_default(const reader_t* reader, section_t* section)
+{
+    object_t* object = &section->object;
+    if (object_is_text(object)) {
+        const size_t length = strlen(section->default_value);
+        if (length > OBJECT_TEXT_MAX) {
+            return fail(reader, section->default_line, section->default_value, "at most 64 characters");
+        }
+        memcpy(object->initial_text, section->default_value, length);
+        object->initial_size = (uint8_t)length;
+        object->size         = (uint8_t)length;
+        return STATUS_OK;
+    }
+    int64_t value = 0;
+    if ((section->default_value[0] != '\0') && !parse_number(reader, section->default_value, &value)) {
+        return fail(reader, section->default_line, section->default_value, "a number as DefaultValue");
+    }
+    if (!fits(object, value) || (object->has_low && (value < object->low)) ||
+        (object->has_high && (value > object->high))) {
+        return fail(reader, section->default_line, section->default_value,
+                    "a DefaultValue inside DataType, LowLimit and HighLimit");
+    }
+    object_set(object, value);
+    object->initial = object->value;
+    return STATUS_OK;
+}
+
+static status_t append(reader_t* reader, const object_t* object)
+{
+    dictionary_t* dictionary = reader->dictionary;
+    if (dictionary->count == reader->capacity) {
+        object_t* grown = realloc(dictionary->objects, (reader->capacity + GROWTH) * sizeof *grown);
+        if (grown == NULL) {
+            (void)snprintf(reader->error, EDS_ERROR_MAX, "%s: out of memory", reader->path);
+            return STATUS_EXHAUSTED;
+        }
+        dictionary->objects = grown;
+        reader->capacity += GROWTH;
+    }
+    dictionary->objects[dictionary->count] = *object;
+    if (object_is_text(object)) {
+        uint8_t* text = calloc(1U, OBJECT_TEXT_MAX);
+        if (text == NULL) {
+            (void)snprintf(reader->error, EDS_ERROR_MAX, "%s: out of memory", reader->path);
+            return STATUS_EXHAUSTED;
+        }
+        memcpy(text, object->initial_text, OBJECT_TEXT_MAX);
+        dictionary->objects[dictionary->count].text = text;
+    }
+    dictionary->count++;
+    return STATUS_OK;
+}
+
+/// Take the object of the section that ends here into the dictionary.
+static status_t close_section(reader_t* reader)
+{
+    section_t* section = &reader->section;
+    if (!section->is_open) {
+        return STATUS_OK;
+    }
+    section->is_open = false;
+    if (!section->has_name) {
+        return fail(reader, section->line, "no name", "ParameterName in this section");
+    }
+    if (!section->has_subindex && (section->object_type != OBJECT_TYPE_VAR)) {
+        return STATUS_OK; // Head of an array or record; its members have sections of their own.
+    }
+    if (!section->has_type) {
+        return fail(reader, section->line, "no type", "DataType in this section");
+    }
+    if (!section->has_access) {
+        return fail(reader, section->line, "no access", "AccessType in this section");
+    }
+    status_t status = set_default(reader, section);
+    if (status == STATUS_OK) {
+        status = append(reader, &section->object);
+    }
+    return status;
+}
+
+/// Name of an object's section: four hexadecimal digits, and perhaps "sub" and one or two more.
+static bool parse_section_name(const char* name, object_t* out_object, bool* out_has_subindex)
+{
+    for (unsigned i = 0U; i < 4U; i++) {
+        if (!isxdigit((unsigned char)name[i])) {
+            return false;
+        }
+    }
+    out_object->index = (uint16_t)strtoul((char[]){name[0], name[1], name[2], name[3], '\0'}, NULL, 16);
+    *out_has_subindex = name[4] != '\0';
+    if (!*out_has_subindex) {
+        return true;
+    }
+    char* end = NULL;
+    if ((strncasecmp(&name[4], "sub", 3U) != 0) || !isxdigit((unsigned char)name[7])) {
+        return false;
+    }
+    const unsigned long subindex = strtoul(&name[7], &end, 16);
+    out_object->subindex         = (uint8_t)subindex;
+    return (*end == '\0') && (subindex <= 0xFEU);
+}
+
+static status_t open_section(reader_t* reader, char* text)
+{
+    char* end = strchr(text, ']');
+    if (end == NULL) {
+        return fail(reader, reader->line, text, "']' at the end of the section's name");
+    }
+    *end            = '\0';
+    status_t status = close_section(reader);
+    if (status == STATUS_OK) {
+        section_t* section = &reader->section;
+        memset(section, 0, sizeof *section);
+        section->object_type = OBJECT_TYPE_VAR;
+        section->line        = reader->line;
+        section->is_open     = parse_section_name(text + 1, &section->object, &section->has_subindex);
+    }
+    return status;
+}
+
+static status_t take_type(const reader_t* reader, section_t* section, const char* value, int64_t number)
+{
+    section->object.type = (object_type_t)number;
+    section->object.size = object_type_size(section->object.type);
+    section->has_type    = true;
+    if ((section->object.size == 0U) && !object_is_text(&section->object)) {
+        return fail(reader, reader->line, value,
+                    "a DataType of 0x1..0x7, 0x9, 0xA, 0x15, 0x1B (boolean, integers, strings)");
+    }
+    return STATUS_OK;
+}
+
+static status_t take_access(const reader_t* reader, section_t* section, const char* value)
+{
+    static const char* const names[] = {"ro", "const", "rw", "rww", "rwr", "wo"};
+    size_t i                         = 0U;
+    while ((i < 6U) && (strcasecmp(value, names[i]) != 0)) {
+        i++;
+    }
+    if (i == 6U) {
+        return fail(reader, reader->line, value, "AccessType ro, const, rw, rww, rwr or wo");
+    }
+    section->object.is_readable = i <= 4U;
+    section->object.is_writable = i >= 2U;
+    section->has_access         = true;
+    return STATUS_OK;
+}
+
+static status_t take_number(const reader_t* reader, section_t* section, const char* key, const char* value)
+{
+    int64_t number   = 0;
+    object_t* object = &section->object;
+    if (value[0] == '\0') {
+        return STATUS_OK; // An empty value is the same as none.
+    }
+    if (!parse_number(reader, value, &number)) {
+        return fail(reader, reader->line, value, "a number");
+    }
+    if (strcasecmp(key, "ObjectType") == 0) {
+        section->object_type = number;
+        if ((number < OBJECT_TYPE_VAR) || (number > OBJECT_TYPE_RECORD)) {
+            return fail(reader, reader->line, value, "ObjectType 0x7, 0x8 or 0x9");
+        }
+    } else if (strcasecmp(key, "DataType") == 0) {
+        return take_type(reader, section, value, number);
+    } else if (strcasecmp(key, "PDOMapping") == 0) {
+        object->is_mappable = number != 0;
+    } else if (strcasecmp(key, "LowLimit") == 0) {
+        object->has_low = true;
+        object->low     = number;
+    } else {
+        object->has_high = true;
+        object->high     = number;
+    }
+    return STATUS_OK;
+}
+
+static status_t take_entry(reader_t* reader, char* text)
+{
+    section_t* section = &reader->section;
+    char* equals       = strchr(text, '=');
+    if (equals == NULL) {
+        return fail(reader, reader->line, text, "key=value, [section] or ; comment");
+    }
+    *equals           = '\0';
+    const char* key   = trimmed(text);
+    const char* value = trimmed(equals + 1);
+    if (!section->is_open) {
+        return STATUS_OK;
+    }
+    if (strcasecmp(key, "ParameterName") == 0) {
+        section->has_name = value[0] != '\0';
+    } else if (strcasecmp(key, "AccessType") == 0) {
+        return take_access(reader, section, value);
+    } else if (strcasecmp(key, "DefaultValue") == 0) {
+        section->default_line = reader->line;
+        (void)snprintf(section->default_value, sizeof section->default_value, "%s", value);
+    } else if ((strcasecmp(key, "ObjectType") == 0) || (strcasecmp(key, "DataType") == 0) ||
+               (strcasecmp(key, "PDOMapping") == 0) || (strcasecmp(key, "LowLimit") == 0) ||
+               (strcasecmp(key, "HighLimit") == 0)) {
+        return take_number(reader, section, key, value);
+    }
+    return STATUS_OK;
+}
+
+static status_t read_lines(reader_t* reader, FILE* file)
+{
+    char line[LINE_MAX_OCTETS];
+    status_t status = STATUS_OK;
+    while ((status == STATUS_OK) && (fgets(line, (int)sizeof line, file) != NULL)) {
+        reader->line++;
+        if ((strchr(line, '\n') == NULL) && !feof(file)) {
+            return fail(reader, reader->line, line, "a line of at most 510 characters");
+        }
+        char* text = trimmed(line);
+        if ((text[0] == '\0') || (text[0] == ';') || (text[0] == '#')) {
+            continue;
+        }
+        status = (text[0] == '[') ? open_section(reader, text) : take_entry(reader, text);
+    }
+    return (status == STATUS_OK) ? close_section(reader) : status;
+}
+
+static int compare_objects(const void* left, const void* right)
+{
+    const object_t* a = left;
+    const object_t* b = right;
+    const int key_a   = (a->index << 8) | a->subindex;
+    const int key_b   = (b->index << 8) | b->subindex;
+    return (key_a > key_b) - (key_a < key_b);
+}
+
+static status_t check_unique(const reader_t* reader)
+{
+    const dictionary_t* dictionary = reader->dictionary;
+    for (size_t i = 1U; i < dictionary->count; i++) {
+        if (compare_objects(&dictionary->objects[i - 1U], &dictionary->objects[i]) == 0) {
+            (void)snprintf(reader->error, EDS_ERROR_MAX, "%s: object %04X:%02X is described twice; leave one",
+                           reader->path, dictionary->objects[i].index, dictionary->objects[i].subindex);
+            return STATUS_INVALID;
+        }
+    }
+    if (dictionary->count == 0U) {
+        (void)snprintf(reader->error, EDS_ERROR_MAX, "%s: describes no object; is it an EDS file?",
+                       reader->path);
+        return STATUS_INVALID;
+    }
+    return STATUS_OK;
+}
+
+status_t eds_load(const char* path, uint8_t node_id, dictionary_t* out_dictionary, char error[EDS_ERROR_MAX])
+{
+    *out_dictionary = (dictionary_t){0};
+    FILE* file      = fopen(path, "r");
+    if (file == NULL) {
+        (void)snprintf(error, EDS_ERROR_MAX, "%s: cannot be read (%s); run from the project's root", path,
+                       strerror(errno));
+        return STATUS_NOT_FOUND;
+    }
+    reader_t reader = {.path = path, .node_id = node_id, .dictionary = out_dictionary, .error = error};
+    status_t status = read_lines(&reader, file);
+    (void)fclose(file);
+    if ((status == STATUS_OK) && (out_dictionary->count != 0U)) {
+        qsort(out_dictionary->objects, out_dictionary->count, sizeof(object_t), compare_objects);
+    }
+    if (status == STATUS_OK) {
+        status = check_unique(&reader);
+    }
+    if (status != STATUS_OK) {
+        dictionary_destroy(out_dictionary);
+    }
+    return status;
+}

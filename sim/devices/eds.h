@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reader of electronic data sheets (CiA 306): makes the object dictionary of a device from its EDS file.
+///
+/// Taken from each object: ParameterName (must be there), ObjectType, DataType, AccessType, LowLimit,
+/// HighLimit, DefaultValue (decimal, hexadecimal, or with $NODEID), PDOMapping. Sections that describe no
+/// object are skipped. Keys and values are not case-sensitive.
+#ifndef SIM_DEVICES_EDS_H
+#define SIM_DEVICES_EDS_H
+
+#include "fsw/framework/base/status.h"
+#include "sim/devices/dictionary.h"
+
+#include <stdint.h>
+
+#define EDS_ERROR_MAX 320U
+
+/// Returns STATUS_OK; STATUS_NOT_FOUND (file), STATUS_INVALID (content), STATUS_EXHAUSTED (memory): then the
+/// dictionary is empty and `error` holds "file:line: what is wrong".
+MUST_USE status_t eds_load(const char* path, uint8_t node_id, dictionary_t* out_dictionary,
+                           char error[EDS_ERROR_MAX]);
+
+#endif // SIM_DEVICES_EDS_H

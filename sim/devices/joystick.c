@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/devices/joystick.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#define POSITION_UNIT 1e-6 // rad, rad/s
+#define MNM 1e-3
+#define PER_MILLE 1000.0
+#define STOP_NS 1000000U // Quick stop: the torque is gone, the state follows.
+#define BUTTON_SHIFT 16U
+#define BUTTON_MASK 3U
+
+typedef struct {
+    axis_t machine;
+    object_t* target_torque;
+    object_t* torque_offset;
+    object_t* max_torque;
+    object_t* positive_limit;
+    object_t* negative_limit;
+    object_t* rated_torque;
+    object_t* position;
+    object_t* velocity;
+    object_t* torque;
+    object_t* torque_demand;
+    object_t* current;
+    double torque_unit_nm;
+    double torque_nm; // Wanted, inside the limits.
+    bool is_limited;
+    bool is_stopping;
+    uint64_t stop_ns; // End of the quick stop.
+} stick_axis_t;
+
+struct joystick {
+    node_t* node;
+    joystick_config_t config;
+    object_t* inputs;
+    stick_axis_t axis[JOYSTICK_AXES];
+};
+
+static int64_t rounded(double value)
+{
+    return (int64_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
+}
+
+static void refresh_torque(stick_axis_t* axis)
+{
+    const int64_t maximum  = (int64_t)axis->max_torque->value;
+    const int64_t positive = (int64_t)axis->positive_limit->value;
+    const int64_t negative = (int64_t)axis->negative_limit->value;
+    const int64_t upper    = (positive < maximum) ? positive : maximum;
+    const int64_t lower    = -((negative < maximum) ? negative : maximum);
+    int64_t wanted         = object_signed(axis->target_torque) + object_signed(axis->torque_offset);
+    axis->is_limited       = (wanted > upper) || (wanted < lower);
+    if (axis->is_limited) {
+        wanted = (wanted > upper) ? upper : lower;
+    }
+    axis->torque_unit_nm = (double)axis->rated_torque->value * MNM / PER_MILLE;
+    axis->torque_nm      = (double)wanted * axis->torque_unit_nm;
+    if (axis->machine.state == AXIS_ENABLED) {
+        axis_flag(&axis->machine, AXIS_STATUS_INTERNAL_LIMIT, axis->is_limited);
+    }
+}
+
+static void on_written(void* context, const object_t* object, uint64_t now_ns)
+{
+    joystick_t* joystick = context;
+    for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
+        stick_axis_t* axis = &joystick->axis[i];
+        if (object == axis->machine.controlword) {
+            if (axis_command(&axis->machine, now_ns) && (axis->machine.state == AXIS_ENABLED)) {
+                axis_flag(&axis->machine, AXIS_STATUS_FOLLOWS, true);
+            }
+        } else if (object == axis->machine.mode) {
+            (void)axis_select_mode(&axis->machine);
+        } else if ((object == axis->target_torque) || (object == axis->torque_offset) ||
+                   (object == axis->max_torque) || (object == axis->positive_limit) ||
+                   (object == axis->negative_limit)) {
+            refresh_torque(axis);
+        }
+    }
+}
+
+static double given_torque(const stick_axis_t* axis)
+{
+    return (axis->machine.state == AXIS_ENABLED) ? axis->torque_nm : 0.0;
+}
+
+static void on_sample(void* context, uint64_t now_ns)
+{
+    joystick_t* joystick = context;
+    joystick_truth_t truth;
+    (void)now_ns;
+    joystick->config.look(joystick->config.look_context, &truth);
+    for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
+        stick_axis_t* axis   = &joystick->axis[i];
+        const double shown   = encoder_read(&joystick->config.encoder, truth.position_rad[i]);
+        const int64_t torque = rounded(given_torque(axis) / axis->torque_unit_nm);
+        object_set(axis->position, rounded(shown / POSITION_UNIT));
+        object_set(axis->velocity, rounded(truth.velocity_rad_s[i] / POSITION_UNIT));
+        object_set(axis->torque, torque);
+        object_set(axis->torque_demand, torque);
+        object_set(axis->current, torque);
+    }
+    joystick->inputs->value = (uint64_t)(truth.buttons & BUTTON_MASK) << BUTTON_SHIFT;
+}
+
+static uint32_t on_check(void* context, const object_t* object, int64_t value)
+{
+    const joystick_t* joystick = context;
+    for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
+        if (object == joystick->axis[i].machine.mode) {
+            return axis_check_mode(&joystick->axis[i].machine, value);
+        }
+    }
+    return 0U;
+}
+
+static void on_connection_lost(void* context, uint64_t now_ns)
+{
+    joystick_t* joystick = context;
+    for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
+        axis_connection_lost(&joystick->axis[i].machine, now_ns);
+    }
+}
+
+static void on_reset(void* context, uint64_t now_ns)
+{
+    joystick_t* joystick = context;
+    for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
+        refresh_torque(&joystick->axis[i]);
+        joystick->axis[i].is_stopping = false;
+        axis_reset(&joystick->axis[i].machine, now_ns);
+    }
+}
+
+// --- plant side
+// --------------------------------------------------------------------------------------------------
+
+void joystick_torque(const joystick_t* joystick, double out_torque_nm[JOYSTICK_AXES])
+{
+    for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
+        out_torque_nm[i] = given_torque(&joystick->axis[i]);
+    }
+}
+
+void joystick_end_step(joystick_t* joystick, uint64_t now_ns)
+{
+    for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
+        stick_axis_t* axis     = &joystick->axis[i];
+        const bool is_stopping = axis_moves(axis->machine.state) && (axis->machine.state != AXIS_ENABLED);
+        if (is_stopping && !axis->is_stopping) {
+            axis->stop_ns = now_ns + STOP_NS;
+        } else if (is_stopping && (now_ns >= axis->stop_ns)) {
+            axis_ramp_done(&axis->machine, now_ns);
+        }
+        axis->is_stopping = is_stopping;
+    }
+}
+
+uint16_t joystick_statusword(const joystick_t* joystick, unsigned axis)
+{
+    return (uint16_t)joystick->axis[axis].machine.statusword->value;
+}
+
+static bool is_warning(uint16_t code)
+{
+    return (code == EMERGENCY_EXCESS_TORQUE) || (code == EMERGENCY_DEVICE_TEMPERATURE) ||
+           (code == EMERGENCY_DRIVE_TEMPERATURE);
+}
+
+static bool is_fault(uint16_t code)
+{
+    return (code == EMERGENCY_OVER_CURRENT) || (code == EMERGENCY_UNDER_VOLTAGE) ||
+           (code == EMERGENCY_POSITION_SENSOR) || (code == EMERGENCY_TORQUE_SENSOR);
+}
+
+void joystick_set_error(joystick_t* joystick, uint16_t code, bool is_present, uint64_t now_ns)
+{
+    if (is_present) {
+        node_raise(joystick->node, code, 0U, 0, now_ns);
+    } else {
+        node_clear(joystick->node, code, 0U, now_ns);
+    }
+    for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
+        axis_t* machine = &joystick->axis[i].machine;
+        if (is_warning(code)) {
+            axis_flag(machine, AXIS_STATUS_WARNING, is_present);
+        }
+        if (is_fault(code)) {
+            machine->has_fault = is_present;
+            if (is_present) {
+                axis_fault(machine, code, now_ns);
+            }
+        }
+    }
+}
+
+// --- creation
+// ----------------------------------------------------------------------------------------------------
+
+static bool find_axis(joystick_t* joystick, unsigned number)
+{
+    stick_axis_t* axis    = &joystick->axis[number];
+    const uint16_t offset = (uint16_t)(number * AXIS_STRIDE);
+    const struct {
+        object_t** place;
+        uint16_t index;
+    } wanted[] = {
+        {&axis->target_torque, 0x6071U},  {&axis->torque_offset, 0x60B2U},  {&axis->max_torque, 0x6072U},
+        {&axis->positive_limit, 0x60E0U}, {&axis->negative_limit, 0x60E1U}, {&axis->rated_torque, 0x6076U},
+        {&axis->position, 0x6064U},       {&axis->velocity, 0x606CU},       {&axis->torque, 0x6077U},
+        {&axis->torque_demand, 0x6074U},  {&axis->current, 0x6078U},
+    };
+    for (size_t i = 0U; i < (sizeof wanted / sizeof wanted[0]); i++) {
+        *wanted[i].place = node_object(joystick->node, (uint16_t)(wanted[i].index + offset), 0U);
+        if (*wanted[i].place == NULL) {
+            return false;
+        }
+    }
+    return axis_init(&axis->machine, joystick->node, (uint8_t)number);
+}
+
+static bool find_objects(joystick_t* joystick)
+{
+    joystick->inputs = node_object(joystick->node, 0x60FDU, 0U);
+    return (joystick->inputs != NULL) && find_axis(joystick, 0U) && find_axis(joystick, 1U);
+}
+
+status_t joystick_create(bus_t* bus, const char* eds_path, uint8_t id, const joystick_config_t* config,
+                         joystick_t** out_joystick, char error[EDS_ERROR_MAX])
+{
+    *out_joystick        = NULL;
+    joystick_t* joystick = calloc(1U, sizeof *joystick);
+    if (joystick == NULL) {
+        (void)snprintf(error, EDS_ERROR_MAX, "%s: out of memory", eds_path);
+        return STATUS_EXHAUSTED;
+    }
+    const node_application_t application = {.sample          = on_sample,
+                                            .written         = on_written,
+                                            .check           = on_check,
+                                            .connection_lost = on_connection_lost,
+                                            .reset           = on_reset,
+                                            .context         = joystick};
+    joystick->config                     = *config;
+    status_t status = node_create(bus, eds_path, id, &application, &joystick->node, error);
+    if ((status == STATUS_OK) && !find_objects(joystick)) {
+        (void)snprintf(error, EDS_ERROR_MAX, "%s: an object that a two-axis joystick needs is missing",
+                       eds_path);
+        status = STATUS_INVALID;
+    }
+    if (status != STATUS_OK) {
+        joystick_destroy(joystick);
+        return status;
+    }
+    for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
+        axis_observe(&joystick->axis[i].machine, config->observer, config->observer_context);
+        refresh_torque(&joystick->axis[i]);
+    }
+    *out_joystick = joystick;
+    return STATUS_OK;
+}
+
+void joystick_destroy(joystick_t* joystick)
+{
+    if (joystick != NULL) {
+        node_destroy(joystick->node);
+        free(joystick);
+    }
+}
+
+node_t* joystick_node(joystick_t* joystick)
+{
+    return joystick->node;
+}

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A CANopen node (CiA 301 slave): NMT, boot-up, heartbeat both ways, SYNC, PDOs, SDO server, emergencies.
+/// What the device does with its objects is the application's part: a drive, a joystick.
+///
+/// The node hangs on a simulated bus and lives by its callbacks. At SYNC the order is: apply the RPDOs
+/// received, let the application sample, queue TPDOs.
+///
+/// Ownership  node_create allocates, node_destroy frees. The bus outlives the node.
+#ifndef SIM_DEVICES_NODE_H
+#define SIM_DEVICES_NODE_H
+
+#include "fsw/framework/base/status.h"
+#include "sim/bus/bus.h"
+#include "sim/devices/dictionary.h"
+#include "sim/devices/eds.h"
+#include "sim/devices/emergency.h"
+#include "sim/devices/pdo.h"
+#include "sim/devices/sdo.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define NODE_PDOS_MAX 4U
+#define NODE_CONSUMERS_MAX 2U
+
+#define NODE_BOOT_NS 1000000U     ///< From power to boot-up; and 10 us x node id on top.
+#define NODE_ANSWER_NS 200000U    ///< SDO server's time to answer.
+#define NODE_PROCESSING_NS 10000U ///< From SYNC to the TPDO being ready.
+
+/// NMT states by their numbers in a heartbeat.
+typedef enum {
+    NODE_INITIALISING    = 0,
+    NODE_STOPPED         = 4,
+    NODE_OPERATIONAL     = 5,
+    NODE_PRE_OPERATIONAL = 127
+} node_state_t;
+
+/// The device behind the node. All but `check` must be there.
+typedef struct {
+    /// Bring the process values in the objects up to date.
+    void (*sample)(void* context, uint64_t now_ns);
+    /// An object was written by RPDO or SDO.
+    void (*written)(void* context, const object_t* object, uint64_t now_ns);
+    /// Abort code for an SDO write, or 0. May be null.
+    uint32_t (*check)(void* context, const object_t* object, int64_t value);
+    /// The master cannot be heard any more, or has stopped the node.
+    void (*connection_lost)(void* context, uint64_t now_ns);
+    /// Power-on state; objects have their initial values again.
+    void (*reset)(void* context, uint64_t now_ns);
+    void* context;
+} node_application_t;
+
+typedef struct node node_t;
+
+/// Make a node from its EDS file and connect it to the bus, without power. Returns STATUS_OK; else *out_node
+/// is null and `error` is filled: statuses of eds_load, STATUS_EXHAUSTED (memory, nodes of the bus),
+/// STATUS_INVALID (an object that every device needs is missing).
+MUST_USE status_t node_create(bus_t* bus, const char* eds_path, uint8_t node_id,
+                              const node_application_t* application, node_t** out_node,
+                              char error[EDS_ERROR_MAX]);
+void node_destroy(node_t* node);
+
+/// Power comes at the bus's present time: objects to their initial values, boot-up after NODE_BOOT_NS.
+void node_power_on(node_t* node);
+/// Cut the node off the bus; it keeps its power, and its deadlines run out.
+void node_unplug(node_t* node);
+/// Connect it again, after a power cycle.
+void node_plug(node_t* node);
+bool node_is_plugged(const node_t* node);
+
+object_t* node_object(const node_t* node, uint16_t index, uint8_t subindex);
+uint8_t node_id(const node_t* node);
+unsigned node_bus_index(const node_t* node);
+node_state_t node_state(const node_t* node);
+
+/// An error of the device appears or is gone; EMCY goes out if it is a change.
+void node_raise(node_t* node, uint16_t code, uint8_t axis, int32_t raw, uint64_t now_ns);
+void node_clear(node_t* node, uint16_t code, uint8_t axis, uint64_t now_ns);
+bool node_has_error(const node_t* node, uint16_t code, uint8_t axis);
+/// Values of asynchronous TPDOs (types 254, 255) may have changed: send those that have.
+void node_event(node_t* node, uint64_t now_ns);
+
+#endif // SIM_DEVICES_NODE_H

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Inside of a node, shared by node.c (life, NMT, SDO, heartbeat) and node_process.c (SYNC and PDOs).
+#ifndef SIM_DEVICES_NODE_INTERNAL_H
+#define SIM_DEVICES_NODE_INTERNAL_H
+
+#include "sim/devices/node.h"
+
+typedef struct {
+    object_t* entry;      ///< 0x1016:k, node id << 16 | time [ms].
+    uint64_t deadline_ns; ///< BUS_NEVER: no heartbeat heard yet.
+} heartbeat_consumer_t;
+
+struct node {
+    bus_t* bus;
+    unsigned bus_index;
+    uint8_t id;
+    bool is_plugged;
+    node_application_t application;
+    dictionary_t dictionary;
+    emergencies_t emergencies;
+    node_state_t state;
+    uint64_t boot_ns;
+    uint64_t wake_ns; ///< As told to the bus.
+
+    object_t* sync_cob;
+    object_t* sync_counter; ///< 0x1019
+    uint32_t sync_id;       ///< Copy of the identifier in 0x1005.
+    unsigned receive_count;
+    unsigned transmit_count;
+    pdo_t receive[NODE_PDOS_MAX];
+    pdo_t transmit[NODE_PDOS_MAX];
+
+    object_t* emergency_cob;
+    object_t* producer_time; ///< 0x1017
+    object_t* error_behaviour;
+    uint64_t heartbeat_ns; ///< Next one to send.
+    heartbeat_consumer_t consumer[NODE_CONSUMERS_MAX];
+
+    sdo_server_t sdo;
+    bool has_answer;
+    uint64_t answer_ns;
+    uint8_t answer[SDO_OCTETS];
+    uint64_t request_ns; ///< Time of the SDO request being served.
+};
+
+/// node.c
+void node_send(node_t* node, uint32_t id, const uint8_t* data, uint8_t length, uint64_t time_ns);
+/// Make sure that the bus wakes the node at `time_ns` at the latest.
+void node_wake_by(node_t* node, uint64_t time_ns);
+
+/// node_process.c
+bool node_find_pdos(node_t* node);
+/// Take changed parameters over; forget what was received.
+void node_configure_pdos(node_t* node);
+/// PDOs begin to live (OPERATIONAL entered) or die.
+void node_start_pdos(node_t* node, uint64_t now_ns);
+void node_stop_pdos(node_t* node);
+void node_take_sync(node_t* node, const osal_can_frame_t* frame);
+/// True if the identifier is that of an RPDO of this node.
+bool node_take_pdo(node_t* node, const osal_can_frame_t* frame);
+/// Run deadlines and event timers. Returns the next time.
+uint64_t node_run_pdo_timers(node_t* node, uint64_t now_ns);
+
+#endif // SIM_DEVICES_NODE_INTERNAL_H

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/logs/frame_log.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define BUFFER_OCTETS 32768U // Stays in the processor's cache.
+#define PATH_OCTETS 4096U
+#define NS_PER_S 1000000000U
+#define NS_PER_US 1000U
+#define SECOND_DIGITS 10U
+#define MICROSECOND_DIGITS 6U
+
+#define PCAP_HEADER_OCTETS 24U
+#define PCAP_FD_FRAME 0x04U
+
+typedef struct {
+    int descriptor;
+    bool is_broken;
+    size_t used;
+    uint8_t octets[BUFFER_OCTETS];
+} sink_t;
+
+struct frame_log {
+    char interface[FRAME_LOG_INTERFACE_MAX];
+    sink_t text;
+    sink_t pcap;
+};
+
+static const char hexadecimal[] = "0123456789ABCDEF";
+
+static char* put_hex(char* text, uint32_t value, unsigned digits)
+{
+    for (unsigned i = digits; i > 0U; i--) {
+        text[i - 1U] = hexadecimal[value & 15U];
+        value >>= 4;
+    }
+    return text + digits;
+}
+
+static char* put_decimal(char* text, uint32_t value, unsigned digits)
+{
+    (void)memset(text, '0', digits);
+    for (unsigned i = digits; value != 0U; i--) {
+        text[i - 1U] = (char)('0' + (char)(value % 10U));
+        value /= 10U;
+    }
+    return text + digits;
+}
+
+/// Two hexadecimal digits at once: spread the nibbles of `octets` (up to 4, first one highest) to characters.
+static uint64_t spread(uint32_t octets)
+{
+    uint64_t nibbles = octets;
+    nibbles          = (nibbles | (nibbles << 16)) & 0x0000FFFF0000FFFFU;
+    nibbles          = (nibbles | (nibbles << 8)) & 0x00FF00FF00FF00FFU;
+    nibbles          = (nibbles | (nibbles << 4)) & 0x0F0F0F0F0F0F0F0FU;
+    // Above 9 a digit is 7 characters further on.
+    const uint64_t letters = ((nibbles + 0x0606060606060606U) >> 4) & 0x0101010101010101U;
+    return nibbles + 0x3030303030303030U + (letters * 7U);
+}
+
+static char* put_data(char* text, const uint8_t* data, size_t size)
+{
+    size_t i = 0U;
+    for (; (i + 4U) <= size; i += 4U) {
+        const uint64_t digits = spread(((uint32_t)data[i] << 24) | ((uint32_t)data[i + 1U] << 16) |
+                                       ((uint32_t)data[i + 2U] << 8) | data[i + 3U]);
+        text[0]               = (char)(digits >> 56);
+        text[1]               = (char)(digits >> 48);
+        text[2]               = (char)(digits >> 40);
+        text[3]               = (char)(digits >> 32);
+        text[4]               = (char)(digits >> 24);
+        text[5]               = (char)(digits >> 16);
+        text[6]               = (char)(digits >> 8);
+        text[7]               = (char)digits;
+        text += 8;
+    }
+    for (; i < size; i++) {
+        *text++ = hexadecimal[data[i] >> 4];
+        *text++ = hexadecimal[data[i] & 15U];
+    }
+    return text;
+}
+
+static char* put_identifier(char* text, uint32_t id)
+{
+    if ((id & OSAL_CAN_ERROR) != 0U) {
+        return put_hex(text, id & (OSAL_CAN_ID_MASK | OSAL_CAN_ERROR), 8U);
+    }
+    return ((id & OSAL_CAN_EXTENDED) != 0U) ? put_hex(text, id & OSAL_CAN_ID_MASK, 8U)
+                                            : put_hex(text, id & 0x7FFU, 3U);
+}
+
+size_t frame_log_line(const osal_can_frame_t* frame, const char* interface, char* text)
+{
+    char* end                = text;
+    const uint64_t time_ns   = frame->time_ns;
+    const size_t name_octets = strlen(interface);
+    *end++                   = '(';
+    end                      = put_decimal(end, (uint32_t)(time_ns / NS_PER_S), SECOND_DIGITS);
+    *end++                   = '.';
+    end    = put_decimal(end, (uint32_t)(time_ns % NS_PER_S) / NS_PER_US, MICROSECOND_DIGITS);
+    *end++ = ')';
+    *end++ = ' ';
+    memcpy(end, interface, name_octets); // NOLINT(bugprone-not-null-terminated-result): the line goes on.
+    end += name_octets;
+    *end++ = ' ';
+    end    = put_identifier(end, frame->id);
+    *end++ = '#';
+    if ((frame->flags & OSAL_CAN_FLAG_FD) != 0U) {
+        *end++ = '#';
+        *end++ = hexadecimal[frame->flags & (OSAL_CAN_FLAG_BRS | OSAL_CAN_FLAG_ESI)];
+    }
+    if ((frame->id & OSAL_CAN_REMOTE) != 0U) {
+        *end++ = 'R';
+        *end++ = hexadecimal[frame->length & 15U];
+    } else {
+        end = put_data(end, frame->data, frame->length);
+    }
+    *end++ = '\n';
+    return (size_t)(end - text);
+}
+
+static uint8_t* put_u32(uint8_t* octets, uint32_t value) // Little-endian, as the header's magic says.
+{
+    octets[0] = (uint8_t)value;
+    octets[1] = (uint8_t)(value >> 8);
+    octets[2] = (uint8_t)(value >> 16);
+    octets[3] = (uint8_t)(value >> 24);
+    return octets + 4;
+}
+
+static uint8_t* put_u32_big(uint8_t* octets, uint32_t value)
+{
+    octets[0] = (uint8_t)(value >> 24);
+    octets[1] = (uint8_t)(value >> 16);
+    octets[2] = (uint8_t)(value >> 8);
+    octets[3] = (uint8_t)value;
+    return octets + 4;
+}
+
+size_t frame_log_record(const osal_can_frame_t* frame, uint8_t* octets)
+{
+    const uint32_t data_octets = ((frame->id & OSAL_CAN_REMOTE) != 0U) ? 0U : frame->length;
+    const uint32_t size        = 8U + data_octets;
+    const bool is_fd           = (frame->flags & OSAL_CAN_FLAG_FD) != 0U;
+    uint8_t* end               = octets;
+    end                        = put_u32(end, (uint32_t)(frame->time_ns / NS_PER_S));
+    end                        = put_u32(end, (uint32_t)(frame->time_ns % NS_PER_S));
+    end                        = put_u32(end, size);
+    end                        = put_u32(end, size);
+    end                        = put_u32_big(end, frame->id);
+    *end++                     = frame->length;
+    *end++ = is_fd ? (uint8_t)(PCAP_FD_FRAME | (frame->flags & (OSAL_CAN_FLAG_BRS | OSAL_CAN_FLAG_ESI))) : 0U;
+    *end++ = 0U;
+    *end++ = 0U;
+    memcpy(end, frame->data, data_octets);
+    return (size_t)(end - octets) + data_octets;
+}
+
+static void flush_sink(sink_t* sink)
+{
+    size_t done = 0U;
+    while ((done < sink->used) && !sink->is_broken) {
+        const ssize_t written = write(sink->descriptor, &sink->octets[done], sink->used - done);
+        if (written > 0) {
+            done += (size_t)written;
+        } else if (errno != EINTR) {
+            sink->is_broken = true;
+        }
+    }
+    sink->used = 0U;
+}
+
+/// Room for `octets` more at the end of the buffer.
+static uint8_t* reserve(sink_t* sink, size_t octets)
+{
+    if ((sink->used + octets) > BUFFER_OCTETS) {
+        flush_sink(sink);
+    }
+    return &sink->octets[sink->used];
+}
+
+void frame_log_write(frame_log_t* log, const osal_can_frame_t* frame)
+{
+    char* line = (char*)reserve(&log->text, FRAME_LOG_LINE_MAX);
+    log->text.used += frame_log_line(frame, log->interface, line);
+    uint8_t* record = reserve(&log->pcap, FRAME_LOG_RECORD_MAX);
+    log->pcap.used += frame_log_record(frame, record);
+}
+
+void frame_log_flush(frame_log_t* log)
+{
+    flush_sink(&log->text);
+    flush_sink(&log->pcap);
+}
+
+static bool open_sink(sink_t* sink, const char* folder, const char* interface, const char* suffix)
+{
+    char path[PATH_OCTETS];
+    (void)snprintf(path, sizeof path, "%s/can-%s.%s", folder, interface, suffix);
+    sink->descriptor = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    return sink->descriptor >= 0;
+}
+
+static void write_pcap_header(sink_t* sink)
+{
+    uint8_t* end = reserve(sink, PCAP_HEADER_OCTETS);
+    end          = put_u32(end, 0xA1B23C4DU); // Nanoseconds.
+    end          = put_u32(end, 2U | (4U << 16));
+    end          = put_u32(end, 0U);
+    end          = put_u32(end, 0U);
+    end          = put_u32(end, 0x40000U);
+    (void)put_u32(end, 227U);
+    sink->used += PCAP_HEADER_OCTETS;
+}
+
+status_t frame_log_open(const char* folder, const char* interface, frame_log_t** out_log)
+{
+    *out_log = NULL;
+    if ((strlen(interface) >= FRAME_LOG_INTERFACE_MAX) || (strlen(folder) > (PATH_OCTETS - 64U))) {
+        return STATUS_INVALID;
+    }
+    frame_log_t* log = calloc(1U, sizeof *log);
+    if (log == NULL) {
+        return STATUS_EXHAUSTED;
+    }
+    (void)strcpy(log->interface, interface);
+    log->pcap.descriptor = -1;
+    if (!open_sink(&log->text, folder, interface, "log") ||
+        !open_sink(&log->pcap, folder, interface, "pcap")) {
+        (void)frame_log_close(log);
+        return STATUS_IO;
+    }
+    write_pcap_header(&log->pcap);
+    *out_log = log;
+    return STATUS_OK;
+}
+
+static bool close_sink(sink_t* sink)
+{
+    if (sink->descriptor < 0) {
+        return true;
+    }
+    flush_sink(sink);
+    return (close(sink->descriptor) == 0) && !sink->is_broken;
+}
+
+status_t frame_log_close(frame_log_t* log)
+{
+    if (log == NULL) {
+        return STATUS_OK;
+    }
+    const bool has_text = close_sink(&log->text);
+    const bool has_pcap = close_sink(&log->pcap);
+    free(log);
+    return (has_text && has_pcap) ? STATUS_OK : STATUS_IO;
+}

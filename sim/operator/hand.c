@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/operator/hand.h"
+
+#include "sim/operator/scene.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define COMMANDS_MAX 256U
+#define ARGUMENTS_MAX 5U
+#define PI 3.14159265358979323846
+
+#define PRESS_S 1.0       ///< From first touch to full force.
+#define CLEARANCE_M 0.010 ///< Where a released finger waits below the hook.
+#define SLEW_GRIP_S 0.3   ///< To take the stick.
+#define SLEW_EXPECT_S 0.5 ///< To lean against an expected force, or to stop it.
+#define SLEW_SLIDE_S 0.5  ///< To feel which way the finger slides.
+#define SLIDING_M_S 0.001 ///< Slower than this the friction stays as it is.
+
+typedef struct {
+    const char* name;
+    double low;
+    double high;
+} argument_t;
+
+typedef struct verb verb_t;
+
+typedef struct {
+    uint64_t time_ns;
+    const verb_t* verb;
+    double argument[ARGUMENTS_MAX];
+} command_t;
+
+/// A verb of the script: what it takes, what it changes at once, how it moves the wanted pose.
+struct verb {
+    const char* name;
+    const char* usage;
+    size_t count;
+    argument_t argument[ARGUMENTS_MAX];
+    void (*begin)(hand_t* hand, const command_t* command);                  ///< May be null.
+    void (*play)(hand_t* hand, const command_t* command, double elapsed_s); ///< May be null: no motion.
+};
+
+struct hand {
+    hand_parameters_t parameters; // Grip changes by script.
+    plant_parameters_t scene;
+    plane_t home;
+    command_t command[COMMANDS_MAX];
+    size_t count;
+    size_t next;
+    const command_t* current; // Null before the first.
+    uint64_t time_ns;
+    plane_t tip;                    // Wanted now.
+    double joint_rad[PLANT_JOINTS]; // Wanted now.
+    plane_t from;                   // Wanted when the current command began.
+    double from_joint_rad[PLANT_JOINTS];
+    double force_n;     // To press with.
+    bool gripping;      // Hand on the stick.
+    bool expecting;     // Hand leans against what it expects.
+    bool pulling;       // Spring on the finger, as far as the hand knows.
+    double grip;        // 0..1, follows gripping.
+    double expectation; // 0..1, follows expecting.
+    double slide;       // -1..1, follows the direction of motion on the contour.
+    hand_intent_t intent;
+};
+
+// --- motions
+// ------------------------------------------------------------------------------------------------
+
+/// Minimum jerk from 0 to 1 over a unit of time.
+static double minimum_jerk(double share)
+{
+    const double s = fmax(0.0, fmin(1.0, share));
+    return s * s * s * (10.0 - s * (15.0 - 6.0 * s));
+}
+
+static void want_tip(hand_t* hand, plane_t tip)
+{
+    hand->tip = tip;
+    scene_joints(&hand->scene, tip, hand->joint_rad);
+}
+
+static void go_towards(hand_t* hand, plane_t target, double share)
+{
+    const double s = minimum_jerk(share);
+    want_tip(hand, (plane_t){hand->from.x + s * (target.x - hand->from.x),
+                             hand->from.z + s * (target.z - hand->from.z)});
+}
+
+static void begin_rest(hand_t* hand, const command_t* command)
+{
+    (void)command;
+    hand->expecting = false;
+}
+
+static void begin_let_go(hand_t* hand, const command_t* command)
+{
+    (void)command;
+    hand->gripping = false;
+}
+
+static void play_circle(hand_t* hand, const command_t* command, double elapsed_s)
+{
+    const double ramp_s = command->argument[2];
+    const double down_s = elapsed_s - ramp_s - command->argument[3];
+    const double up     = minimum_jerk(elapsed_s / ramp_s);
+    const double down   = minimum_jerk(down_s / command->argument[4]);
+    const double radius = command->argument[0] * (up - down);
+    const double phase  = 2.0 * PI * command->argument[1] * elapsed_s;
+    hand->joint_rad[0]  = hand->from_joint_rad[0] + radius * sin(phase);
+    hand->joint_rad[1]  = hand->from_joint_rad[1] + radius * cos(phase);
+    hand->tip           = scene_tip(&hand->scene, hand->joint_rad);
+}
+
+static void play_move(hand_t* hand, const command_t* command, double elapsed_s)
+{
+    go_towards(hand, (plane_t){command->argument[0], command->argument[1]}, elapsed_s / command->argument[2]);
+}
+
+static void begin_press(hand_t* hand, const command_t* command)
+{
+    hand->force_n = command->argument[0];
+}
+
+static void play_press(hand_t* hand, const command_t* command, double elapsed_s)
+{
+    const double x      = hand->from.x;
+    const double touch  = scene_press_height(&hand->scene, x, 0.0);
+    const double down_s = fmax(0.0, hand->from.z - touch) / command->argument[1];
+    const double top    = fmin(hand->from.z, touch);
+    if (elapsed_s < down_s) {
+        want_tip(hand, (plane_t){x, hand->from.z - command->argument[1] * elapsed_s});
+    } else {
+        const double s = minimum_jerk((elapsed_s - down_s) / PRESS_S);
+        want_tip(hand, (plane_t){x, top + s * (scene_press_height(&hand->scene, x, hand->force_n) - top)});
+    }
+}
+
+static void play_follow(hand_t* hand, const command_t* command, double elapsed_s)
+{
+    const double s = minimum_jerk(elapsed_s / command->argument[1]);
+    const double x = hand->from.x + s * (command->argument[0] - hand->from.x);
+    want_tip(hand, (plane_t){x, scene_press_height(&hand->scene, x, hand->force_n)});
+}
+
+static void begin_pull(hand_t* hand, const command_t* command)
+{
+    (void)command;
+    hand->pulling = true;
+}
+
+static void play_pull(hand_t* hand, const command_t* command, double elapsed_s)
+{
+    const plane_t target = {hand->from.x, hand->scene.hook_m[1] + command->argument[0]};
+    go_towards(hand, target, elapsed_s / command->argument[1]);
+}
+
+static void play_release(hand_t* hand, const command_t* command, double elapsed_s)
+{
+    go_towards(hand, (plane_t){hand->from.x, hand->scene.hook_m[1] - CLEARANCE_M},
+               elapsed_s / command->argument[0]);
+    hand->pulling = hand->pulling && (elapsed_s < command->argument[0]);
+}
+
+static void play_home(hand_t* hand, const command_t* command, double elapsed_s)
+{
+    go_towards(hand, hand->home, elapsed_s / command->argument[0]);
+}
+
+static void begin_grip(hand_t* hand, const command_t* command)
+{
+    hand->parameters.grip_stiffness_nm_rad = command->argument[0];
+    hand->parameters.grip_damping_nms_rad  = command->argument[1];
+}
+
+#define DURATION                                                                                             \
+    {                                                                                                        \
+        "duration [s]", 0.05, 600.0                                                                          \
+    }
+
+static const verb_t verbs[] = {
+    {"rest", "rest", 0U, {{0}}, begin_rest, NULL},
+    {"grip",
+     "grip <stiffness> <damping>",
+     2U,
+     {{"stiffness [Nm/rad]", 0.1, 50.0}, {"damping [Nms/rad]", 0.0, 5.0}},
+     begin_grip,
+     NULL},
+    {"circle",
+     "circle <amplitude> <frequency> <ramp> <hold> <down>",
+     5U,
+     {{"amplitude [rad]", 0.0, 0.6},
+      {"frequency [Hz]", 0.01, 5.0},
+      DURATION,
+      {"hold [s]", 0.0, 600.0},
+      DURATION},
+     NULL,
+     play_circle},
+    {"move",
+     "move <x> <z> <duration>",
+     3U,
+     {{"x [m]", -1.0, 1.0}, {"z [m]", -1.0, 1.0}, DURATION},
+     NULL,
+     play_move},
+    {"press",
+     "press <force> <speed>",
+     2U,
+     {{"force [N]", 0.0, 60.0}, {"speed [m/s]", 0.001, 0.2}},
+     begin_press,
+     play_press},
+    {"follow", "follow <x> <duration>", 2U, {{"x [m]", -1.0, 1.0}, DURATION}, NULL, play_follow},
+    {"hold", "hold", 0U, {{0}}, NULL, NULL},
+    {"pull",
+     "pull <distance> <duration>",
+     2U,
+     {{"distance [m]", 0.0, 0.15}, DURATION},
+     begin_pull,
+     play_pull},
+    {"release", "release <duration>", 1U, {DURATION}, NULL, play_release},
+    {"home", "home <duration>", 1U, {DURATION}, NULL, play_home},
+    {"let_go", "let_go", 0U, {{0}}, begin_let_go, NULL},
+};
+
+#define VERB_COUNT (sizeof(verbs) / sizeof(verbs[0]))
+
+// --- script
+// -------------------------------------------------------------------------------------------------
+
+static const verb_t* find_verb(const char* name)
+{
+    for (size_t i = 0U; i < VERB_COUNT; i++) {
+        if (strcmp(verbs[i].name, name) == 0) {
+            return &verbs[i];
+        }
+    }
+    return NULL;
+}
+
+/// Targets out of reach are told when the script is read, not when the arm is stretched.
+static status_t check_reach(const hand_t* hand, const scenario_line_t* line, const command_t* command,
+                            char error[SCENARIO_ERROR_MAX])
+{
+    plane_t target = {command->argument[0], command->argument[1]};
+    if (command->verb->play == play_follow) {
+        target.z = scene_press_height(&hand->scene, target.x, 0.0);
+    } else if (command->verb->play == play_pull) {
+        target = (plane_t){hand->scene.hook_m[0], hand->scene.hook_m[1] + command->argument[0]};
+    } else if (command->verb->play != play_move) {
+        return STATUS_OK;
+    }
+    return scene_reachable(&hand->scene, target)
+               ? STATUS_OK
+               : scenario_error(line, line->word[1], "a target within reach of the arm", error);
+}
+
+static status_t take_line(void* context, const scenario_line_t* line, char error[SCENARIO_ERROR_MAX])
+{
+    hand_t* const hand       = context;
+    const verb_t* const verb = find_verb(line->word[0]);
+    if (verb == NULL) {
+        return scenario_error(line, line->word[0],
+                              "rest, grip, circle, move, press, follow, hold, pull, release, home or let_go",
+                              error);
+    }
+    if (hand->count == COMMANDS_MAX) {
+        (void)scenario_error(line, line->word[0], "at most 256 lines for the hand", error);
+        return STATUS_EXHAUSTED;
+    }
+    command_t* const command = &hand->command[hand->count];
+    command->time_ns         = line->time_ns;
+    command->verb            = verb;
+    status_t status          = scenario_arguments(line, verb->count, verb->usage, error);
+    for (size_t i = 0U; (i < verb->count) && (status == STATUS_OK); i++) {
+        const argument_t* argument = &verb->argument[i];
+        status = scenario_number(line, i + 1U, argument->name, argument->low, argument->high,
+                                 &command->argument[i], error);
+    }
+    status = (status == STATUS_OK) ? check_reach(hand, line, command, error) : status;
+    hand->count += (status == STATUS_OK) ? 1U : 0U;
+    return status;
+}
+
+static void update_intent(hand_t* hand);
+
+status_t hand_load(const hand_parameters_t* parameters, const plant_parameters_t* scene, const char* path,
+                   hand_t** out_hand, char error[SCENARIO_ERROR_MAX])
+{
+    *out_hand    = NULL;
+    error[0]     = '\0';
+    hand_t* hand = calloc(1U, sizeof(*hand));
+    if (hand == NULL) {
+        (void)snprintf(error, SCENARIO_ERROR_MAX, "no memory for the hand");
+        return STATUS_EXHAUSTED;
+    }
+    hand->parameters  = *parameters;
+    hand->scene       = *scene;
+    hand->home        = scene_tip(scene, scene->home_rad);
+    hand->gripping    = true;
+    hand->grip        = 1.0;
+    hand->intent.verb = verbs[0].name;
+    want_tip(hand, hand->home);
+    update_intent(hand);
+
+    const status_t status = (path != NULL) ? scenario_read(path, "hand", take_line, hand, error) : STATUS_OK;
+    if (status != STATUS_OK) {
+        hand_destroy(hand);
+        return status;
+    }
+    *out_hand = hand;
+    return STATUS_OK;
+}
+
+void hand_destroy(hand_t* hand)
+{
+    free(hand);
+}
+
+// --- playing
+// ------------------------------------------------------------------------------------------------
+
+/// Move `value` towards `target`, a unit in `unit_s`.
+static double slew(double value, double target, double unit_s, double dt_s)
+{
+    const double most = dt_s / unit_s;
+    return value + fmax(-most, fmin(most, target - value));
+}
+
+static void begin_command(hand_t* hand, const command_t* command)
+{
+    if (command->verb->begin == begin_grip) {
+        begin_grip(hand, command); // Goes on with what it was doing.
+        return;
+    }
+    hand->pulling           = hand->pulling && hand->expecting; // After a rest the spring is forgotten.
+    hand->current           = command;
+    hand->from              = hand->tip;
+    hand->from_joint_rad[0] = hand->joint_rad[0];
+    hand->from_joint_rad[1] = hand->joint_rad[1];
+    hand->gripping          = true;
+    hand->expecting         = true;
+    hand->intent.verb       = command->verb->name;
+    if (command->verb->begin != NULL) {
+        command->verb->begin(hand, command);
+    }
+}
+
+/// Joint torques that contour and spring will have at the wanted pose.
+static void update_expected(hand_t* hand, double out_torque_nm[PLANT_JOINTS])
+{
+    double contact[PLANT_JOINTS];
+    double spring[PLANT_JOINTS] = {0.0, 0.0};
+    scene_contact_torque(&hand->scene, hand->tip, hand->slide, contact);
+    if (hand->pulling) {
+        scene_spring_torque(&hand->scene, hand->tip, spring);
+    }
+    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+        out_torque_nm[i] = hand->expectation * (contact[i] + spring[i]);
+    }
+}
+
+static void update_intent(hand_t* hand)
+{
+    const hand_parameters_t* parameters = &hand->parameters;
+    hand_intent_t* intent               = &hand->intent;
+
+    update_expected(hand, intent->expected_torque_nm);
+    for (unsigned i = 0U; i < PLANT_AXES; i++) {
+        // The arm gives way to the load, the stick is pushed back by the reflected part of it.
+        const double load   = intent->expected_torque_nm[i];
+        const double joint  = hand->joint_rad[i] - load / parameters->arm_stiffness_nm_rad;
+        const double stick  = (joint - hand->scene.home_rad[i]) / parameters->position_scale;
+        const double recoil = parameters->force_scale * load / parameters->grip_stiffness_nm_rad;
+
+        intent->wanted_joint_rad[i] = hand->joint_rad[i];
+        intent->intent_rad[i]       = stick - recoil;
+    }
+    intent->wanted_tip_m[0] = hand->tip.x;
+    intent->wanted_tip_m[1] = hand->tip.z;
+    intent->grip            = hand->grip;
+}
+
+/// Which way the finger drags along the contour: known while it slides, kept when it stops, forgotten in the
+/// air.
+static double slide_target(const hand_t* hand, double speed_m_s)
+{
+    if (!scene_touching(&hand->scene, hand->tip)) {
+        return 0.0;
+    }
+    return (fabs(speed_m_s) < SLIDING_M_S) ? hand->slide : ((speed_m_s > 0.0) ? 1.0 : -1.0);
+}
+
+void hand_step(hand_t* hand, uint64_t time_ns)
+{
+    const double dt_s    = (double)(time_ns - hand->time_ns) * 1.0e-9;
+    const plane_t before = hand->tip;
+    hand->time_ns        = time_ns;
+
+    while ((hand->next < hand->count) && (hand->command[hand->next].time_ns <= time_ns)) {
+        begin_command(hand, &hand->command[hand->next]);
+        hand->next++;
+    }
+    if ((hand->current != NULL) && (hand->current->verb->play != NULL)) {
+        const double elapsed_s = (double)(time_ns - hand->current->time_ns) * 1.0e-9;
+        hand->current->verb->play(hand, hand->current, elapsed_s);
+    }
+    if (dt_s > 0.0) {
+        hand->slide =
+            slew(hand->slide, slide_target(hand, (hand->tip.x - before.x) / dt_s), SLEW_SLIDE_S, dt_s);
+        hand->grip        = slew(hand->grip, hand->gripping ? 1.0 : 0.0, SLEW_GRIP_S, dt_s);
+        hand->expectation = slew(hand->expectation, hand->expecting ? 1.0 : 0.0, SLEW_EXPECT_S, dt_s);
+    }
+    if (!hand->gripping) {
+        hand->grip = 0.0; // Letting go takes no time.
+    }
+    update_intent(hand);
+}
+
+void hand_torque(const hand_t* hand, const double stick_position_rad[PLANT_AXES],
+                 const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES])
+{
+    const hand_parameters_t* parameters = &hand->parameters;
+    for (unsigned i = 0U; i < PLANT_AXES; i++) {
+        const double pull =
+            parameters->grip_stiffness_nm_rad * (hand->intent.intent_rad[i] - stick_position_rad[i]);
+        out_torque_nm[i] = hand->grip * (pull - parameters->grip_damping_nms_rad * stick_velocity_rad_s[i]);
+    }
+}
+
+void hand_act(void* context, unsigned substep, const double stick_position_rad[PLANT_AXES],
+              const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES])
+{
+    (void)substep;
+    hand_torque(context, stick_position_rad, stick_velocity_rad_s, out_torque_nm);
+}
+
+const hand_intent_t* hand_intent(const hand_t* hand)
+{
+    return &hand->intent;
+}

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The operator's hand on the joystick: an impedance whose rest point, the intent, follows a script.
+///
+/// A hand that only plays positions never reaches the force it wants, so the hand knows the scene: it expects
+/// the torque of contour and spring at the wanted pose and leans against it,
+///     intent = (wanted joint position - home) / s_p - s_f x expected torque / grip stiffness,
+/// with the wanted position corrected by the arm's own compliance.
+///
+/// Script lines of the actor `hand` (times in s, lengths in m, forces in N):
+///     rest                                   no motion, expects no force any more (a decoupled robot)
+///     grip     <Nm/rad> <Nms/rad>            stiffness and damping of the hand from now on
+///     circle   <rad> <Hz> <ramp> <hold> <down>   joint 1 sine, joint 2 cosine around the present pose
+///     move     <x> <z> <duration>            tip, minimum jerk
+///     press    <force> <speed>               straight down to the contour, then press (1 s)
+///     follow   <x> <duration>                along the contour, keeping the force
+///     hold                                   no motion, force kept
+///     pull     <distance> <duration>         up, past the hook by the distance, against the spring
+///     release  <duration>                    back to 10 mm below the hook
+///     home     <duration>                    tip to the home pose
+///     let_go                                 the hand leaves the stick; the next verb takes it again
+///
+/// Ownership  hand_load allocates, hand_destroy frees. Use: hand_step once per plant step, hand_torque in
+/// each
+///            rotor substep (hand_act fits plant_input_t.hand).
+#ifndef SIM_OPERATOR_HAND_H
+#define SIM_OPERATOR_HAND_H
+
+#include "fsw/framework/base/status.h"
+#include "sim/operator/scenario.h"
+#include "sim/plant/plant.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct {
+    double grip_stiffness_nm_rad; ///< Until the first `grip`.
+    double grip_damping_nms_rad;  ///< Until the first `grip`.
+    double position_scale;        ///< s_p: joint angle per stick angle.
+    double force_scale;           ///< s_f: stick torque per joint torque.
+    double arm_stiffness_nm_rad;  ///< Of a joint under control, as the operator has learned it.
+} hand_parameters_t;
+
+/// What the hand means to do now, for the truth log.
+typedef struct {
+    double intent_rad[PLANT_AXES];
+    double wanted_tip_m[2]; ///< x, z.
+    double wanted_joint_rad[PLANT_JOINTS];
+    double expected_torque_nm[PLANT_JOINTS]; ///< On the arm, by contour and spring.
+    double grip;                             ///< 0 (off the stick) .. 1.
+    const char* verb;                        ///< Static text; "rest" before the first line.
+} hand_intent_t;
+
+typedef struct hand hand_t;
+
+/// A hand that plays the `hand` lines of a scenario; with `path` null it rests. The plant's parameters are
+/// the scene that it knows. Both parameter structs are copied. Returns STATUS_OK; else *out_hand is null and
+/// `error` holds file:line, value and what is expected: STATUS_NOT_FOUND, STATUS_INVALID, STATUS_EXHAUSTED
+/// (more than 256 lines or no memory).
+MUST_USE status_t hand_load(const hand_parameters_t* parameters, const plant_parameters_t* scene,
+                            const char* path, hand_t** out_hand, char error[SCENARIO_ERROR_MAX]);
+
+/// Null is allowed.
+void hand_destroy(hand_t* hand);
+
+/// Move the intent on to `time_ns`; steps do not go backwards.
+void hand_step(hand_t* hand, uint64_t time_ns);
+
+/// Torque on the stick for its position and velocity, at the present intent.
+void hand_torque(const hand_t* hand, const double stick_position_rad[PLANT_AXES],
+                 const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES]);
+
+/// hand_torque in the form of plant_input_t.hand; context is the hand_t.
+void hand_act(void* context, unsigned substep, const double stick_position_rad[PLANT_AXES],
+              const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES]);
+
+/// Present intent; renewed by hand_step.
+const hand_intent_t* hand_intent(const hand_t* hand);
+
+#endif // SIM_OPERATOR_HAND_H

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/operator/scenario.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SEPARATORS " \t\r\n"
+#define LATEST_S 1.0e6 ///< Eleven days; beyond it is a typing error.
+
+static const char* const actors[] = {"hand", "fault", "operator"};
+#define ACTOR_COUNT (sizeof(actors) / sizeof(actors[0]))
+
+status_t scenario_error(const scenario_line_t* line, const char* found, const char* expected,
+                        char error[SCENARIO_ERROR_MAX])
+{
+    (void)snprintf(error, SCENARIO_ERROR_MAX, "%s:%u: found '%.60s', expected %.120s", line->path, line->line,
+                   found, expected);
+    return STATUS_INVALID;
+}
+
+status_t scenario_number(const scenario_line_t* line, size_t index, const char* name, double low, double high,
+                         double* out_value, char error[SCENARIO_ERROR_MAX])
+{
+    char expected[128];
+    (void)snprintf(expected, sizeof(expected), "%s from %g to %g", name, low, high);
+    if (index >= line->word_count) {
+        return scenario_error(line, "end of line", expected, error);
+    }
+    char* end          = NULL;
+    const char* word   = line->word[index];
+    const double value = strtod(word, &end);
+    // Written so that "nan" fails the comparison.
+    if ((end == word) || (*end != '\0') || !((value >= low) && (value <= high))) {
+        return scenario_error(line, word, expected, error);
+    }
+    *out_value = value;
+    return STATUS_OK;
+}
+
+status_t scenario_arguments(const scenario_line_t* line, size_t count, const char* usage,
+                            char error[SCENARIO_ERROR_MAX])
+{
+    if (line->word_count < count + 1U) {
+        return scenario_error(line, "end of line", usage, error);
+    }
+    if (line->word_count > count + 1U) {
+        return scenario_error(line, line->word[count + 1U], usage, error);
+    }
+    return STATUS_OK;
+}
+
+static bool is_actor(const char* word)
+{
+    for (size_t i = 0U; i < ACTOR_COUNT; i++) {
+        if (strcmp(word, actors[i]) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Cut line->text into words, comment removed; time and actor go into out_head, the rest into line->word.
+/// Returns the number of words in all, SCENARIO_WORDS_MAX + 3 at most.
+static size_t split(scenario_line_t* line, const char* out_head[2])
+{
+    char* const comment = strchr(line->text, '#');
+    if (comment != NULL) {
+        *comment = '\0';
+    }
+    size_t count = 0U;
+    char* rest   = NULL;
+    for (char* word = strtok_r(line->text, SEPARATORS, &rest); word != NULL;
+         word       = strtok_r(NULL, SEPARATORS, &rest)) {
+        if (count < 2U) {
+            out_head[count] = word;
+        } else if (count < SCENARIO_WORDS_MAX + 2U) {
+            line->word[count - 2U] = word;
+        } else {
+            return count + 1U;
+        }
+        count++;
+    }
+    return count;
+}
+
+/// Meaning of a line: *out_mine tells whether it belongs to `actor`.
+static status_t parse(scenario_line_t* line, const char* actor, bool* out_mine,
+                      char error[SCENARIO_ERROR_MAX])
+{
+    const char* head[2] = {NULL, NULL};
+    const size_t count  = split(line, head);
+    *out_mine           = false;
+    if (count == 0U) {
+        return STATUS_OK;
+    }
+
+    char* end           = NULL;
+    const double time_s = strtod(head[0], &end);
+    if ((*end != '\0') || !((time_s >= 0.0) && (time_s <= LATEST_S))) {
+        return scenario_error(line, head[0], "a time in s", error);
+    }
+    if ((count < 2U) || !is_actor(head[1])) {
+        return scenario_error(line, (count < 2U) ? "end of line" : head[1],
+                              "an actor: hand, fault or operator", error);
+    }
+    *out_mine = strcmp(head[1], actor) == 0;
+    if (!*out_mine) {
+        return STATUS_OK; // Its own reader judges the rest.
+    }
+    if (count < 3U) {
+        return scenario_error(line, "end of line", "a verb", error);
+    }
+    if (count > SCENARIO_WORDS_MAX + 2U) {
+        return scenario_error(line, "too many words", "at most 11 arguments", error);
+    }
+    line->word_count = count - 2U;
+    line->time_ns    = (uint64_t)llround(time_s * 1.0e9);
+    return STATUS_OK;
+}
+
+static status_t read_lines(FILE* file, scenario_line_t* line, const char* actor, scenario_taker_t take,
+                           void* context, char error[SCENARIO_ERROR_MAX])
+{
+    uint64_t latest_ns = 0U;
+    while (fgets(line->text, (int)sizeof(line->text), file) != NULL) {
+        line->line++;
+        if ((strchr(line->text, '\n') == NULL) && (feof(file) == 0)) {
+            return scenario_error(line, "a line too long", "at most 510 characters", error);
+        }
+        bool mine       = false;
+        status_t status = parse(line, actor, &mine, error);
+        if ((status == STATUS_OK) && mine) {
+            if (line->time_ns < latest_ns) {
+                return scenario_error(line, "an earlier time", "times that do not decrease", error);
+            }
+            latest_ns = line->time_ns;
+            status    = take(context, line, error);
+        }
+        if (status != STATUS_OK) {
+            return status;
+        }
+    }
+    return (ferror(file) == 0) ? STATUS_OK : scenario_error(line, strerror(errno), "a readable file", error);
+}
+
+status_t scenario_read(const char* path, const char* actor, scenario_taker_t take, void* context,
+                       char error[SCENARIO_ERROR_MAX])
+{
+    error[0]   = '\0';
+    FILE* file = fopen(path, "r");
+    if (file == NULL) {
+        (void)snprintf(error, SCENARIO_ERROR_MAX, "%s: %s", path, strerror(errno));
+        return STATUS_NOT_FOUND;
+    }
+    scenario_line_t line  = {.path = path};
+    const status_t status = read_lines(file, &line, actor, take, context, error);
+    (void)fclose(file);
+    return status;
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reader of scenario files: one command per line, `<time s> <actor> <verb> <argument...>`, `#` starts a
+/// comment.
+///
+/// Actors of the simulator are `hand` and `fault`; `operator` belongs to the ground segment. Each reader
+/// takes the lines of its actor and skips the others; a line with an unknown actor or without a time is an
+/// error for every reader. Times of one actor do not decrease. Errors name file:line, what was found and what
+/// is expected.
+#ifndef SIM_OPERATOR_SCENARIO_H
+#define SIM_OPERATOR_SCENARIO_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define SCENARIO_WORDS_MAX 12U
+#define SCENARIO_LINE_MAX 512U
+#define SCENARIO_ERROR_MAX 320U
+
+/// A line of the wanted actor. Words point into `text`.
+typedef struct {
+    const char* path;
+    unsigned line;
+    uint64_t time_ns;
+    size_t word_count;                    ///< Verb and arguments.
+    const char* word[SCENARIO_WORDS_MAX]; ///< word[0] is the verb.
+    char text[SCENARIO_LINE_MAX];
+} scenario_line_t;
+
+/// Taker of one line. On STATUS_INVALID or STATUS_OUT_OF_RANGE it has filled `error` by scenario_error.
+typedef status_t (*scenario_taker_t)(void* context, const scenario_line_t* line,
+                                     char error[SCENARIO_ERROR_MAX]);
+
+/// Hand every line of `actor` in `path` to `take`, in order; the first error ends it.
+/// Returns STATUS_OK, STATUS_NOT_FOUND (file), STATUS_INVALID, STATUS_OUT_OF_RANGE, STATUS_EXHAUSTED (from
+/// the taker); on anything but STATUS_OK `error` holds the message.
+MUST_USE status_t scenario_read(const char* path, const char* actor, scenario_taker_t take, void* context,
+                                char error[SCENARIO_ERROR_MAX]);
+
+/// Write "file:line: found 'x', expected y" into error. Returns STATUS_INVALID.
+status_t scenario_error(const scenario_line_t* line, const char* found, const char* expected,
+                        char error[SCENARIO_ERROR_MAX]);
+
+/// Word `index` as a number in [low, high]; `name` is used in the message.
+/// Returns STATUS_OK, STATUS_INVALID (missing, not a number, outside the range; error is filled).
+MUST_USE status_t scenario_number(const scenario_line_t* line, size_t index, const char* name, double low,
+                                  double high, double* out_value, char error[SCENARIO_ERROR_MAX]);
+
+/// Verb plus exactly `count` arguments? Returns STATUS_OK or STATUS_INVALID (error is filled).
+MUST_USE status_t scenario_arguments(const scenario_line_t* line, size_t count, const char* usage,
+                                     char error[SCENARIO_ERROR_MAX]);
+
+#endif // SIM_OPERATOR_SCENARIO_H

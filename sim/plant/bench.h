@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A motor on its own: the rotor of a joint with friction, brake and end stops, whose output meets something
+/// elastic at an angle. Enough plant for a gripper, a lamp's shutter, a drive on a table.
+///
+/// Ownership  The caller places bench_t. Context: one task. Results: bit-identical in every repeat.
+#ifndef SIM_PLANT_BENCH_H
+#define SIM_PLANT_BENCH_H
+
+#include "sim/plant/plant.h"
+
+#include <stdbool.h>
+
+typedef struct { // Read-only for others.
+    const plant_parameters_t* parameters;
+    plant_rotor_t rotor;
+    double contact_rad;      ///< Where the output meets something, in the positive direction.
+    double stiffness_nm_rad; ///< Of what it meets; 0: nothing.
+    double output_torque_nm; ///< Gear torque on the output: what the drive's torque sensor sees.
+} bench_t;
+
+/// At rest at angle 0. The parameters outlive the bench.
+void bench_init(bench_t* bench, const plant_parameters_t* parameters, double contact_rad,
+                double stiffness_nm_rad);
+/// Advance by h_s under the torque of the motor, with the brake on or off.
+void bench_step(bench_t* bench, bool brake, double motor_torque_nm, double h_s);
+
+#endif // SIM_PLANT_BENCH_H

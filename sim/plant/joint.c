@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/plant/world.h"
+
+#include <math.h>
+
+/// Torque that tries to stop a rotor at this speed: Coulomb with the Stribeck rise, and the brake.
+static double dry_friction(const plant_parameters_t* parameters, double velocity_rad_s, bool brake)
+{
+    const double ratio  = velocity_rad_s / parameters->stribeck_rad_s;
+    const double excess = (parameters->stiction_nm - parameters->coulomb_nm) / (1.0 + ratio * ratio);
+    return parameters->coulomb_nm + excess + (brake ? parameters->brake_torque_nm : 0.0);
+}
+
+/// Torque of a one-sided spring and damper at +-range around a centre; zero inside.
+static double end_stop(double offset, double velocity, double range, double stiffness, double damping)
+{
+    const double beyond = fabs(offset) - range;
+    if (beyond <= 0.0) {
+        return 0.0;
+    }
+    const double side = (offset > 0.0) ? 1.0 : -1.0;
+    const double push = stiffness * beyond + damping * velocity * side;
+    return (push > 0.0) ? -side * push : 0.0;
+}
+
+double joint_rotor_step(const plant_parameters_t* parameters, plant_rotor_t* rotor, double home_rad,
+                        bool brake, double torque_nm, double gear_torque_nm, double h_s)
+{
+    const double inertia = parameters->rotor_inertia_kgm2;
+    const double viscous = parameters->viscous_nms_rad * rotor->velocity_rad_s;
+    const double stop = end_stop(rotor->position_rad - home_rad, rotor->velocity_rad_s, parameters->range_rad,
+                                 parameters->joint_stop_nm_rad, parameters->joint_stop_nms_rad);
+
+    // Dry friction exactly: it takes away as much speed as it can in this substep, but never turns it round.
+    // Stable for any slope, and a rotor at rest stays where it is to the last bit.
+    const double free = rotor->velocity_rad_s + h_s * (torque_nm - gear_torque_nm - viscous + stop) / inertia;
+    const double most = h_s * dry_friction(parameters, rotor->velocity_rad_s, brake) / inertia;
+    const double next = (fabs(free) <= most) ? 0.0 : free - ((free > 0.0) ? most : -most);
+
+    rotor->velocity_rad_s = next;
+    rotor->position_rad += h_s * next;
+    return (free - next) * inertia / h_s + viscous;
+}
+
+void stick_step(const plant_parameters_t* parameters, double torque_nm, double h_s, double* position_rad,
+                double* velocity_rad_s)
+{
+    const double stop = end_stop(*position_rad, *velocity_rad_s, parameters->stick_range_rad,
+                                 parameters->stick_stop_nm_rad, parameters->stick_stop_nms_rad);
+    const double sum  = torque_nm + stop - parameters->stick_friction_nms_rad * *velocity_rad_s;
+    *velocity_rad_s += h_s * sum / parameters->stick_inertia_kgm2;
+    *position_rad += h_s * *velocity_rad_s;
+}

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Errors of the sensors: what a device measures of the true state.
+///
+/// Noise is a function of (seed, device, step) and of nothing else, so that a device more or less, or a
+/// sample left out, does not change what the others see. No libm in the noise: the same on every machine.
+#ifndef SIM_PLANT_SENSOR_H
+#define SIM_PLANT_SENSOR_H
+
+#include <stdint.h>
+
+/// Standard normal variate (sum of twelve uniforms, within +-6) for (seed, device, step).
+double sensor_noise(uint64_t seed, uint32_t device, uint64_t step);
+
+/// Uniform variate in [-1, 1) for (seed, device, step); a stream of its own.
+double sensor_uniform(uint64_t seed, uint32_t device, uint64_t step);
+
+typedef struct {
+    double noise_rms_nm;
+    double offset_max_nm;  ///< The sensor's offset is drawn from +- this.
+    double drift_max_nm_s; ///< The sensor's drift is drawn from +- this.
+    double range_nm;       ///< Saturates at +- this.
+} torque_sensor_parameters_t;
+
+/// One torque sensor. All fields are private.
+typedef struct {
+    torque_sensor_parameters_t parameters;
+    uint64_t seed;
+    uint32_t device;
+    double offset_nm;
+    double drift_nm_s;
+} torque_sensor_t;
+
+/// Draw offset and drift. `device` is unique in the run (bus number << 8 | node id is a good choice).
+void torque_sensor_init(torque_sensor_t* sensor, const torque_sensor_parameters_t* parameters, uint64_t seed,
+                        uint32_t device);
+
+/// Reading for a true torque at a step; the same arguments give the same reading. The device quantises.
+double torque_sensor_read(const torque_sensor_t* sensor, uint64_t step, uint64_t time_ns, double torque_nm);
+
+typedef struct {
+    uint32_t counts_per_turn; ///< Of the encoder's own shaft.
+    double gear_ratio;        ///< Turns of that shaft per turn of the joint or stick; 1 without a gear.
+} encoder_parameters_t;
+
+/// Count of the encoder at a true position: floor, as an edge counter does.
+int64_t encoder_count(const encoder_parameters_t* parameters, double position_rad);
+
+/// The position that a device reports: its count in radians.
+double encoder_read(const encoder_parameters_t* parameters, double position_rad);
+
+#endif // SIM_PLANT_SENSOR_H

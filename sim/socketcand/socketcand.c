@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/socketcand/socketcand.h"
+
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/socket.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define INPUT_OCTETS 4096U
+#define OUTPUT_OCTETS 65536U
+#define ACCEPT_INTERVAL 64U // Calls of socketcand_receive between two looks at the door, when nobody is in.
+#define NO_NODE BUS_NODES_MAX
+#define OK_PATIENCE_NS 50000000ULL ///< Wall-clock time in which a client reads the answer to rawmode.
+
+typedef struct {
+    socketcand_t* server;
+    bool is_used;
+    bool is_raw;       // Frames may flow.
+    bool has_heard_ok; // It has read the answer to rawmode: it has spoken since, or had the time.
+    uint64_t raw_ns;   // Wall-clock time of rawmode.
+    osal_socket_t socket;
+    bus_t* bus;
+    unsigned node;
+    size_t input_size;
+    size_t output_size;
+    char input[INPUT_OCTETS + 1U];
+    char output[OUTPUT_OCTETS];
+} client_t;
+
+struct socketcand {
+    osal_socket_t listener;
+    uint16_t port;
+    socketcand_bus_t buses[SOCKETCAND_BUSES_MAX];
+    size_t bus_count;
+    unsigned countdown;
+    unsigned client_count;
+    unsigned submitted;
+    uint64_t dropped;
+    client_t client[SOCKETCAND_CLIENTS_MAX];
+};
+
+status_t socketcand_open(uint16_t port, const socketcand_bus_t* buses, size_t bus_count,
+                         socketcand_t** out_server)
+{
+    *out_server          = NULL;
+    socketcand_t* server = calloc(1U, sizeof *server);
+    if (server == NULL) {
+        return STATUS_EXHAUSTED;
+    }
+    const osal_address_t local = {.ipv4 = OSAL_IPV4_LOOPBACK, .port = port};
+    status_t status            = osal_tcp_listen(&server->listener, local);
+    if (status != STATUS_OK) {
+        free(server);
+        return status;
+    }
+    osal_address_t bound = {0};
+    status               = osal_socket_local_address(&server->listener, &bound);
+    if (status != STATUS_OK) {
+        osal_socket_close(&server->listener);
+        free(server);
+        return status;
+    }
+    server->port      = bound.port;
+    server->bus_count = (bus_count < SOCKETCAND_BUSES_MAX) ? bus_count : SOCKETCAND_BUSES_MAX;
+    memcpy(server->buses, buses, server->bus_count * sizeof *buses);
+    *out_server = server;
+    return STATUS_OK;
+}
+
+uint16_t socketcand_port(const socketcand_t* server)
+{
+    return server->port;
+}
+
+unsigned socketcand_clients(const socketcand_t* server)
+{
+    return server->client_count;
+}
+
+uint64_t socketcand_dropped(const socketcand_t* server)
+{
+    return server->dropped;
+}
+
+static void drop_client(client_t* client)
+{
+    if (client->node != NO_NODE) {
+        bus_remove_node(client->bus, client->node);
+    }
+    osal_socket_close(&client->socket);
+    client->is_used = false;
+    client->server->client_count--;
+}
+
+static void queue_text(client_t* client, const char* text, size_t size)
+{
+    if ((client->output_size + size) > OUTPUT_OCTETS) {
+        client->server->dropped++;
+        return;
+    }
+    memcpy(&client->output[client->output_size], text, size);
+    client->output_size += size;
+}
+
+static void reply(client_t* client, const char* text)
+{
+    queue_text(client, text, strlen(text));
+}
+
+/// Clients compare all they read with the answer to rawmode: a frame right behind it would confuse them.
+static bool may_show(client_t* client)
+{
+    client->has_heard_ok =
+        client->has_heard_ok || ((osal_clock_monotonic_ns() - client->raw_ns) > OK_PATIENCE_NS);
+    return client->has_heard_ok;
+}
+
+static void on_frame(void* context, const osal_can_frame_t* frame)
+{
+    client_t* client = context;
+    char text[SOCKETCAND_MESSAGE_MAX];
+    if (client->is_raw && may_show(client)) {
+        queue_text(client, text, socketcand_message(frame, text));
+    }
+}
+
+static void open_bus(client_t* client, const char* name)
+{
+    socketcand_t* server            = client->server;
+    const bus_callbacks_t callbacks = {.on_frame = on_frame, .on_error = on_frame, .context = client};
+    for (size_t i = 0U; (i < server->bus_count) && (client->node == NO_NODE); i++) {
+        if (strcmp(server->buses[i].name, name) != 0) {
+            continue;
+        }
+        client->bus = server->buses[i].bus;
+        if (bus_add_node(client->bus, &callbacks, &client->node) != STATUS_OK) {
+            client->node = NO_NODE;
+        }
+    }
+    reply(client, (client->node != NO_NODE) ? "< ok >" : "< error could not open bus >");
+}
+
+/// Handle one message, brackets and outer blanks already off.
+static void handle(client_t* client, const char* text)
+{
+    osal_can_frame_t frame;
+    if ((strncmp(text, "open ", 5U) == 0) && (client->node == NO_NODE)) {
+        open_bus(client, &text[5]);
+    } else if ((strcmp(text, "rawmode") == 0) && (client->node != NO_NODE)) {
+        reply(client, "< ok >");
+        client->is_raw = true;
+        client->raw_ns = osal_clock_monotonic_ns();
+    } else if (strcmp(text, "echo") == 0) {
+        reply(client, "< echo >");
+    } else if ((strncmp(text, "send ", 5U) == 0) && client->is_raw) {
+        client->has_heard_ok = true;
+        if (socketcand_parse_send(text, &frame) != STATUS_OK) {
+            reply(client, "< error syntax of send >");
+        } else {
+            (void)bus_submit(client->bus, client->node, &frame, bus_now_ns(client->bus));
+            client->server->submitted++;
+        }
+    } else {
+        reply(client, "< error unknown command >");
+    }
+}
+
+/// Cut whole messages out of what has been received. Anything outside of brackets is skipped.
+static void handle_input(client_t* client)
+{
+    char* rest                        = client->input;
+    client->input[client->input_size] = '\0';
+    for (;;) {
+        char* start = strchr(rest, '<');
+        char* end   = (start != NULL) ? strchr(start, '>') : NULL;
+        if (end == NULL) {
+            rest = (start != NULL) ? start : &client->input[client->input_size];
+            break;
+        }
+        start++;
+        while (*start == ' ') {
+            start++;
+        }
+        rest = end + 1;
+        while ((end > start) && (end[-1] == ' ')) {
+            end--;
+        }
+        *end = '\0';
+        handle(client, start);
+    }
+    const size_t left = client->input_size - (size_t)(rest - client->input);
+    memmove(client->input, rest, left);
+    client->input_size = (left < INPUT_OCTETS) ? left : 0U; // A message that long is none.
+}
+
+static void receive_from(client_t* client)
+{
+    // As long as the bus takes frames; the rest waits in the socket, and in the end in the client.
+    while (client->is_used) {
+        size_t size = 0U;
+        if ((client->node != NO_NODE) && (bus_queued(client->bus, client->node) > (BUS_QUEUE_FRAMES / 2U))) {
+            return;
+        }
+        // A short piece at a time, so that the frames in it find room in the transmit queue.
+        const size_t room  = INPUT_OCTETS - client->input_size;
+        const size_t piece = (room < 128U) ? room : 128U;
+        const status_t status =
+            osal_stream_receive(&client->socket, (uint8_t*)&client->input[client->input_size], piece, &size);
+        if (status == STATUS_EMPTY) {
+            return;
+        }
+        if (status != STATUS_OK) {
+            drop_client(client);
+            return;
+        }
+        client->input_size += size;
+        handle_input(client);
+    }
+}
+
+static void let_in(socketcand_t* server)
+{
+    osal_socket_t socket = OSAL_SOCKET_CLOSED;
+    osal_address_t peer  = {0};
+    while ((server->client_count < SOCKETCAND_CLIENTS_MAX) &&
+           (osal_tcp_accept(&server->listener, &socket, &peer) == STATUS_OK)) {
+        client_t* client = server->client;
+        while (client->is_used) {
+            client++;
+        }
+        client->server       = server;
+        client->is_used      = true;
+        client->is_raw       = false;
+        client->has_heard_ok = false;
+        client->socket       = socket;
+        client->node         = NO_NODE;
+        client->input_size   = 0U;
+        client->output_size  = 0U;
+        server->client_count++;
+        reply(client, "< hi >");
+    }
+}
+
+unsigned socketcand_receive(socketcand_t* server)
+{
+    server->submitted = 0U;
+    if (server->countdown == 0U) {
+        server->countdown = ACCEPT_INTERVAL;
+        let_in(server);
+    }
+    server->countdown--;
+    for (unsigned i = 0U; (server->client_count != 0U) && (i < SOCKETCAND_CLIENTS_MAX); i++) {
+        if (server->client[i].is_used) {
+            receive_from(&server->client[i]);
+        }
+    }
+    return server->submitted;
+}
+
+static void send_to(client_t* client)
+{
+    size_t sent = 0U;
+    if (client->output_size == 0U) {
+        return;
+    }
+    const status_t status =
+        osal_stream_send(&client->socket, (const uint8_t*)client->output, client->output_size, &sent);
+    if ((status == STATUS_CLOSED) || (status == STATUS_IO)) {
+        drop_client(client);
+    } else if (status == STATUS_OK) {
+        client->output_size -= sent;
+        memmove(client->output, &client->output[sent], client->output_size);
+    }
+}
+
+void socketcand_send(socketcand_t* server)
+{
+    for (unsigned i = 0U; (server->client_count != 0U) && (i < SOCKETCAND_CLIENTS_MAX); i++) {
+        if (server->client[i].is_used) {
+            send_to(&server->client[i]);
+        }
+    }
+}
+
+void socketcand_wait(socketcand_t* server, uint32_t timeout_ms)
+{
+    socketcand_send(server);
+    server->countdown     = 0U;
+    osal_socket_t* socket = &server->listener;
+    for (unsigned i = 0U; i < SOCKETCAND_CLIENTS_MAX; i++) {
+        if (server->client[i].is_used) {
+            socket = &server->client[i].socket; // In step there is one tool.
+        }
+    }
+    const status_t status = osal_socket_wait_readable(socket, timeout_ms);
+    (void)status; // Time is up: look all the same.
+}
+
+void socketcand_close(socketcand_t* server)
+{
+    if (server == NULL) {
+        return;
+    }
+    for (unsigned i = 0U; i < SOCKETCAND_CLIENTS_MAX; i++) {
+        if (server->client[i].is_used) {
+            drop_client(&server->client[i]);
+        }
+    }
+    osal_socket_close(&server->listener);
+    free(server);
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Server of the socketcand protocol on loopback: off-the-shelf tools (python-can, Kayak, SavvyCAN) become
+/// one more node of a simulated bus. One TCP port; the bus is chosen by `< open NAME >`; raw mode.
+///
+/// Time stamps are simulated. What a slow client does not fetch is dropped and counted; it never stalls the
+/// simulation. FD frames go out as plain frames, as the protocol has no flag for them.
+///
+/// Ownership  socketcand_open allocates; the buses outlive the server.
+/// Context    The task that runs the buses, between two runs.
+#ifndef SIM_SOCKETCAND_SOCKETCAND_H
+#define SIM_SOCKETCAND_SOCKETCAND_H
+
+#include "fsw/framework/base/status.h"
+#include "sim/bus/bus.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define SOCKETCAND_CLIENTS_MAX 4U
+#define SOCKETCAND_BUSES_MAX 8U
+
+typedef struct {
+    const char* name; ///< As in `< open NAME >`; outlives the server.
+    bus_t* bus;
+} socketcand_bus_t;
+
+typedef struct socketcand socketcand_t;
+
+/// Listen on loopback; port 0 takes any free one. Returns STATUS_OK; else *out_server is null: STATUS_EXISTS
+/// (port in use), STATUS_EXHAUSTED (memory), STATUS_DENIED, STATUS_IO.
+MUST_USE status_t socketcand_open(uint16_t port, const socketcand_bus_t* buses, size_t bus_count,
+                                  socketcand_t** out_server);
+/// Clients' nodes leave their buses. Null is allowed.
+void socketcand_close(socketcand_t* server);
+uint16_t socketcand_port(const socketcand_t* server);
+
+/// Let new clients in, take what clients have sent and submit it at the bus's present time.
+/// Returns the number of frames submitted.
+unsigned socketcand_receive(socketcand_t* server);
+/// Send what the clients' nodes have heard.
+void socketcand_send(socketcand_t* server);
+/// Wait (wall-clock) until a client has sent something or wants in, at most timeout_ms.
+void socketcand_wait(socketcand_t* server, uint32_t timeout_ms);
+
+unsigned socketcand_clients(const socketcand_t* server);
+/// Messages dropped because a client did not fetch them.
+uint64_t socketcand_dropped(const socketcand_t* server);
+
+/// The message for a received frame, with terminator, into text[SOCKETCAND_MESSAGE_MAX]. Returns its length.
+#define SOCKETCAND_MESSAGE_MAX 192U
+size_t socketcand_message(const osal_can_frame_t* frame, char* text);
+/// Read a `send` message without its brackets ("send 123 2 a b"). Returns STATUS_OK or STATUS_INVALID.
+MUST_USE status_t socketcand_parse_send(const char* text, osal_can_frame_t* out_frame);
+
+#endif // SIM_SOCKETCAND_SOCKETCAND_H

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// What handing over costs: five processes on one processor pass a token round, once by nothing but a futex in
+// shared memory (the baseline), once as participants of the calendar, each asking for the next slot.
+#define _GNU_SOURCE
+#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/clock.h"
+
+#include <limits.h>
+#include <linux/futex.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define MEMBERS 5U
+#define ROUNDS 40000U
+#define SLOT_NS 500000U
+
+typedef struct {
+    struct {
+        uint32_t turn; ///< Rounds this member may have done.
+        uint32_t line[15];
+    } members[MEMBERS];
+    uint64_t begin_ns;
+    uint64_t end_ns;
+    uint8_t calendar[OSAL_CALENDAR_BYTES] __attribute__((aligned(64)));
+} shared_t;
+
+static shared_t* shared;
+
+static void give_turn(uint32_t* turn)
+{
+    (void)__atomic_add_fetch(turn, 1U, __ATOMIC_RELEASE);
+    (void)syscall(SYS_futex, turn, FUTEX_WAKE, 1, NULL, NULL, 0);
+}
+
+static void pass_token(unsigned member)
+{
+    uint32_t* const own  = &shared->members[member].turn;
+    uint32_t* const next = &shared->members[(member + 1U) % MEMBERS].turn;
+    for (uint32_t round = 0U; round < ROUNDS; round++) {
+        while (__atomic_load_n(own, __ATOMIC_ACQUIRE) == round) {
+            (void)syscall(SYS_futex, own, FUTEX_WAIT, round, NULL, NULL, 0);
+        }
+        if ((member == 0U) && (round == 0U)) {
+            shared->begin_ns = osal_clock_monotonic_ns();
+        }
+        give_turn(next);
+    }
+    if (member == (MEMBERS - 1U)) {
+        shared->end_ns = osal_clock_monotonic_ns();
+    }
+}
+
+static void take_part(unsigned member)
+{
+    osal_calendar_t* const calendar = osal_calendar_attach(shared->calendar);
+    osal_grant_t grant              = {0U, 0U, 0U};
+    for (uint32_t round = 0U; round < ROUNDS; round++) {
+        const status_t status = osal_calendar_wait(calendar, member, (uint64_t)round * SLOT_NS, &grant);
+        if (status != STATUS_OK) {
+            _exit(1);
+        }
+        if ((member == 0U) && (round == 0U)) {
+            shared->begin_ns = osal_clock_monotonic_ns();
+        }
+    }
+    if (member == (MEMBERS - 1U)) {
+        shared->end_ns = osal_clock_monotonic_ns();
+    }
+    osal_calendar_end(calendar, member);
+}
+
+/// Microseconds per round.
+static double measure(void (*live)(unsigned member), void (*begin)(void))
+{
+    for (unsigned i = 0U; i < MEMBERS; i++) {
+        shared->members[i].turn = 0U;
+        if (fork() == 0) {
+            (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+            live(i);
+            _exit(0);
+        }
+    }
+    begin();
+    int how = 0;
+    while (wait(&how) > 0) {
+        if (how != 0) {
+            exit(EXIT_FAILURE);
+        }
+    }
+    return (double)(shared->end_ns - shared->begin_ns) / (1000.0 * (double)ROUNDS);
+}
+
+static void begin_token(void)
+{
+    give_turn(&shared->members[0].turn);
+}
+
+static void begin_calendar(void)
+{
+    // The joins begin it.
+}
+
+static int compare(const void* a, const void* b)
+{
+    const double x = *(const double*)a;
+    const double y = *(const double*)b;
+    return (x > y) - (x < y);
+}
+
+int main(void)
+{
+    enum {
+        REPEATS = 5
+    };
+    double bare_us[REPEATS];
+    double calendar_us[REPEATS];
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(0U, &set);
+    (void)sched_setaffinity(0, sizeof(set), &set);
+    shared = mmap(NULL, sizeof(*shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (shared == MAP_FAILED) {
+        return EXIT_FAILURE;
+    }
+    for (unsigned i = 0U; i < (unsigned)REPEATS; i++) { // Alternating: both see the same other load.
+        bare_us[i]                      = measure(pass_token, begin_token);
+        osal_calendar_t* const calendar = osal_calendar_create(shared->calendar, SLOT_NS, true);
+        for (unsigned k = 0U; k < MEMBERS; k++) {
+            osal_calendar_expect(calendar, k);
+        }
+        calendar_us[i] = measure(take_part, begin_calendar);
+    }
+    qsort(bare_us, REPEATS, sizeof(bare_us[0]), compare);
+    qsort(calendar_us, REPEATS, sizeof(calendar_us[0]), compare);
+    (void)printf("BENCH futex_ring_of_five %.3f us/round -\n", bare_us[REPEATS / 2]);
+    (void)printf("BENCH calendar_ring_of_five %.3f us/round %.3f\n", calendar_us[REPEATS / 2],
+                 bare_us[REPEATS / 2]);
+    return EXIT_SUCCESS;
+}

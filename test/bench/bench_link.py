@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Round trips of real-time links between two processes on two processors, in turns with raw limits and peers.
+
+Each transport is a program of its own (test/bench/transport, test/bench/peers) that does the same work; a round runs
+each once. The value is the median of the medians, the ratio the median of the ratios within a round."""
+
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import time
+
+ROUNDS, TRIPS, LIMIT_S = 9, 3000, 60
+PROGRAMS = pathlib.Path("build/bench/transport")
+ICEORYX2 = pathlib.Path("build/peers/iceoryx2/target/release/round-trip-iceoryx2")
+# LCM needs a multicast route on the loopback interface: a network of its own has one and leaves nothing behind.
+OWN_NETWORK = ["unshare", "--net", "sh", "-c",
+               'ip link set lo up multicast on && ip route add 239.255.76.67/32 dev lo && exec "$@"', "sh"]
+# (row, mode, payload, ours, what it is compared with)
+ROWS = [
+    ("link_poll_64", "poll", 64, "link_shm", "seqlock"),
+    ("link_poll_1024", "poll", 1024, "link_shm", "seqlock"),
+    ("link_poll_64_by_iceoryx2", "poll", 64, "link_shm", "iceoryx2"),
+    ("link_poll_1024_by_iceoryx2", "poll", 1024, "link_shm", "iceoryx2"),
+    ("link_block_64", "block", 64, "link_shm", "futex"),
+    ("link_block_64_by_lcm", "block", 64, "link_shm", "lcm"),
+    ("link_block_64_by_iceoryx", "block", 64, "link_shm", "iceoryx"),
+    ("link_block_64_by_iceoryx2", "block", 64, "link_shm", "iceoryx2"),
+    ("link_block_64_by_zeromq", "block", 64, "link_shm", "zeromq"),
+    ("link_udp_64", "block", 64, "link_udp", "udp"),
+    ("link_udp_64_by_lcm", "block", 64, "link_udp", "lcm"),
+]
+
+
+def may_have_own_network():
+    return subprocess.run([*OWN_NETWORK, "true"], stderr=subprocess.DEVNULL, check=False).returncode == 0
+
+
+def round_trip(command):
+    """Microseconds of the median round trip, or None if the program does not work here."""
+    try:
+        output = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=True,
+                                timeout=LIMIT_S).stdout
+    except (OSError, subprocess.SubprocessError):
+        return None
+    words = next((line.split() for line in output.splitlines() if line.startswith("ROUND_TRIP")), None)
+    return float(words[1]) / 1000.0 if words else None
+
+
+def command_of(transport, mode, size, own_network):
+    program = ICEORYX2 if transport == "iceoryx2" else PROGRAMS / transport
+    command = [str(program), mode, str(size), str(TRIPS)]
+    return [*OWN_NETWORK, *command] if transport == "lcm" and own_network else command
+
+
+def start_daemon():
+    """iceoryx's daemon, if iceoryx is here."""
+    if not (PROGRAMS / "iceoryx").exists():
+        return None
+    try:
+        daemon = subprocess.Popen(["iox-roudi", "-l", "off"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    except OSError:
+        return None
+    time.sleep(2.0)
+    return daemon
+
+
+def measure(wanted):
+    """{(transport, mode, size): [us of each round, None where it failed]}."""
+    taken = {key: [] for key in wanted}
+    own_network = may_have_own_network()
+    for number in range(ROUNDS):
+        for key in wanted:
+            taken[key].append(round_trip(command_of(*key, own_network)))
+        print(f"  round {number + 1} of {ROUNDS}", flush=True)
+    return taken
+
+
+def report(taken):
+    for name, mode, size, ours, other in ROWS:
+        pairs = [(a, b) for a, b in zip(taken[(ours, mode, size)], taken[(other, mode, size)]) if a and b]
+        if len(pairs) <= ROUNDS // 2:
+            print(f"SKIPPED {name} {other} is not here or does not work here")
+            continue
+        ratios = sorted(a / b for a, b in pairs)
+        value, baseline = statistics.median(a for a, _ in pairs), statistics.median(b for _, b in pairs)
+        print(f"BENCH {name} {value:.3f} us {baseline:.3f} {statistics.median(ratios):.4g} {ratios[0]:.4g} "
+              f"{ratios[-1]:.4g}")
+
+
+def main():
+    wanted = sorted({(transport, mode, size) for _, mode, size, *pair in ROWS for transport in pair},
+                    key=lambda key: (key[1], key[2], key[0]))
+    if (os.cpu_count() or 1) < 2:
+        for name, *_ in ROWS:
+            print(f"SKIPPED {name} needs two processors")
+        return
+    daemon = start_daemon()
+    try:
+        report(measure(wanted))
+    finally:
+        if daemon:
+            daemon.terminate()
+            daemon.wait()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bare plant loop that the flight image is compared with: arm, hand and simple regulators through the
+// free space, contact and spring part of the mission, no bus, no software.
+#include "sim/operator/hand.h"
+#include "sim/parameters/rokviss.h"
+#include "sim/plant/plant.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#define BEGIN_STEP 12000U // 6 s: the brakes open.
+#define STEPS 128000U     // 64 s: up to the first fault.
+#define REPEATS 3U
+
+/// Joint targets of one step, and what the arm weighs at home.
+typedef struct {
+    double wanted_rad[PLANT_JOINTS];
+    double weight_nm[PLANT_JOINTS];
+} regulator_t;
+
+static void regulate(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
+                     double out_torque_nm[PLANT_JOINTS])
+{
+    const regulator_t* regulator = context;
+    (void)substep;
+    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+        out_torque_nm[i] = regulator->weight_nm[i] +
+                           4000.0 * (regulator->wanted_rad[i] - motor[i].position_rad) -
+                           100.0 * motor[i].velocity_rad_s;
+    }
+}
+
+static double microseconds(void)
+{
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec * 1.0e6 + (double)now.tv_nsec * 1.0e-3;
+}
+
+/// One flight; returns microseconds per step. Contact and spring must have been met, or it measured nothing.
+static double fly(unsigned* out_contact, unsigned* out_hooked)
+{
+    static const char* const scenario = "sim/scenarios/telepresence.scn";
+    regulator_t regulator             = {.weight_nm = {5.9, 2.1}};
+    char error[SCENARIO_ERROR_MAX];
+    hand_t* hand                  = NULL;
+    const plant_options_t options = {.gravity = true};
+    if (hand_load(&rokviss_hand, &rokviss_plant, scenario, &hand, error) != STATUS_OK) {
+        (void)fprintf(stderr, "%s\n", error);
+        exit(1);
+    }
+    plant_t* const plant             = plant_create(&rokviss_plant, &options);
+    const plant_truth_t* const truth = plant_truth(plant);
+    plant_input_t input              = {
+                     .drive = regulate, .drive_context = &regulator, .hand = hand_act, .hand_context = hand};
+    const double begin = microseconds();
+    for (unsigned step = 0U; step < STEPS; step++) {
+        hand_step(hand, truth->time_ns);
+        for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+            regulator.wanted_rad[i] = rokviss_plant.home_rad[i] + 2.0 * truth->stick_position_rad[i];
+            input.brake_engaged[i]  = step < BEGIN_STEP;
+            input.stick_torque_nm[i] =
+                0.03 * truth->external_torque_nm[i] - 0.9 * truth->stick_velocity_rad_s[i];
+        }
+        plant_step(plant, &input, ROKVISS_STEP_NS);
+        *out_contact += truth->in_contact ? 1U : 0U;
+        *out_hooked += truth->spring_hooked ? 1U : 0U;
+    }
+    const double used = microseconds() - begin;
+    plant_destroy(plant);
+    hand_destroy(hand);
+    return used / STEPS;
+}
+
+int main(void)
+{
+    double best      = 1.0e9;
+    unsigned contact = 0U;
+    unsigned hooked  = 0U;
+    for (unsigned repeat = 0U; repeat < REPEATS; repeat++) {
+        const double used = fly(&contact, &hooked);
+        best              = (used < best) ? used : best;
+    }
+    if ((contact < 30000U * REPEATS) || (hooked < 20000U * REPEATS)) {
+        (void)fprintf(stderr, "contact in %u and spring in %u steps only: no mission flown\n", contact,
+                      hooked);
+        return 1;
+    }
+    printf("BENCH plant_step_us %.3f us -\n", best);
+    return 0;
+}

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run the measuring programs, print one table, write it as JSON.
+
+A measuring program is build/bench/bench_* or test/bench/bench_*.py. It prints lines `BENCH name value unit baseline`;
+the baseline is what the value is compared with, in the same unit and measured in the same run, `-` if there is
+nothing to compare with. Three more words are the median of the ratios within a round, and their low and high end.
+`SKIPPED name reason` says that there was no peer to compare with. The JSON is a list of {name, value, unit, baseline,
+ratio}, ratio = value / baseline, with `range` or `skipped` where there is one.
+
+With --check the ratios are compared with the bounds of test/bench/bounds.txt; what was skipped does not hold."""
+
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+
+BOUNDS = pathlib.Path("test/bench/bounds.txt")
+
+
+def programs(only):
+    compiled = [[str(path)] for path in sorted(pathlib.Path("build/bench").glob("bench_*")) if not path.suffix]
+    scripts = [[sys.executable, str(path)] for path in sorted(pathlib.Path("test/bench").glob("bench_*.py"))]
+    return [command for command in compiled + scripts if only in command[-1]]
+
+
+def row_of(words):
+    baseline = None if words[4] == "-" else float(words[4])
+    value = float(words[2])
+    row = {"name": words[1], "value": value, "unit": words[3], "baseline": baseline,
+           "ratio": value / baseline if baseline else None}
+    if len(words) == 8:
+        row.update(ratio=float(words[5]), range=[float(words[6]), float(words[7])])
+    return row
+
+
+def rows(command):
+    """The measurements of one program; raises CalledProcessError when it fails."""
+    output = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+    for line in output.splitlines():
+        words = line.split()
+        if words[:1] == ["BENCH"] and len(words) in (5, 8):
+            yield row_of(words)
+        elif words[:1] == ["SKIPPED"] and len(words) > 2:
+            yield {"name": words[1], "value": None, "unit": "-", "baseline": None, "ratio": None,
+                   "skipped": " ".join(words[2:])}
+        else:
+            print(line)
+
+
+def table(measured):
+    print(f"{'name':40} {'value':>12} {'unit':10} {'baseline':>12} {'ratio':>8}  range")
+    for row in measured:
+        if "skipped" in row:
+            print(f"{row['name']:40} skipped: {row['skipped']}")
+            continue
+        baseline = "-" if row["baseline"] is None else f"{row['baseline']:.4g}"
+        ratio = "-" if row["ratio"] is None else f"{row['ratio']:.2f}"
+        spread = "{:.2f} .. {:.2f}".format(*row["range"]) if "range" in row else ""
+        print(f"{row['name']:40} {row['value']:12.4g} {row['unit']:10} {baseline:>12} {ratio:>8}  {spread}")
+
+
+def verdict(row, relation, limit):
+    """(True or False, or None if there is nothing to judge; words for it)."""
+    if row is None:
+        return None, "not measured"
+    if "skipped" in row:
+        return None, f"skipped: {row['skipped']}"
+    if relation == "faster":
+        return row["ratio"] * limit <= 1.0, f"{1.0 / row['ratio']:.2f} times faster, at least {limit:g}"
+    return row["ratio"] <= limit, f"{row['ratio']:.2f}, at most {limit:g}"
+
+
+def check(measured):
+    """Print which bounds hold; True if all do."""
+    by_name = {row["name"]: row for row in measured}
+    lines = [line.split() for line in BOUNDS.read_text(encoding="utf-8").splitlines() if line and line[0] != "#"]
+    answers = []
+    for name, relation, limit in lines:
+        holds, words = verdict(by_name.get(name), relation, float(limit))
+        answers.append(holds)
+        print(f"{ {True: 'holds', False: 'MISSED', None: '-'}[holds]:7} {name:40} {words}")
+    print(f"{answers.count(True)} of {len(answers)} bounds hold, {answers.count(False)} missed, "
+          f"{answers.count(None)} without a measurement")
+    return all(answers)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="run only programs whose path contains this")
+    parser.add_argument("--out", default="build/bench.json")
+    parser.add_argument("--check", action="store_true", help="compare the ratios with the bounds")
+    parser.add_argument("--reuse", action="store_true", help="measure nothing, take the rows of --out")
+    arguments = parser.parse_args()
+    if arguments.reuse:
+        measured = json.loads(pathlib.Path(arguments.out).read_text(encoding="utf-8"))
+        table(measured)
+        return 0 if not arguments.check or check(measured) else 1
+    measured, failed = [], []
+    for command in programs(arguments.only):
+        print(f"measuring {command[-1]}", flush=True)
+        try:
+            measured.extend(rows(command))
+        except subprocess.CalledProcessError as failure:
+            failed.append(f"{command[-1]} ended with exit code {failure.returncode}")
+    table(measured)
+    pathlib.Path(arguments.out).write_text(json.dumps(measured, indent=1) + "\n")
+    print("\n".join(failed) if failed else f"written to {arguments.out}")
+    holds = not arguments.check or check(measured)
+    return 1 if failed or not holds else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+# The programs of test/bench/transport, one per transport, which bench_link.py runs in turns. A peer that is not
+# installed is left out here, and told as skipped there.
+ICEORYX    := $(lastword $(wildcard /usr/include/iceoryx/v*))
+TRANSPORTS := futex lcm link_shm link_udp seqlock udp $(if $(wildcard /usr/include/zmq.h),zeromq) \
+              $(if $(ICEORYX),iceoryx)
+
+transport_needs_lcm     := -llcm
+transport_needs_zeromq  := -lzmq
+transport_needs_iceoryx := -liceoryx_binding_c -liceoryx_posh -liceoryx_hoofs -liceoryx_platform
+$B/obj/test/bench/transport/iceoryx.o: CPPFLAGS += -isystem $(ICEORYX)
+
+define transport_rule
+$B/bench/transport/$1: $(call objects,test/bench/transport/$1.c test/bench/transport/round_trip.c) \
+                       $(foreach d,osal/posix fsw/framework/base fsw/framework/rtlink,$(call library,$d))
+	@mkdir -p $$(@D)
+	$(Q)$(CC) $(CFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) $(transport_needs_$1) -lpthread
+endef
+$(foreach t,$(TRANSPORTS),$(eval $(call transport_rule,$t)))
+-include $(patsubst %.o,%.d,$(call objects,$(wildcard test/bench/transport/*.c)))

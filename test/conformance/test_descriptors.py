@@ -1,0 +1,406 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The descriptors against their schemas; the generator's output; and two readers of one file, C and Python, that
+must agree on every verdict, line and hash - on the mission as it is and on hundreds of damaged copies of it."""
+
+import json
+import pathlib
+import random
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+GENERATOR = ROOT / "gse" / "generator"
+DESCRIPTORS = ROOT / "descriptors"
+MISSION = DESCRIPTORS / "missions" / "rokviss.xml"
+SUBSYSTEMS = sorted((DESCRIPTORS / "subsystems").glob("*.xml"))
+FLAGS = "-std=c99 -D_POSIX_C_SOURCE=200809L -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror"
+SOURCES = (
+    "fsw/framework/base/*.c",
+    "fsw/framework/xml/*.c",
+    "fsw/framework/descriptor/*.c",
+    "fsw/framework/parameter/*.c",
+    "osal/posix/file.c",
+    "osal/posix/mutex.c",
+)
+
+sys.path.insert(0, str(GENERATOR))
+import c_header  # noqa: E402
+import mission as mission_descriptor  # noqa: E402
+import source  # noqa: E402
+import subsystem as subsystem_descriptor  # noqa: E402
+
+
+def generate(mission, out):
+    """Run the generator as make does."""
+    command = [sys.executable, GENERATOR / "generate.py", "--mission", mission, "--out", out]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def generated(tmp_path_factory):
+    """Folder that holds generated/."""
+    folder = tmp_path_factory.mktemp("generator")
+    done = generate(MISSION, folder / "generated")
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def probe(generated):
+    """The flight side's reader as a program."""
+    program = generated / "probe"
+    files = [str(path) for pattern in SOURCES for path in sorted(ROOT.glob(pattern))]
+    command = ["gcc", *FLAGS.split(), "-O1", f"-I{ROOT}", f"-I{generated}", "-o", str(program)]
+    subprocess.run([*command, str(ROOT / "test/conformance/descriptor_probe.c"), *files, "-lexpat", "-lpthread"], check=True)
+    return program
+
+
+def read_in_c(probe, kind, paths):
+    """[(accepted, interface hash, configuration hash, error)] of files."""
+    done = subprocess.run([probe, kind, *paths], capture_output=True, text=True, check=True)
+    rows = [line.split(" ", 3) for line in done.stdout.splitlines()]
+    assert len(rows) == len(paths)
+    return [(row[0] == "0", int(row[1], 16), int(row[2], 16), row[3]) for row in rows]
+
+
+def read_in_python(kind, path):
+    """(accepted, interface hash, configuration hash, error) of a file."""
+    module = subsystem_descriptor if kind == "subsystem" else mission_descriptor
+    try:
+        model = module.load(pathlib.Path(path))
+    except source.DescriptorError as error:
+        return False, 0, 0, str(error)
+    return True, model.interface_hash, model.configuration_hash, ""
+
+
+@pytest.mark.parametrize("path", [MISSION, *SUBSYSTEMS], ids=lambda path: path.name)
+def test_descriptor_is_valid_against_its_schema(path):
+    schema = DESCRIPTORS / "schema" / ("mission.xsd" if path == MISSION else "subsystem.xsd")
+    done = subprocess.run(["xmllint", "--noout", "--nonet", "--schema", schema, path], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_generated_headers_compile_without_a_warning(generated, tmp_path, compiler):
+    for header in sorted((generated / "generated").glob("*.h")):
+        unit = tmp_path / "unit.c"
+        unit.write_text(f'#include "generated/{header.name}"\n#include "generated/{header.name}"\nint unit(void);\n'
+                        "int unit(void)\n{\n    return 0;\n}\n")
+        subprocess.run([compiler, *FLAGS.split(), f"-I{ROOT}", f"-I{generated}", "-c", unit, "-o", tmp_path / "unit.o"], check=True)
+
+
+def test_compiled_interface_agrees_with_the_descriptors(probe):
+    done = subprocess.run([probe, "compiled", DESCRIPTORS / "subsystems"], capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines() == ["agree"]
+
+
+def test_changed_interface_is_told_with_file_and_both_hashes(probe, tmp_path):
+    for path in SUBSYSTEMS:
+        shutil.copy(path, tmp_path)
+    changed = tmp_path / "joystick.xml"
+    changed.write_text(changed.read_text().replace('name="FELT_TORQUE"', 'name="HAND_TORQUE"'))
+    done = subprocess.run([probe, "compiled", tmp_path], capture_output=True, text=True, check=False)
+    assert re.search(r"joystick\.xml:1: interface compiled 0x[0-9A-F]{16}, found 0x[0-9A-F]{16}: run make", done.stdout)
+
+
+def test_both_readers_give_the_same_hashes(probe):
+    for kind, paths in (("subsystem", SUBSYSTEMS), ("mission", [MISSION])):
+        for path, row in zip(paths, read_in_c(probe, kind, paths)):
+            assert row == read_in_python(kind, path)
+
+
+def test_dictionary_holds_the_hashes_of_the_flight_side(generated, probe):
+    content = json.loads((generated / "generated" / "rokviss.json").read_text())
+    for path, (_, interface, configuration, _) in zip(SUBSYSTEMS, read_in_c(probe, "subsystem", SUBSYSTEMS)):
+        entry = next(item for item in content["subsystems"] if item["name"] == path.stem.upper())
+        assert (int(entry["interface_hash"], 16), int(entry["configuration_hash"], 16)) == (interface, configuration)
+    (_, interface, configuration, _), = read_in_c(probe, "mission", [MISSION])
+    assert (int(content["interface_hash"], 16), int(content["configuration_hash"], 16)) == (interface, configuration)
+
+
+# --- damage ------------------------------------------------------------------------------------------------------
+
+VALUES = (
+    "", "0", "1", "-1", "2", "17", "255", "256", "65535", "65536", "4294967296", "18446744073709551616", "0x10", "0xZZ",
+    "1.5", "-2.5 3", "1 2", "1  2", " 1", "1 ", "1e22", "1e23", "nan", "0.1234567890123456", "true", "false", "yes",
+    "NAME", "name", "A-B", "A_B", "CUR_VALUES", "COUNTERS", "POSITION", "HIGH", "LOW", "SEVERE", "OPERATIONAL",
+    "OFFLINE PRE_OPERATIONAL", "OPERATIONAL OPERATIONAL", "*", "500us", "2ms", "1s", "1", "99us", "DOUBLE", "INT32",
+    "BOOL", "UINT8", "STRUCT", "SHARED_MEMORY", "UDP SHARED_MEMORY", "robot", "MANIPULATOR", "MANIPULATOR.ROBOT_STATE",
+    "8,1", "129,3", "\u00e4", "&lt;", "ABCDEFGHIJKLMNOPQRSTUVWXYZABCDEFGH",
+)
+
+
+def damage(text, chance):
+    """A copy of a descriptor with one thing wrong (or, by luck, right)."""
+    kind = chance.randrange(6)
+    attributes = list(re.finditer(r' (\w+)="([^"]*)"', text))
+    lines = text.split("\n")
+    if kind <= 2:
+        found = chance.choice(attributes)
+        return f'{text[: found.start(2)]}{chance.choice(VALUES)}{text[found.end(2) :]}'
+    if kind == 3:
+        found = chance.choice(attributes)
+        return text[: found.start()] + text[found.end() :]
+    if kind == 4:
+        first, second = chance.choice(attributes), chance.choice(attributes)
+        return f"{text[: first.start(2)]}{second[2]}{text[first.end(2) :]}"
+    number = chance.choice([n for n, line in enumerate(lines) if line.strip().endswith("/>")])
+    change = chance.choice(([], [lines[number], lines[number]]))
+    return "\n".join(lines[:number] + change + lines[number + 1 :])
+
+
+def line_of(error):
+    """Line that an error names."""
+    return re.match(r".*?:(\d+): ", error)[1]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_both_readers_agree_on_damaged_subsystems(probe, tmp_path, seed):
+    chance = random.Random(seed)
+    paths = []
+    for number in range(250):
+        path = tmp_path / f"{number}.xml"
+        path.write_text(damage(chance.choice(SUBSYSTEMS).read_text(), chance), encoding="utf-8")
+        paths.append(path)
+    compare(probe, "subsystem", paths)
+
+
+def test_both_readers_and_the_schema_agree_on_end_nodes(probe, tmp_path):
+    """Every type with each attribute alone that says how octets travel, right and wrong."""
+    text = (DESCRIPTORS / "subsystems" / "communication.xml").read_text()
+    before = re.search(r"<Endnode [^>]*/>", text)[0]
+    named = 'name="x"'
+    needs = {"CAN": 'bus="robot" node="1"', "UDP": 'address="127.0.0.1" port="1"', "TCP": 'address="127.0.0.1" port="1"'}
+    formats = ["", *(f'{name}="{word}"' for name, words in subsystem_descriptor.FLOW_FORMAT.items() for word in (*words, "x"))]
+    paths = []
+    for kind in subsystem_descriptor.ENDNODES:
+        for number, flow in enumerate(formats):
+            path = tmp_path / f"{kind}-{number}.xml"
+            path.write_text(text.replace(before, f'<Endnode type="{kind}" {needs.get(kind, named)} {flow}/>'))
+            paths.append(path)
+    compare(probe, "subsystem", paths)
+    accepted = [path.stem for path in paths if read_in_python("subsystem", path)[0]]
+    assert len(accepted) == 7 + 3 * 4 + 6 * 2 + 3 + 8  # None; framing; order; direction; baud.
+    schema = DESCRIPTORS / "schema" / "subsystem.xsd"
+    command = ["xmllint", "--noout", "--nonet", "--schema", schema, *(tmp_path / f"{stem}.xml" for stem in accepted)]
+    assert subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_both_readers_agree_on_damaged_missions(probe, tmp_path, seed):
+    chance = random.Random(100 + seed)
+    shutil.copytree(DESCRIPTORS / "subsystems", tmp_path / "subsystems")
+    (tmp_path / "missions").mkdir()
+    paths = []
+    for number in range(200):
+        path = tmp_path / "missions" / f"{number}.xml"
+        path.write_text(damage(MISSION.read_text(), chance), encoding="utf-8")
+        paths.append(path)
+    compare(probe, "mission", paths)
+
+
+NESTED = """<?xml version="1.0" encoding="UTF-8"?>
+<Subsystem name="ARM" id="16">
+  <Parameters>
+    <StructRef name="ALL" id="7" type="STRUCT" settable="true">
+      <ParamRef name="FIRST" type="UINT8"/>
+      <StructRef name="JOINT" id="1" type="STRUCT">
+        <ParamRef name="FLAG" type="BOOL"/>
+        <StructRef name="MOTOR" type="STRUCT">
+          <ParamRef name="CURRENT" type="DOUBLE" count="2" unit="A" init="1.5 -1.5"/>
+          <StructRef name="COIL" type="STRUCT">
+            <ParamRef name="WARM" type="BOOL"/>
+          </StructRef>
+        </StructRef>
+        <ParamRef name="LAST" type="UINT16" max="100"/>
+      </StructRef>
+      <StructRef name="TOOL" type="STRUCT">
+        <ParamRef name="FLAG" type="UINT16"/>
+      </StructRef>
+      <ParamRef name="POSITION" type="INT8"/>
+    </StructRef>
+  </Parameters>
+  <Configuration name="ONE" id="1" priority="1" samplingTime="1ms">
+    <Initial parameter="ALL" field="JOINT.LAST" value="99"/>
+    <Initial parameter="ALL" field="POSITION" value="1"/>
+    <Loop name="SLOW" samplingTime="10ms" priority="20"/>
+    <Loop name="SLOWER" samplingTime="1s" priority="10"/>
+    <HKService id="1" interval="10" loop="SLOWER">
+      <SampledOnce>
+        <ParamRef name="ALL"/>
+      </SampledOnce>
+    </HKService>
+  </Configuration>
+</Subsystem>
+"""
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_both_readers_agree_on_damaged_structures_within_structures_and_loops(probe, tmp_path, seed):
+    chance = random.Random(200 + seed)
+    paths = []
+    for number in range(250):
+        path = tmp_path / f"{number}.xml"
+        path.write_text(damage(NESTED, chance) if number else NESTED, encoding="utf-8")
+        paths.append(path)
+    assert read_in_python("subsystem", paths[0])[0], read_in_python("subsystem", paths[0])
+    compare(probe, "subsystem", paths)
+
+
+def test_structures_within_structures_are_such_in_c(tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(NESTED)
+    schema = DESCRIPTORS / "schema" / "subsystem.xsd"
+    subprocess.run(["xmllint", "--noout", "--nonet", "--schema", schema, path], capture_output=True, check=True)
+    (tmp_path / "generated").mkdir()
+    (tmp_path / "generated" / "arm_descriptor.h").write_text(c_header.header(subsystem_descriptor.load(path), "arm.xml"))
+    unit = tmp_path / "unit.c"
+    unit.write_text("""#include "generated/arm_descriptor.h"
+int main(void)
+{
+    arm_parameters_t parameters = {0};
+    parameters.all.joint.motor.current[1] = 2.0;
+    parameters.all.joint.motor.coil.warm = true;
+    parameters.all.tool.flag = 5;
+    const uint8_t* const memory = (const uint8_t*)&parameters + arm_places[0];
+    const double* const current = (const double*)(const void*)(memory + arm_fields[2].offset);
+    return ((ARM_FIELD_COUNT == 7U) && (arm_definitions[0].wire_size == 24U) && (current[1] > 1.9) &&
+            (memory[arm_fields[3].offset] == 1U) && (arm_fields[5].offset == offsetof(arm_all_t, tool))) ? 0 : 1;
+}
+""")
+    for compiler in ("gcc", "clang"):
+        subprocess.run([compiler, *FLAGS.split(), f"-I{ROOT}", f"-I{tmp_path}", unit, "-o", tmp_path / "unit"], check=True)
+        subprocess.run([tmp_path / "unit"], check=True)
+
+
+def compare(probe, kind, paths):
+    """Same verdict; same hashes if accepted, same line if refused."""
+    verdicts = {True: 0, False: 0}
+    for path, in_c in zip(paths, read_in_c(probe, kind, paths)):
+        in_python = read_in_python(kind, path)
+        assert in_c[0] == in_python[0], f"{path}: C: {in_c[3] or 'accepted'}; Python: {in_python[3] or 'accepted'}"
+        verdicts[in_c[0]] += 1
+        if in_c[0]:
+            assert in_c == in_python
+        else:
+            assert line_of(in_c[3]) == line_of(in_python[3]), f"{path}: C: {in_c[3]}; Python: {in_python[3]}"
+    assert min(verdicts.values()) > len(paths) // 20, verdicts
+
+
+# --- generator ---------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of the descriptors to spoil: returns (mission, function that replaces text in a file)."""
+    shutil.copytree(DESCRIPTORS, tmp_path / "descriptors")
+
+    def spoil(name, old, new):
+        path = tmp_path / "descriptors" / name
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, 1))
+        return text[: text.index(old)].count("\n") + 1
+
+    return tmp_path / "descriptors" / "missions" / "rokviss.xml", spoil
+
+
+def test_generator_writes_only_what_changes(copy, tmp_path):
+    mission, spoil = copy
+    out = tmp_path / "out"
+    assert generate(mission, out).returncode == 0
+    before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
+    assert generate(mission, out).returncode == 0
+    assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
+    spoil("subsystems/joystick.xml", 'init="0.4"', 'init="0.5"')  # Configuration: no header changes.
+    assert generate(mission, out).returncode == 0
+    after = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
+    assert {name for name in after if after[name] != before.get(name)} == {"rokviss.json"}
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "expected"),
+    [
+        ("subsystems/joystick.xml", 'id="17"', 'id="2047"', 'id="2047" of <Subsystem>: expected a number from 1 to 2046'),
+        ("subsystems/manipulator.xml", 'nrep="5"', 'nrep="7"', 'nrep="7" of <SampledNREPTimes>: expected a divisor of the interval 500'),
+        ("missions/rokviss.xml", 'select="MOVE_TO"', 'select="FLY_TO"', 'select="FLY_TO" of <Allow>: expected a function of MANIPULATOR'),
+        ("missions/rokviss.xml", "joystick.xml", "nothing.xml", "cannot read: No such file or directory"),
+        ("subsystems/joystick.xml", "</Events>", "</Event>", "not well-formed: mismatched tag"),
+        ("subsystems/joystick.xml", 'name="CYCLES"', 'name="SIGNED"', "keyword of C"),
+    ],
+)
+def test_generator_says_what_is_wrong_and_where(copy, tmp_path, name, old, new, expected):
+    mission, spoil = copy
+    line = spoil(name, old, new)
+    done = generate(mission, tmp_path / "out")
+    assert done.returncode == 1
+    assert expected in done.stderr and "Traceback" not in done.stderr
+    assert re.match(r"\S+\.xml:\d+: ", done.stderr)
+    if "cannot read" not in expected and "well-formed" not in expected:
+        assert f"{pathlib.Path(name).name}:{line}: " in done.stderr
+
+
+# --- the mission itself ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def content(generated):
+    """The dictionary as the ground reads it."""
+    return json.loads((generated / "generated" / "rokviss.json").read_text())
+
+
+def test_devices_and_their_settings_are_known_to_their_data_sheets(content):
+    sheets = {"cia402-drive": "joint-drive.eds", "joystick": "joystick.eds"}
+    for subsystem in content["subsystems"]:
+        for configuration in subsystem["configurations"]:
+            for device in configuration["devices"]:
+                sheet = (DESCRIPTORS / "devices" / sheets[device["type"]]).read_text() if device["type"] in sheets else ""
+                for setting in device["settings"]:
+                    index, sub = setting["object"][2:].split(":")
+                    section = f"[{index.upper()}]" if sub == "00" else f"[{index.upper()}sub{int(sub, 16):X}]"
+                    assert section in sheet, f"{device['name']}: {setting['object']}"
+
+
+def test_report_structures_of_one_id_are_told_apart_by_their_configuration(content):
+    for subsystem in content["subsystems"]:
+        for configuration in subsystem["configurations"]:
+            ids = [structure["id"] for structure in configuration["housekeeping"]]
+            assert len(ids) == len(set(ids))
+
+
+def test_telemetry_stays_modest(content):
+    for mode in ("STAND_ALONE", "TELEPRESENCE"):
+        rate = 0.0
+        for subsystem in content["subsystems"]:
+            for configuration in subsystem["configurations"]:
+                if configuration["name"] in (mode, "FLIGHT"):
+                    rate += sum(1e6 / structure["period_us"] for structure in configuration["housekeeping"])
+        assert rate < 12.0
+
+
+def test_a_structure_counts_cycles_of_its_own_loop(content):
+    manipulator = next(item for item in content["subsystems"] if item["name"] == "MANIPULATOR")
+    for configuration in manipulator["configurations"]:
+        assert configuration["loops"] == [{"name": "SLOW", "sampling_us": 10000, "priority": 20}]
+        periods = {structure["id"]: (structure["loop"], structure["period_us"]) for structure in configuration["housekeeping"]}
+        assert periods == {4711: (None, 250000), 4712: ("SLOW", 2000000)}
+
+
+def test_every_function_may_be_called_somewhere_and_no_upward_step_skips_a_state(content):
+    states = content["states"]
+    rules = content["permissions"]
+    for subsystem in content["subsystems"]:
+        for function in subsystem["functions"]:
+            assert any(rule["service"] == 8 and rule["select"] in ("*", function["name"]) and rule["to"] in ("*", subsystem["name"])
+                       and set(rule["states"]) & set(function["states"]) for rule in rules), function["name"]
+    before = {"PRE_OPERATIONAL": "OFFLINE", "SAFE_OPERATIONAL": "PRE_OPERATIONAL", "OPERATIONAL": "SAFE_OPERATIONAL"}
+    upward = [rule for rule in rules if (rule["service"], rule["subtype"]) == (129, 1)]
+    assert {rule["select"] for rule in upward} == set(before)
+    for rule in upward:
+        assert rule["states"] == [before[rule["select"]]]
+        assert rule["select"] == "PRE_OPERATIONAL" or "SAFE" not in rule["modes"]
+    assert states.index("ERROR_OPERATIONAL") == 6

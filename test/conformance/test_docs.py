@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The documentation as made: complete, true to headers, descriptors and code, and without a link that leads nowhere."""
+
+import json
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "test" / "lint"))
+
+import check_layers
+
+SCALARS = {"UINT8": "B", "UINT16": "H", "UINT32": "I", "UINT64": "Q", "INT8": "b", "INT16": "h", "INT32": "i", "INT64": "q", "FLOAT": "f", "DOUBLE": "d", "BOOL": "?"}
+
+
+def make(out):
+    """Run the generator as `make docs` does; the finished process."""
+    return subprocess.run(["/usr/bin/python3", ROOT / "gse" / "docs" / "make_docs.py", "--out", out], capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def docs(tmp_path_factory):
+    """Folder with the pages."""
+    folder = tmp_path_factory.mktemp("docs") / "docs"
+    done = make(folder)
+    assert done.returncode == 0, done.stderr
+    assert "no dead link" in done.stdout
+    return folder
+
+
+def page(docs, name):
+    """Text of a page."""
+    return (docs / name).read_text(encoding="utf-8")
+
+
+def test_small_and_without_anything_from_outside(docs):
+    assert sum(path.stat().st_size for path in docs.iterdir()) < 3e6
+    for path in docs.glob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        assert "<script" not in text
+        assert not re.search(r'<(?:img|link)[^>]*(?:src|href)="(?:https?:)?//', text), path.name
+
+
+def test_links_lead_somewhere(docs):
+    """Independent of the generator's own check: every relative link is a file, every anchor an id or a name."""
+    count = 0
+    for path in docs.glob("*.html"):
+        for link in re.findall(r'(?:href|src)="([^"]+)"', path.read_text(encoding="utf-8")):
+            if re.match(r"[a-z]+:", link):
+                continue
+            target, _, place = link.partition("#")
+            file = docs / (target or path.name)
+            assert file.exists(), f"{path.name}: {link}"
+            if place and file.suffix == ".html":
+                assert f'id="{place}"' in file.read_text(encoding="utf-8"), f"{path.name}: {link}"
+            count += 1
+    assert count > 1000
+
+
+def test_generator_finds_a_dead_link(docs, tmp_path):
+    code = "import sys; sys.path.insert(0, sys.argv[1]); import make_docs, pathlib; print(list(make_docs.dead_links(pathlib.Path(sys.argv[2]))))"
+    (tmp_path / "a.html").write_text('<a href="b.html">x</a><a href="#nowhere">y</a><a href="#here">z</a><p id="here">')
+    done = subprocess.run(["/usr/bin/python3", "-c", code, ROOT / "gse" / "docs", tmp_path], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "b.html leads to no file" in done.stdout and "#nowhere leads to no such place" in done.stdout and "#here" not in done.stdout
+
+
+@pytest.mark.parametrize("library", ["osal_posix", "fsw_framework_base", "fsw_framework_resource", "fsw_framework_parameter", "fsw_framework_rtlink", "fsw_framework_subsystem", "fsw_canopen", "fsw_drives", "pus"])
+def test_every_public_function_has_its_place(docs, library):
+    """What the linker sees and a public header declares is in the reference."""
+    archive = ROOT / "build" / "lib" / f"lib{library}.a"
+    if not archive.exists():
+        pytest.skip("not built")
+    symbols = re.findall(r" T (\w+)$", subprocess.run(["nm", "-g", archive], capture_output=True, text=True, check=True).stdout, re.MULTILINE)
+    reference = "".join(path.read_text(encoding="utf-8") for path in docs.glob("api-*.html"))
+    folders = [ROOT / "osal" / "include" / "osal"] if library == "osal_posix" else [ROOT / ("pus" if library == "pus" else library.replace("_framework_", "/framework/").replace("fsw_", "fsw/"))]
+    texts = "".join(path.read_text(encoding="utf-8") for folder in folders for path in folder.glob("*.h") if not path.stem.endswith("_internal"))
+    declared = [symbol for symbol in symbols if re.search(rf"^[A-Za-z][^\n;]*\b{symbol}\(", texts, re.MULTILINE)]
+    assert declared
+    missing = [symbol for symbol in declared if f'id="{symbol}"' not in reference]
+    assert not missing
+
+
+def test_contracts_are_told(docs):
+    """The contract of a header, a struct's fields, a function's statuses: as written."""
+    text = re.sub(r"<[^>]+>", "", page(docs, "api-subsystem.html"))
+    for words in ("A specific subsystem is a table of callbacks", "Bumpless: actuators on.", "STATUS_STALE (sample delivered, but older than allowed)"):
+        assert words in text
+
+
+def test_layer_graph_is_that_of_the_code(docs):
+    """Edges are includes that exist; every include's layer is reached by edges."""
+    text = page(docs, "architecture.html")
+    edges = set(re.findall(r"<title>([\w/]+)(?:&#45;|-)(?:&gt;|>)([\w/]+)</title>", text))
+    assert len(edges) > 25
+    sees = {}
+    for home, other in edges:
+        sees.setdefault(home, set()).add(other)
+
+    def reached(start):
+        waiting, done = [start], set()
+        while waiting:
+            at = waiting.pop()
+            if at not in done:
+                done.add(at)
+                waiting += sees.get(at, ())
+        return done
+
+    layers, _ = check_layers.read_rules(ROOT / "test" / "lint" / "layers.txt")
+    direct = set()
+    for top in ("osal", "pus", "fsw"):
+        for path in (ROOT / top).rglob("*.[ch]"):
+            home = check_layers.first_match(layers, str(path.relative_to(ROOT)))[0]
+            for name in re.findall(r'#include "([^"]+)"', path.read_text(encoding="utf-8")):
+                other = check_layers.first_match(layers, name)[0]
+                if other and other not in (home, "sim"):
+                    direct.add((home, other))
+                    assert other in reached(home), f"{home} sees {other} in {path}"
+    assert all(edge in direct for edge in edges if not edge[0].startswith("sim/"))
+
+
+def test_interface_control_document_agrees_with_the_dictionary(docs):
+    """Ids, and offsets of structures as struct packs them."""
+    content = json.loads((ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))
+    text = page(docs, "icd-rokviss.html")
+    for subsystem in content["subsystems"]:
+        for name in ("events", "functions"):
+            for item in subsystem[name]:
+                assert item["name"] in text
+        for item in subsystem["parameters"]:
+            assert f"0x{item['parameter_id']:08X}" in text
+            place = f'id="{subsystem["name"].lower()}-{item["name"].lower()}"'
+            rows = re.split(r"<tr[^>]*>", text[text.index(place) :])[1:]
+            at = 0
+            for row, field in zip(rows, item.get("fields", ())):
+                cells = [re.sub(r"<[^>]+>", "", cell) for cell in re.findall(r"<td[^>]*>(.*?)</td>", row)]
+                size = struct.calcsize(f">{field['count']}{SCALARS[field['type']]}")
+                assert (cells[0], int(cells[3]), int(cells[4])) == (field["name"], at, size)
+                at += size
+            if item.get("fields"):
+                assert at == item["size"]
+
+
+def test_a_descriptor_with_a_mistake_is_told(tmp_path):
+    """The generator ends with file, line, value and expectation; nothing half-made is left to be taken for good."""
+    copy = tmp_path / "tree"
+    copy.mkdir()
+    for name in ("gse/docs", "gse/generator", "descriptors", "test/lint"):
+        subprocess.run(["cp", "-r", "--parents", name, copy], cwd=ROOT, check=True)
+    path = copy / "descriptors" / "subsystems" / "joystick.xml"
+    path.write_text(path.read_text(encoding="utf-8").replace('node="0x21"', 'node="0x99"'), encoding="utf-8")
+    done = subprocess.run(["/usr/bin/python3", copy / "gse" / "docs" / "make_docs.py"], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert re.search(r'joystick.xml:\d+: node="0x99" of <Endnode>: expected', done.stderr)
+    assert not (copy / "build" / "docs" / "index.html").exists()

@@ -1,0 +1,406 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Packets against the independent implementation spacepackets, both ways: a process of ours (pus_process.c) takes its
+requests and its readers take our reports; pusdump reads what it makes, and refuses what it is right to refuse."""
+
+import json
+import pathlib
+import random
+import struct
+import subprocess
+
+import pytest
+from spacepackets.ecss import PusTc, PusTm
+from spacepackets.ecss.pus_1_verification import Service1Tm, UnpackParams
+from spacepackets.ecss.pus_verificator import PusVerificator, StatusField
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PUSDUMP = ROOT / "build/bin/pusdump"
+APID, TIME_SIZE = 16, 8
+NOW_NS = (2_000_000_000 * 1_000_000_000) + 42_500_000_000
+TIME = bytes.fromhex("1f0000002a800000")  # 42.5 s after the epoch 1958
+LAYOUT = UnpackParams(TIME_SIZE, 2, 2)  # octets of time, step id, failure code
+
+
+class Process:
+    """pus_process.c as a running program."""
+
+    def __init__(self, program):
+        self.run = subprocess.Popen([program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def say(self, line):
+        """Packets it sends in answer to one line."""
+        self.run.stdin.write(line + "\n")
+        self.run.stdin.flush()
+        return [bytes.fromhex(answer) for answer in iter(lambda: self.run.stdout.readline().strip(), ".")]
+
+    def send(self, request):
+        return self.say(bytes(request.pack()).hex())
+
+    def end(self):
+        self.run.stdin.close()
+        assert self.run.wait(10) == 0
+
+
+def build(path, *sources):
+    """Build a program with sanitizers from sources, our library and its base."""
+    sources = [*sources, ROOT / "test/support/assertion.c", *sorted((ROOT / "pus").glob("*.c"))]
+    sources += sorted((ROOT / "fsw/framework/base").glob("*.c"))
+    sources += [ROOT / "osal/posix/mutex.c"]
+    options = "-std=c99 -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -D_POSIX_C_SOURCE=200809L".split()
+    subprocess.run(["gcc", *options, f"-I{ROOT}", "-o", path, *sources, "-lm", "-lpthread"], check=True)
+    return path
+
+
+@pytest.fixture(scope="session")
+def program(tmp_path_factory):
+    return build(tmp_path_factory.mktemp("pus") / "pus_process", ROOT / "test/conformance/pus_process.c")
+
+
+@pytest.fixture
+def process(program):
+    running = Process(program)
+    yield running
+    running.end()
+
+
+def request(service, subtype, data=b"", sequence=25, ack=15, source=1, apid=APID):
+    return PusTc(service, subtype, apid=apid, app_data=data, seq_count=sequence, source_id=source, ack_flags=ack)
+
+
+def crc(octets):
+    value = 0xFFFF
+    for octet in octets:
+        value ^= octet << 8
+        for _ in range(8):
+            value = (value << 1 ^ (0x1021 if value & 0x8000 else 0)) & 0xFFFF
+    return value
+
+
+def signed(octets):
+    """The packet with a right checksum in its last two octets."""
+    return bytes(octets[:-2]) + struct.pack(">H", crc(octets[:-2]))
+
+
+def dump(data, *options):
+    """(objects, exit code) of pusdump --json; text is encoded."""
+    data = data.encode() if isinstance(data, str) else data
+    run = subprocess.run([PUSDUMP, "--json", *options], input=data, capture_output=True, timeout=30)
+    assert run.stderr == b""
+    return [json.loads(line) for line in run.stdout.splitlines()], run.returncode
+
+
+# --- their requests, our reports -----------------------------------------------------------------------------------
+
+
+def test_our_reports_are_read_by_the_peer(process):
+    answers = [PusTm.unpack(octets, TIME_SIZE) for octets in process.send(request(17, 1, sequence=77, source=0x1234))]
+    assert [(tm.service, tm.subservice) for tm in answers] == [(1, 1), (1, 3), (17, 2), (1, 7)]
+    for number, tm in enumerate(answers):
+        assert tm.apid == APID and tm.seq_count == number
+        assert tm.pus_tm_sec_header.dest_id == 0x1234
+        seconds, fraction = struct.unpack(">xI3s", tm.timestamp)
+        assert seconds * 10**9 + int.from_bytes(fraction, "big") * 10**9 // 2**24 == NOW_NS
+
+
+def test_the_peers_verificator_follows_a_request_to_its_end(process):
+    verificator, tc = PusVerificator(), request(8, 1, b"SLOW\0\0\0\0\0", sequence=1234)
+    assert verificator.add_tc(tc)
+    results = [verificator.add_tm(Service1Tm.unpack(octets, LAYOUT)) for octets in process.send(tc)]
+    assert not results[-1].completed and results[-1].status.started == StatusField.SUCCESS
+    results = [verificator.add_tm(Service1Tm.unpack(octets, LAYOUT)) for octets in process.say("complete")]
+    status = results[-1].status
+    assert results[-1].completed and status.all_verifs_recvd
+    assert (status.accepted, status.started, status.step, status.completed) == (StatusField.SUCCESS,) * 4
+    assert status.step_list == [7]
+
+
+@pytest.mark.parametrize(
+    "tc, stage, code, instruction, detail",
+    [
+        (request(99, 1), 2, 0x0105, 0, 99),
+        (request(17, 9), 2, 0x0106, 0, 17 << 8 | 9),
+        (request(17, 1, b"\0"), 2, 0x0108, 0, 0),
+        (request(17, 1, apid=17), 2, 0x0104, 0, 17),
+        (request(5, 6, b"\2\0\3"), 2, 0x0108, 0, 1),
+        (request(8, 1, b"SLOWLY\0\0\0"), 4, 0x0201, 0, int.from_bytes(b"SLOW", "big")),
+        (request(5, 6, b"\1\0\4"), 4, 0x0201, 1, 4),
+        (request(8, 1, b"BROKEN\0\0\0"), 8, 0x0406, 0, 250),
+    ],
+)
+def test_failure_notices_are_read_by_the_peer(process, tc, stage, code, instruction, detail):
+    for ack in (0, 15):
+        tc.pus_tc_sec_header.ack_flags = ack
+        octets = process.send(tc)[-1]
+        report = Service1Tm.unpack(octets, LAYOUT)
+        assert report.subservice == stage and report.has_failure_notice
+        assert report.error_code.val == code
+        assert struct.unpack(">HI", report.failure_notice.data) == (instruction, detail)
+        assert report.tc_req_id.as_u32() == struct.unpack(">I", bytes(tc.pack())[:4])[0]
+
+
+@pytest.mark.parametrize("ack", range(16))
+def test_each_flag_asks_for_its_stage(process, ack):
+    subtypes = [PusTm.unpack(octets, TIME_SIZE).subservice for octets in process.send(request(17, 1, ack=ack))]
+    expected = [1] * bool(ack & 1) + [3] * bool(ack & 2) + [2] + [7] * bool(ack & 8)
+    assert subtypes == expected
+
+
+def test_values_and_events_pass_both_ways(process):
+    value = struct.pack(">BII", 1, 0x02020001, 0xCAFE0123)
+    assert len(process.send(request(20, 3, value, ack=0))) == 0
+    (report,) = process.send(request(20, 1, value[:5], ack=0))
+    assert PusTm.unpack(report, TIME_SIZE).tm_data == b"\0" + value
+    (event,) = process.say("raise")
+    event = PusTm.unpack(event, TIME_SIZE)
+    assert (event.service, event.subservice, event.tm_data) == (5, 3, bytes.fromhex("0003010203"))
+    assert event.pus_tm_sec_header.dest_id == 0
+
+
+def test_our_requests_are_read_by_the_peer(process):
+    (octets,) = process.say("ask")
+    tc = PusTc.unpack(octets)
+    assert (tc.service, tc.subservice, tc.apid, tc.source_id) == (17, 1, 17, 0x8000 | APID)
+    assert octets == bytes(PusTc(17, 1, apid=17, seq_count=0, source_id=0x8010, ack_flags=15).pack())
+
+
+def test_malformed_requests_are_told_by_code(process):
+    good = bytes(request(17, 1).pack())
+    cases = {
+        0x010A: signed(bytes([good[0] | 0x20]) + good[1:]),
+        0x010B: signed(bytes([good[0] & ~0x10]) + good[1:]),
+        0x010C: signed(bytes([good[0] & ~0x08]) + good[1:]),
+        0x010D: signed(good[:2] + bytes([good[2] & 0x3F]) + good[3:]),
+        0x0103: signed(good[:6] + b"\x1f" + good[7:]),
+        0x0101: good + b"\0",
+        0x0102: good[:-1] + bytes([good[-1] ^ 1]),
+    }
+    for code, octets in cases.items():
+        (answer,) = process.say(octets.hex())
+        report = Service1Tm.unpack(answer, LAYOUT)
+        assert (report.subservice, report.error_code.val) == (2, code)
+
+
+def test_any_octets_are_survived(process):
+    chance = random.Random(1)
+    for _ in range(300):
+        octets = bytearray(request(chance.choice((5, 8, 17, 20)), chance.choice((1, 3, 5, 6)), chance.randbytes(20)).pack())
+        for _ in range(chance.randrange(4)):
+            octets[chance.randrange(len(octets))] = chance.randrange(256)
+        for answer in process.say((signed(octets) if chance.random() < 0.7 else octets).hex()):
+            assert PusTm.unpack(answer, TIME_SIZE).apid == APID
+
+
+# --- their packets, our pusdump ------------------------------------------------------------------------------------
+
+
+def test_pusdump_reads_requests_of_the_peer():
+    chance = random.Random(2)
+    requests = [
+        request(
+            chance.randrange(1, 256),
+            chance.randrange(1, 256),
+            chance.randbytes(chance.choice((0, 1, 4083, chance.randrange(200)))),
+            chance.randrange(16384),
+            chance.randrange(16),
+            chance.randrange(65536),
+            chance.randrange(2047),
+        )
+        for _ in range(60)
+    ]
+    octets = [bytes(tc.pack()) for tc in requests]
+    binary, code = dump(b"".join(octets))
+    assert code == 0 and len(binary) == len(requests)
+    lines, code = dump("".join(f"{number}.5 TC {one.hex()}\n" for number, one in enumerate(octets)))
+    assert code == 0
+    for number, (tc, found, line) in enumerate(zip(requests, binary, lines)):
+        assert found["direction"] == "TC" and found["error"] is None and found["crc_ok"] is True
+        assert (found["service"], found["subtype"]) == (tc.service, tc.subservice)
+        assert (found["apid"], found["seq"], found["source"]) == (tc.apid, tc.seq_count, tc.source_id)
+        assert (found["ack"], bytes.fromhex(found["data"])) == (tc.pus_tc_sec_header.ack_flags, tc.app_data)
+        assert found["time_ns"] is None and line["log_time"] == f"{number}.5"
+        assert {**line, "log_time": None, "place": None} == {**found, "place": None}
+
+
+def test_pusdump_reads_reports_of_the_peer():
+    chance = random.Random(3)
+    for _ in range(30):
+        tm = PusTm(
+            service=chance.randrange(1, 256),
+            subservice=chance.randrange(1, 256),
+            timestamp=TIME,
+            source_data=chance.randbytes(chance.randrange(100)),
+            apid=chance.randrange(1, 2047),
+            seq_count=chance.randrange(16384),
+            message_counter=chance.randrange(65536),
+            destination_id=chance.randrange(65536),
+        )
+        (found,), code = dump(bytes(tm.pack()).hex())
+        assert code == 0 and found["direction"] == "TM" and found["time_ns"] == 42_500_000_000
+        assert (found["apid"], found["seq"], found["destination"]) == (tm.apid, tm.seq_count, tm.pus_tm_sec_header.dest_id)
+        assert (found["service"], found["subtype"]) == (tm.service, tm.subservice)
+        assert found["counter"] == tm.pus_tm_sec_header.message_counter
+        assert bytes.fromhex(found["data"]) == tm.tm_data
+
+
+GOLDEN = """
+1864 c019 0006 | 2f 11 01 0001 | ebe6
+0864 c001 000f | 20 11 02 0001 0001 | 40 6249 02b32c95 | 7bf4
+0864 c002 0010 | 20 11 02 0002 0001 | 2f 0000002a 800000 | e29d
+1864 c048 001d | 2f 0b 04 0001 | 01 01 2f0000002a800000 1864c01900062f11010001ebe6 | 059c
+0864 c00e 0018 | 20 01 02 0000 0001 | 40 6249 02b32c95 | 1864c019 0102 c0ffee | af1c
+0000 c001 000a | 02 2f0000002a800000 | 3675
+"""
+
+
+def test_pusdump_reads_golden_packets():
+    found, code = dump(GOLDEN.replace("|", ""))
+    assert code == 0
+    assert [packet["time_ns"] for packet in found] == [
+        None,
+        2_173_955_696_789_000_000,  # 2026-11-21T12:34:56.789
+        42_500_000_000,
+        None,
+        2_173_955_696_789_000_000,
+        42_500_000_000,
+    ]
+    assert [(packet["service"], packet["subtype"]) for packet in found[:5]] == [(17, 1), (17, 2), (17, 2), (11, 4), (1, 2)]
+    text = subprocess.run([PUSDUMP], input=GOLDEN.replace("|", "").encode(), capture_output=True).stdout.decode()
+    assert "TC 100 #25 [17,1] perform an are-you-alive connection test from 1 ack ASPC" in text
+    assert "2026-11-21T12:34:56.789000000 TAI" in text and "spacecraft time packet" in text
+
+
+def malformed():
+    good = bytes(request(17, 1).pack())
+    report = bytes(PusTm(17, 2, timestamp=TIME, apid=APID).pack())
+    yield signed(bytes([good[0] | 0x20]) + good[1:]), "packet version 1"
+    for flags in range(3):
+        yield signed(good[:2] + bytes([good[2] & 0x3F | flags << 6]) + good[3:]), f"sequence flags {flags}"
+    yield signed(good[:6] + b"\x1f" + good[7:]), "PUS version 1"
+    yield signed(report[:6] + b"\x10" + report[7:]), "PUS version 1"
+    yield signed(bytes([good[0] & ~0x08]) + good[1:]), "no secondary header"
+    yield signed(good[:5] + b"\x07" + good[6:]), "length field says 14 octets, 13 are there"
+    yield signed(good[:5] + b"\x05" + good[6:]), "length field says 12 octets, 13 are there"
+    yield good + b"\0", "length field says 13 octets, 14 are there"
+    yield good[:-1] + bytes([good[-1] ^ 1]), "checksum"
+    yield signed(report[:13] + b"\x50" + report[14:]), "time code 0x50"
+    for size in range(1, len(good)):
+        yield good[:size], "too few for a packet" if size < 6 else "length field"
+
+
+@pytest.mark.parametrize("octets, words", list(malformed()))
+def test_pusdump_tells_what_is_wrong_in_one_line(octets, words):
+    good = bytes(request(17, 1).pack())
+    for text in (octets.hex(), f"1.25 {'TC' if octets[0] & 0x10 else 'TM'} {octets.hex()}"):
+        found, code = dump(f"{good.hex()}\n{text}\n{good.hex()}\n")
+        assert code == 1 and len(found) == 3
+        assert words in found[1]["error"] and found[1]["place"] == "line 2"
+        assert found[0]["error"] is None and found[2]["error"] is None
+    run = subprocess.run([PUSDUMP], input=octets.hex().encode(), capture_output=True)
+    assert run.returncode == 1 and run.stdout.count(b"\n") == 1 and words.encode() in run.stdout
+
+
+def test_pusdump_tells_what_is_wrong_with_lines():
+    good = bytes(request(17, 1).pack()).hex()
+    for line, words in (
+        (good[:-1], "odd number"),
+        (good + "x", "not a hexadecimal digit"),
+        (f"1.0 TM {good}", "the log says TM, the packet TC"),
+        (f"one TC {good}", "time is no number"),
+        ("1.0 TC ", "too few"),
+        ("00" * 70000, "longer than any packet"),
+    ):
+        found, code = dump(line)
+        assert code == 1 and len(found) == 1 and words in found[0]["error"], line[:40]
+    found, code = dump(f"# nothing\n\n   \n{good}\r\n")
+    assert code == 0 and len(found) == 1
+    assert dump("") == ([], 0)
+    found, code = dump(f"{good}\n", "--format", "log")
+    assert code == 1 and "not a line of a packet log" in found[0]["error"]
+
+
+def test_pusdump_options_and_files(tmp_path):
+    tm = bytes(PusTm(17, 2, timestamp=TIME, apid=APID).pack())
+    path = tmp_path / "packets"
+    path.write_bytes(tm * 3)
+    assert dump(tm.hex(), "--epoch", "42")[0][0]["time_ns"] == 500_000_000
+    assert dump(tm.hex(), "--epoch", "43")[0][0]["time_ns"] == -500_000_000
+    assert len(dump(b"", str(path))[0]) == 3
+    assert len(dump(tm, str(path), "-")[0]) == 4
+    for options in (["--no-such"], ["--format", "text"], ["--format"], ["--epoch", "-1"], [str(tmp_path / "none")]):
+        run = subprocess.run([PUSDUMP, *options], stdin=subprocess.DEVNULL, capture_output=True)
+        assert run.returncode == 2 and run.stdout == b"" and run.stderr.startswith(b"pusdump: ")
+    run = subprocess.run([PUSDUMP, "--help"], capture_output=True)
+    assert run.returncode == 0 and b"usage: pusdump" in run.stdout
+
+
+def test_pusdump_decodes_fields_it_knows():
+    (found,), _ = dump(bytes(request(129, 1, b"\5").pack()).hex())
+    assert found["fields"] == {"target": 5} and found["name"] == "request state"
+    create = bytes.fromhex("0009 00000004 01 02010002 01 0002 02 02000001 02090003")
+    (found,), _ = dump(bytes(request(3, 1, create).pack()).hex())
+    assert found["fields"] == {
+        "structure": 9,
+        "interval": 4,
+        "parameters": [{"id": "0x02010002"}],
+        "sets": [{"repetitions": 2, "parameters": [{"id": "0x02000001"}, {"id": "0x02090003"}]}],
+    }
+    report = PusTm(1, 8, timestamp=TIME, source_data=bytes.fromhex("1810c019 0406 0001 000000fa"), apid=APID)
+    (found,), _ = dump(bytes(report.pack()).hex())
+    assert found["fields"]["request"] == {"apid": 16, "seq": 25} and found["fields"]["meaning"] == "time-out"
+    networks = bytes.fromhex("0002 0001 0002 0010 0011 0000 0002 0000 0001 0007")
+    (found,), _ = dump(bytes(PusTm(131, 11, timestamp=TIME, source_data=networks, apid=1).pack()).hex())
+    assert found["fields"]["networks"] == [
+        {"network": 1, "members": [{"apid": 16}, {"apid": 17}], "links": []},
+        {"network": 2, "members": [], "links": [{"link": 7}]},
+    ]
+    (found,), code = dump(bytes(request(129, 1, b"\5\5").pack()).hex())
+    assert code == 0 and found["fields"] is None and found["data"] == "0505"
+
+
+# --- anything, our pusdump -----------------------------------------------------------------------------------------
+
+
+def any_packet(chance):
+    """A packet of a message pusdump knows, with any data, sometimes damaged."""
+    services = {1: 10, 3: 35, 5: 8, 8: 1, 17: 4, 20: 3, 129: 6, 130: 10, 131: 11}
+    service = chance.choice(list(services))
+    subtype = chance.randrange(1, services[service] + 1)
+    size = chance.choice((0, 1, 2, 3, 8, 20, 52, chance.randrange(300)))
+    data = bytes(chance.choice((0, 1, 2, 3, chance.randrange(256))) for _ in range(size))
+    if chance.random() < 0.5:
+        octets = bytes(request(service, subtype, data).pack())
+    else:
+        octets = bytes(PusTm(service, subtype, timestamp=TIME, source_data=data, apid=APID).pack())
+    if chance.random() < 0.3:
+        octets = bytearray(octets)
+        octets[chance.randrange(len(octets))] = chance.randrange(256)
+        octets = signed(octets) if chance.random() < 0.5 else bytes(octets)
+    return octets[: chance.randrange(len(octets))] if chance.random() < 0.05 else octets
+
+
+def any_input(chance):
+    kind = chance.randrange(5)
+    if kind == 0:
+        return chance.randbytes(chance.randrange(5000))
+    if kind == 1:
+        return b"".join(any_packet(chance) for _ in range(30))
+    if kind == 2:
+        words = (b"", b"1.5 TC ", b"x TM ", b"2.0 TM ")
+        return b"\n".join(chance.choice(words) + any_packet(chance).hex().encode() for _ in range(60))
+    if kind == 3:
+        return bytes(chance.choice(b"0123456789abcdefABCDEF \t\r\n#TCM.\0zx") for _ in range(chance.randrange(5000)))
+    return chance.randbytes(chance.randrange(200_000))
+
+
+def test_pusdump_survives_any_input(tmp_path):
+    sanitized = build(tmp_path / "pusdump", *sorted((ROOT / "pus/tool").glob("*.c")))
+    chance = random.Random(4)
+    for _ in range(120):
+        options = chance.choice(([], ["--format", "hex"], ["--format", "log"], ["--format", "binary"]))
+        run = subprocess.run([sanitized, "--json", *options], input=any_input(chance), capture_output=True, timeout=30)
+        assert run.stderr == b"" and run.returncode in (0, 1)
+        found = [json.loads(line) for line in run.stdout.splitlines()]
+        assert run.returncode == any(packet["error"] is not None for packet in found)
+        for packet in found:
+            assert packet.keys() >= {"direction", "apid", "service", "subtype", "seq", "time_ns", "crc_ok", "error"}
+            assert ("source" in packet) != ("destination" in packet)

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/can.h"
+
+#include "osal/include/osal/shm.h"
+
+#include <net/if.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+static char address[64];
+static osal_can_t node;
+static osal_can_t wire;
+
+void setUp(void)
+{
+    (void)snprintf(address, sizeof(address), "shm:osal-can-test-%d", (int)getpid());
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, address, OSAL_CAN_WIRE));
+}
+
+void tearDown(void)
+{
+    osal_can_close(&node);
+    osal_can_close(&wire);
+    (void)osal_can_destroy(address);
+}
+
+static osal_can_frame_t frame_of(uint32_t id, uint8_t length, uint8_t flags)
+{
+    osal_can_frame_t frame = {.time_ns = 1000U + id, .id = id, .length = length, .flags = flags};
+    for (uint8_t i = 0U; i < length; i++) {
+        frame.data[i] = (uint8_t)(id + i);
+    }
+    return frame;
+}
+
+static void assert_same(const osal_can_frame_t* expected, const osal_can_frame_t* actual)
+{
+    TEST_ASSERT_EQUAL_HEX32(expected->id, actual->id);
+    TEST_ASSERT_EQUAL_UINT8(expected->length, actual->length);
+    TEST_ASSERT_EQUAL_HEX8(expected->flags, actual->flags);
+    TEST_ASSERT_EQUAL_UINT64(expected->time_ns, actual->time_ns);
+    TEST_ASSERT_EQUAL_MEMORY(expected->data, actual->data, OSAL_CAN_DATA_MAX);
+}
+
+static void test_both_directions_keep_order_and_content(void)
+{
+    osal_can_frame_t out;
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&wire, &out));
+    for (uint32_t i = 0U; i < 50U; i++) {
+        const osal_can_frame_t up   = frame_of(0x100U + i, (uint8_t)(i % 9U), 0U);
+        const osal_can_frame_t down = frame_of(OSAL_CAN_EXTENDED | (0x12345U + i), 64U,
+                                               OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS | OSAL_CAN_FLAG_ESI);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &up));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &down));
+    }
+    for (uint32_t i = 0U; i < 50U; i++) {
+        const osal_can_frame_t up   = frame_of(0x100U + i, (uint8_t)(i % 9U), 0U);
+        const osal_can_frame_t down = frame_of(OSAL_CAN_EXTENDED | (0x12345U + i), 64U,
+                                               OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS | OSAL_CAN_FLAG_ESI);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&wire, &out));
+        assert_same(&up, &out);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
+        assert_same(&down, &out);
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&wire, &out));
+}
+
+static void test_error_and_remote_frames_pass_through(void)
+{
+    osal_can_frame_t out;
+    osal_can_frame_t error =
+        frame_of(OSAL_CAN_ERROR | OSAL_CAN_ERROR_CONTROLLER | OSAL_CAN_ERROR_BUS_OFF, 8U, 0U);
+    error.data[1]                 = 0x20U;
+    error.data[6]                 = 128U;
+    error.data[7]                 = 96U;
+    const osal_can_frame_t remote = frame_of(OSAL_CAN_REMOTE | 0x701U, 0U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &error));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &remote));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
+    assert_same(&error, &out);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
+    assert_same(&remote, &out);
+}
+
+static void test_lengths_no_frame_has_are_refused(void)
+{
+    static const uint8_t fd_lengths[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
+    osal_can_frame_t out;
+    for (unsigned length = 0U; length <= 255U; length++) {
+        osal_can_frame_t frame = {.id = 1U, .length = (uint8_t)length};
+        TEST_ASSERT_EQUAL((length <= 8U) ? STATUS_OK : STATUS_INVALID, osal_can_send(&node, &frame));
+        const bool is_fd = (memchr(fd_lengths, (int)length, sizeof(fd_lengths)) != NULL);
+        frame.flags      = OSAL_CAN_FLAG_FD;
+        TEST_ASSERT_EQUAL(is_fd ? STATUS_OK : STATUS_INVALID, osal_can_send(&node, &frame));
+        while (osal_can_receive(&wire, &out) == STATUS_OK) {
+            TEST_ASSERT_EQUAL_UINT8(length, out.length);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(0U, node.refused);
+}
+
+static void test_full_ring_refuses_counts_and_loses_nothing_it_took(void)
+{
+    osal_can_frame_t out;
+    for (uint32_t i = 0U; i < OSAL_CAN_RING_FRAMES; i++) {
+        const osal_can_frame_t frame = frame_of(i, 8U, 0U);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &frame));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
+    }
+    const osal_can_frame_t late = frame_of(0x7FFU, 8U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_can_send(&node, &late));
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_can_send(&wire, &late));
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_can_send(&wire, &late));
+    TEST_ASSERT_EQUAL_UINT32(1U, node.refused);
+    TEST_ASSERT_EQUAL_UINT32(2U, wire.refused);
+    for (uint32_t i = 0U; i < OSAL_CAN_RING_FRAMES; i++) {
+        const osal_can_frame_t frame = frame_of(i, 8U, 0U);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&wire, &out));
+        assert_same(&frame, &out);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
+        assert_same(&frame, &out);
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL_UINT32(2U, node.overruns);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &late));
+}
+
+static void test_node_that_opens_has_received_nothing_and_what_it_sent_stays(void)
+{
+    osal_can_frame_t out;
+    const osal_can_frame_t frame = frame_of(0x181U, 8U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &frame));
+    osal_can_close(&node);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_send(&node, &frame));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_receive(&node, &out));
+    osal_can_close(&node); // Twice does no harm.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&wire, &out));
+    assert_same(&frame, &out);
+}
+
+static void test_names_and_addresses(void)
+{
+    osal_can_t other;
+    char other_address[96];
+    (void)snprintf(other_address, sizeof(other_address), "shm:osal-can-none-%d", (int)getpid());
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_create(address));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&other, other_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_destroy(other_address));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_create("can:vcan0"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_create("shm:"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_create("shm:a/b"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_create("robot"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&other, "robot", OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&other, "", OSAL_CAN_NODE));
+    memset(other_address, 'a', sizeof(other_address));
+    memcpy(other_address, "shm:", 4U);
+    other_address[95] = '\0';
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_create(other_address));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&other, other_address, OSAL_CAN_NODE));
+}
+
+static void test_removed_bus_stays_usable_for_open_ends(void)
+{
+    osal_can_frame_t out;
+    osal_can_t other;
+    const osal_can_frame_t frame = frame_of(5U, 3U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_destroy(address));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&other, address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &frame));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&wire, &out));
+}
+
+static void test_memory_of_another_kind_is_no_bus(void)
+{
+    char name[48];
+    char foreign[64];
+    osal_shm_t shm;
+    osal_can_t other;
+    (void)snprintf(name, sizeof(name), "/osal-can-foreign-%d", (int)getpid());
+    (void)snprintf(foreign, sizeof(foreign), "shm:%s", &name[1]);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, 4096U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&other, foreign, OSAL_CAN_WIRE));
+    osal_shm_close(&shm);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name));
+}
+
+/// A second process sends as fast as the ring takes it: nothing lost, torn or out of order.
+static void test_two_processes_exchange_every_frame_in_order(void)
+{
+    const uint32_t count = 200000U;
+    const pid_t sender   = fork();
+    if (sender == 0) {
+        (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+        for (uint32_t i = 0U; i < count; i++) {
+            osal_can_frame_t frame = {.id = i & 0x7FFU, .length = 64U, .flags = OSAL_CAN_FLAG_FD};
+            memset(frame.data, (int)(i & 0xFFU), sizeof(frame.data));
+            memcpy(frame.data, &i, sizeof(i));
+            while (osal_can_send(&node, &frame) == STATUS_FULL) {
+                (void)usleep(50U);
+            }
+        }
+        _exit(0);
+    }
+    for (uint32_t i = 0U; i < count; i++) {
+        osal_can_frame_t out;
+        uint32_t number = 0U;
+        while (osal_can_receive(&wire, &out) == STATUS_EMPTY) {
+            (void)usleep(20U);
+        }
+        memcpy(&number, out.data, sizeof(number));
+        TEST_ASSERT_EQUAL_UINT32(i, number);
+        TEST_ASSERT_EQUAL_HEX8(i & 0xFFU, out.data[63]);
+    }
+    int how = -1;
+    TEST_ASSERT_EQUAL(sender, waitpid(sender, &how, 0));
+    TEST_ASSERT_EQUAL(0, how);
+}
+
+static bool has_kernel_can(void)
+{
+    const int descriptor = socket(PF_CAN, SOCK_RAW, 1);
+    if (descriptor >= 0) {
+        (void)close(descriptor);
+    }
+    return descriptor >= 0;
+}
+
+static void test_socketcan_is_refused_cleanly_where_it_is_not(void)
+{
+    osal_can_t kernel;
+    osal_can_frame_t out;
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, osal_can_open(&kernel, "can:none0", OSAL_CAN_WIRE));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&kernel, "can:", OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&kernel, "can:a-name-too-long-for-one", OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(has_kernel_can() ? STATUS_NOT_FOUND : STATUS_UNSUPPORTED,
+                      osal_can_open(&kernel, "can:none0", OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_receive(&kernel, &out));
+    osal_can_close(&kernel);
+}
+
+/// Where the interface vcan0 is up, two sockets on it exchange frames of both kinds.
+static void test_socketcan_carries_frames(void)
+{
+    osal_can_t one;
+    osal_can_t two;
+    osal_can_frame_t out;
+    if (!has_kernel_can() || (if_nametoindex("vcan0") == 0U)) {
+        TEST_IGNORE_MESSAGE("no vcan0 here");
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&one, "can:vcan0", OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&two, "can:vcan0", OSAL_CAN_NODE));
+    osal_can_frame_t frames[] = {frame_of(0x181U, 8U, 0U), frame_of(OSAL_CAN_EXTENDED | 0x1234567U, 3U, 0U),
+                                 frame_of(0x201U, 64U, OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS)};
+    for (size_t i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&one, &frames[i]));
+    }
+    for (size_t i = 0U; i < 3U; i++) {
+        status_t status = STATUS_EMPTY;
+        for (int tries = 0; (tries < 1000) && (status == STATUS_EMPTY); tries++) {
+            status = osal_can_receive(&two, &out);
+            (void)usleep(1000U);
+        }
+        TEST_ASSERT_EQUAL(STATUS_OK, status);
+        TEST_ASSERT_TRUE(out.time_ns > 0U);
+        frames[i].time_ns = out.time_ns;
+        assert_same(&frames[i], &out);
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&one, &out)); // Not its own.
+    osal_can_close(&one);
+    osal_can_close(&two);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_both_directions_keep_order_and_content);
+    RUN_TEST(test_error_and_remote_frames_pass_through);
+    RUN_TEST(test_lengths_no_frame_has_are_refused);
+    RUN_TEST(test_full_ring_refuses_counts_and_loses_nothing_it_took);
+    RUN_TEST(test_node_that_opens_has_received_nothing_and_what_it_sent_stays);
+    RUN_TEST(test_names_and_addresses);
+    RUN_TEST(test_removed_bus_stays_usable_for_open_ends);
+    RUN_TEST(test_memory_of_another_kind_is_no_bus);
+    RUN_TEST(test_two_processes_exchange_every_frame_in_order);
+    RUN_TEST(test_socketcan_is_refused_cleanly_where_it_is_not);
+    RUN_TEST(test_socketcan_carries_frames);
+    return UNITY_END();
+}

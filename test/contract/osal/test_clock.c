@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// Nothing here asserts an upper bound on wall-clock time: a wait may be late, but never early.
+#define _GNU_SOURCE
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/process.h"
+#include "osal/include/osal/task.h"
+
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+#define MS 1000000ULL
+#define SLOT_NS 500000U
+
+static osal_clock_t wall;
+
+void setUp(void)
+{
+    osal_clock_open_real(&wall, osal_clock_monotonic_ns());
+}
+
+void tearDown(void)
+{
+}
+
+static void test_real_time_counts_from_its_origin(void)
+{
+    const uint64_t before_ns = osal_clock_monotonic_ns();
+    TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) <= osal_clock_monotonic_ns() - wall.origin_ns);
+    TEST_ASSERT_TRUE(osal_clock_monotonic_ns() >= before_ns);
+    osal_clock_open_real(&wall, before_ns + 3600000U * MS);
+    TEST_ASSERT_EQUAL_UINT64(0U, osal_clock_now_ns(&wall)); // Not begun.
+    TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(&wall));
+    TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_octets_due(&wall));
+    osal_clock_deliver(&wall, 3U, 1U, 1U); // No effect, no fault.
+    TEST_ASSERT_EQUAL(1, prctl(PR_GET_TIMERSLACK));
+}
+
+/// Each cycle works for half its period. Absolute sleep makes up for that, and for any delay of the machine;
+/// relative sleep would be 100 periods late in the end. So the best of the last wakes has to be on the grid.
+static void test_absolute_sleep_does_not_drift(void)
+{
+    const uint64_t period_ns = MS;
+    const uint64_t begin_ns  = osal_clock_now_ns(&wall);
+    uint64_t least_late_ns   = UINT64_MAX;
+    for (uint64_t i = 1U; i <= 200U; i++) {
+        const uint64_t wake_ns = begin_ns + (i * period_ns);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, wake_ns, NULL, 0U));
+        const uint64_t late_ns = osal_clock_now_ns(&wall) - wake_ns;
+        TEST_ASSERT_TRUE(late_ns < UINT64_MAX / 2U); // Never early.
+        least_late_ns = ((i > 100U) && (late_ns < least_late_ns)) ? late_ns : least_late_ns;
+        while (osal_clock_now_ns(&wall) < (wake_ns + (period_ns / 2U))) {
+        }
+    }
+    TEST_ASSERT_TRUE(least_late_ns < (50U * period_ns));
+}
+
+static void test_what_is_not_permitted_is_told(void)
+{
+    if (!wall.attributes.is_memory_locked || !wall.attributes.is_slack_minimal) {
+        TEST_IGNORE_MESSAGE("memory is not locked, or timers are put together: not permitted here");
+    }
+    if (geteuid() != 0U) {
+        TEST_IGNORE_MESSAGE("the refusal is shown from a privileged process");
+    }
+    const pid_t child = fork();
+    if (child == 0) {
+        const struct rlimit none = {0U, 0U};
+        const bool is_stranger =
+            (setrlimit(RLIMIT_MEMLOCK, &none) == 0) && (setgid(65534) == 0) && (setuid(65534) == 0);
+        osal_clock_t clock;
+        osal_clock_open_real(&clock, 0U);
+        const bool is_usable = (osal_clock_wait(&clock, 0U, NULL, 0U) == STATUS_OK);
+        // The address sanitizer lets every lock succeed.
+        const bool is_granted = (mlockall(MCL_CURRENT) == 0);
+        _exit((is_stranger && is_usable && (clock.attributes.is_memory_locked == is_granted)) ? 0 : 1);
+    }
+    int how = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
+    TEST_ASSERT_EQUAL(0, how);
+}
+
+static void test_real_wait_is_never_early_with_and_without_sockets(void)
+{
+    osal_socket_t quiet;
+    osal_socket_t other;
+    osal_socket_t* const sockets[] = {&quiet};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_local_pair(&quiet, &other));
+    for (uint64_t i = 1U; i <= 20U; i++) {
+        const uint64_t wake_ns = osal_clock_now_ns(&wall) + (i * MS / 10U);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, wake_ns, sockets, i % 2U));
+        TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) >= wake_ns);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, 0U, NULL, 0U)); // Past.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, 0U, sockets, 1U));
+    osal_socket_close(&quiet);
+    osal_socket_close(&other);
+}
+
+static void test_real_wait_ends_early_for_a_socket(void)
+{
+    osal_socket_t quiet;
+    osal_socket_t quiet_end;
+    osal_socket_t talking;
+    osal_socket_t talking_end;
+    osal_socket_t* const sockets[] = {&quiet, &talking};
+    size_t sent                    = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_local_pair(&quiet, &quiet_end));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_local_pair(&talking, &talking_end));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_send(&talking_end, (const uint8_t*)"x", 1U, &sent));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, OSAL_CLOCK_NEVER, sockets, 2U));
+    const uint64_t far_ns = 3600000U * MS;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, far_ns, sockets, 2U));
+    TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) < far_ns);
+    osal_socket_close(&talking_end); // A peer that is gone is something to read, too.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, OSAL_CLOCK_NEVER, sockets, 2U));
+    osal_socket_close(&quiet);
+    osal_socket_close(&quiet_end);
+    osal_socket_close(&talking);
+}
+
+static void ignore_it(int number)
+{
+    (void)number;
+}
+
+static void test_signals_of_others_do_not_shorten_a_wait(void)
+{
+    osal_socket_t quiet;
+    osal_socket_t other;
+    osal_socket_t* const sockets[]  = {&quiet};
+    struct sigaction action         = {.sa_handler = ignore_it};
+    const struct itimerval every_ms = {{0, 1000}, {0, 1000}};
+    const struct itimerval off      = {{0, 0}, {0, 0}};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_local_pair(&quiet, &other));
+    TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
+    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &every_ms, NULL));
+    for (size_t count = 0U; count <= 1U; count++) {
+        const uint64_t wake_ns = osal_clock_now_ns(&wall) + (20U * MS);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, wake_ns, sockets, count));
+        TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) >= wake_ns);
+    }
+    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
+    osal_socket_close(&quiet);
+    osal_socket_close(&other);
+}
+
+static void test_stop_signal_ends_a_real_wait_once(void)
+{
+    osal_process_catch_stop();
+    const unsigned before = osal_process_stop_count();
+    TEST_ASSERT_EQUAL(0, raise(SIGTERM));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, OSAL_CLOCK_NEVER, NULL, 0U));
+    TEST_ASSERT_EQUAL_UINT(before + 1U, osal_process_stop_count());
+    const uint64_t wake_ns = osal_clock_now_ns(&wall) + (5U * MS);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, wake_ns, NULL, 0U));
+    TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) >= wake_ns);
+}
+
+static uint64_t storage[OSAL_CALENDAR_BYTES / 8U] __attribute__((aligned(64)));
+
+static uint64_t messages_seen;
+
+static void partner(void* context)
+{
+    osal_calendar_t* const calendar = context;
+    osal_clock_t clock;
+    osal_clock_open_stepped(&clock, calendar, 2U);
+    while (osal_clock_wait(&clock, OSAL_CLOCK_NEVER, NULL, 0U) == STATUS_OK) {
+        messages_seen += osal_clock_messages_due(&clock);
+        osal_clock_deliver(&clock, 1U, 0U, 10U * osal_clock_octets_due(&clock));
+    }
+}
+
+static void test_stepped_time_is_that_of_the_grant(void)
+{
+    osal_calendar_t* const calendar = osal_calendar_create(storage, SLOT_NS, true);
+    osal_task_t task;
+    osal_clock_t clock;
+    osal_clock_open_stepped(&clock, calendar, 1U);
+    osal_calendar_expect(calendar, 1U);
+    osal_calendar_expect(calendar, 2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, partner, calendar, 0));
+    TEST_ASSERT_EQUAL_UINT64(0U, osal_clock_now_ns(&clock));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock, 0U, NULL, 0U));
+    for (uint32_t i = 1U; i <= 100U; i++) {
+        osal_clock_deliver(&clock, 2U, 1U, i);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock, OSAL_CLOCK_NEVER, NULL, 0U));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)i * SLOT_NS, osal_clock_now_ns(&clock));
+        TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(&clock));
+        TEST_ASSERT_EQUAL_UINT32(10U * i, osal_clock_octets_due(&clock));
+    }
+    osal_calendar_close(calendar);
+    osal_task_join(&task);
+    TEST_ASSERT_EQUAL_UINT64(100U, messages_seen);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_clock_wait(&clock, 0U, NULL, 0U));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_real_time_counts_from_its_origin);
+    RUN_TEST(test_absolute_sleep_does_not_drift);
+    RUN_TEST(test_what_is_not_permitted_is_told);
+    RUN_TEST(test_real_wait_is_never_early_with_and_without_sockets);
+    RUN_TEST(test_real_wait_ends_early_for_a_socket);
+    RUN_TEST(test_signals_of_others_do_not_shorten_a_wait);
+    RUN_TEST(test_stop_signal_ends_a_real_wait_once);
+    RUN_TEST(test_stepped_time_is_that_of_the_grant);
+    return UNITY_END();
+}

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Console and assertion, seen from outside: a child with pipes for its output.
+#define _GNU_SOURCE
+#include "osal/include/osal/console.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+#define WRITERS 4
+#define LINES 200
+
+static char output[100000];
+static size_t output_size;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+/// Run `speak` in `count` children whose `descriptor` is one pipe; collect it. Wait status of the last.
+static int listen_to(int descriptor, int count, void (*speak)(int number))
+{
+    int ends[2];
+    int how = -1;
+    TEST_ASSERT_EQUAL(0, pipe(ends));
+    for (int i = 0; i < count; i++) {
+        if (fork() == 0) {
+            (void)dup2(ends[1], descriptor);
+            speak(i);
+            _exit(0);
+        }
+    }
+    (void)close(ends[1]);
+    output_size  = 0U;
+    ssize_t size = 0;
+    do {
+        output_size += (size_t)size;
+        size = read(ends[0], &output[output_size], sizeof(output) - 1U - output_size);
+    } while (size > 0);
+    output[output_size] = '\0';
+    (void)close(ends[0]);
+    while (wait(&how) > 0) {
+        // All of them.
+    }
+    return how;
+}
+
+static void say_three(int number)
+{
+    (void)number;
+    osal_console_say("one");
+    osal_console_put("two ");
+    osal_console_put("");
+    osal_console_say("");
+    osal_console_complain("to the other");
+    _exit(osal_console_is_terminal() ? 1 : 0);
+}
+
+static void test_lines_and_parts_of_lines(void)
+{
+    TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, 1, say_three));
+    TEST_ASSERT_EQUAL_STRING("one\ntwo \n", output);
+    TEST_ASSERT_EQUAL(0, listen_to(STDERR_FILENO, 1, say_three));
+    TEST_ASSERT_EQUAL_STRING("to the other\n", output);
+}
+
+static void say_many(int number)
+{
+    char line[80];
+    memset(line, 'a' + number, sizeof(line));
+    line[79] = '\0';
+    for (int i = 0; i < LINES; i++) {
+        osal_console_say(line);
+    }
+}
+
+static void test_lines_of_several_processes_do_not_mix(void)
+{
+    TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, WRITERS, say_many));
+    TEST_ASSERT_EQUAL(WRITERS * LINES * 80, output_size);
+    for (size_t i = 0U; i < output_size; i += 80U) {
+        for (size_t k = 0U; k < 79U; k++) {
+            TEST_ASSERT_EQUAL_HEX8(output[i], output[i + k]);
+        }
+        TEST_ASSERT_EQUAL_HEX8('\n', output[i + 79U]);
+    }
+}
+
+/// A pipe that nobody reads, full: the caller goes on.
+static void test_reader_that_sleeps_does_not_stop_the_caller(void)
+{
+    const pid_t child = fork();
+    if (child == 0) {
+        static char block[70000];
+        int ends[2];
+        if ((pipe(ends) != 0) || (dup2(ends[1], STDOUT_FILENO) < 0)) {
+            _exit(1);
+        }
+        (void)fcntl(STDOUT_FILENO, F_SETFL, O_NONBLOCK);
+        while (write(STDOUT_FILENO, block, sizeof(block)) > 0) {
+            // Until it is full.
+        }
+        (void)fcntl(STDOUT_FILENO, F_SETFL, 0);
+        osal_console_say("lost");
+        _exit(7);
+    }
+    int how = 0;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
+    TEST_ASSERT_TRUE(WIFEXITED(how) && (WEXITSTATUS(how) == 7));
+}
+
+static void fail(int number)
+{
+    FSW_ASSERT(number == 1);
+}
+
+static void test_failed_assertion_is_one_line_and_the_end(void)
+{
+    const int how = listen_to(STDERR_FILENO, 1, fail);
+    TEST_ASSERT_TRUE(WIFSIGNALED(how));
+    TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
+    TEST_ASSERT_NOT_NULL(strstr(output, "test_console.c:"));
+    TEST_ASSERT_NOT_NULL(strstr(output, ": failed: number == 1\n"));
+    TEST_ASSERT_EQUAL_PTR(&output[output_size - 1U], strchr(output, '\n'));
+}
+
+int main(void)
+{
+    (void)signal(SIGPIPE, SIG_IGN);
+    UNITY_BEGIN();
+    RUN_TEST(test_lines_and_parts_of_lines);
+    RUN_TEST(test_lines_of_several_processes_do_not_mix);
+    RUN_TEST(test_reader_that_sleeps_does_not_stop_the_caller);
+    RUN_TEST(test_failed_assertion_is_one_line_and_the_end);
+    return UNITY_END();
+}

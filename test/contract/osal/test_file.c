@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/file.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+static char folder[64];
+static char path[96];
+
+void setUp(void)
+{
+    (void)snprintf(folder, sizeof(folder), "/tmp/osal-file-test-%d", (int)getpid());
+    (void)snprintf(path, sizeof(path), "%s/file", folder);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(folder));
+}
+
+void tearDown(void)
+{
+    (void)unlink(path);
+    (void)rmdir(folder);
+}
+
+static void put(const char* text, status_t (*open_it)(osal_file_t* file, const char* path))
+{
+    osal_file_t file;
+    TEST_ASSERT_EQUAL(STATUS_OK, open_it(&file, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, text, strlen(text)));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_sync(&file));
+    osal_file_close(&file);
+    osal_file_close(&file); // Twice does no harm.
+}
+
+static void assert_content(const char* expected)
+{
+    char content[64] = "";
+    size_t size      = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(strlen(expected), size);
+    TEST_ASSERT_EQUAL_MEMORY(expected, content, size);
+}
+
+static void test_create_empties_append_adds(void)
+{
+    struct stat about;
+    put("first", osal_file_append); // Made if missing.
+    put(" second", osal_file_append);
+    assert_content("first second");
+    put("new", osal_file_create);
+    assert_content("new");
+    TEST_ASSERT_EQUAL(0, stat(path, &about));
+    TEST_ASSERT_EQUAL(0, about.st_mode & 0133); // 0644 at most.
+}
+
+static void test_read_in_parts_up_to_the_end(void)
+{
+    char part[4];
+    size_t size = 0U;
+    osal_file_t file;
+    put("0123456789", osal_file_create);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_open_read(&file, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof(part), &size));
+    TEST_ASSERT_EQUAL(4U, size);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof(part), &size));
+    TEST_ASSERT_EQUAL_MEMORY("4567", part, 4U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof(part), &size));
+    TEST_ASSERT_EQUAL(2U, size);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, part, sizeof(part), &size));
+    TEST_ASSERT_EQUAL(0U, size);
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_write(&file, "x", 1U)); // Open for reading only.
+    osal_file_close(&file);
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_read(&file, part, sizeof(part), &size)); // Closed.
+}
+
+static void test_load_bounds(void)
+{
+    char content[10];
+    size_t size = 7U;
+    put("0123456789", osal_file_create);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(path, content, 10U, &size)); // Fits exactly.
+    TEST_ASSERT_EQUAL(10U, size);
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_file_load(path, content, 9U, &size));
+    TEST_ASSERT_EQUAL(0U, size);
+    put("", osal_file_create);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(path, content, 10U, &size));
+    TEST_ASSERT_EQUAL(0U, size);
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_load(folder, content, 10U, &size)); // A folder.
+}
+
+static void test_what_is_not_there(void)
+{
+    char content[8];
+    size_t size = 0U;
+    osal_file_t file;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_open_read(&file, path));
+    TEST_ASSERT_EQUAL(-1, file.descriptor);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_load(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_remove(path));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_create(&file, "/tmp/no/such/folder/file"));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_append(&file, "/tmp/no/such/folder/file"));
+    put("x", osal_file_create);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_remove(path));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_open_read(&file, path));
+}
+
+static void test_full_disk_is_a_status(void)
+{
+    osal_file_t file;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_append(&file, "/dev/full"));
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_file_write(&file, "x", 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, "", 0U));
+    osal_file_close(&file);
+}
+
+/// A pipe takes a large block only bit by bit: the write must go on until all is out.
+static void test_short_writes_are_completed(void)
+{
+    static char block[1000000];
+    int ends[2];
+    TEST_ASSERT_EQUAL(0, pipe(ends));
+    const pid_t reader = fork();
+    if (reader == 0) {
+        size_t total = 0U;
+        ssize_t size = 0;
+        (void)close(ends[1]);
+        do {
+            size = read(ends[0], block, 1000U);
+            total += (size_t)((size > 0) ? size : 0);
+        } while (size > 0);
+        _exit((total == sizeof(block)) ? 0 : 1);
+    }
+    (void)close(ends[0]);
+    osal_file_t file = {ends[1]};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, block, sizeof(block)));
+    osal_file_close(&file);
+    int how = -1;
+    TEST_ASSERT_EQUAL(reader, waitpid(reader, &how, 0));
+    TEST_ASSERT_EQUAL(0, how);
+}
+
+static void test_folders_with_parents(void)
+{
+    char deep[128];
+    char beneath_file[128];
+    struct stat about;
+    (void)snprintf(deep, sizeof(deep), "%s/a/b//c/", folder);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep)); // There already.
+    TEST_ASSERT_EQUAL(0, stat(deep, &about));
+    TEST_ASSERT_TRUE(S_ISDIR(about.st_mode));
+    put("x", osal_file_create);
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(path)); // Taken by a file.
+    (void)snprintf(beneath_file, sizeof(beneath_file), "%s/a", path);
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(beneath_file));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(""));
+    for (int i = 0; i < 3; i++) {
+        static const char* const parts[] = {"a/b/c", "a/b", "a"};
+        (void)snprintf(deep, sizeof(deep), "%s/%s", folder, parts[i]);
+        TEST_ASSERT_EQUAL(0, rmdir(deep));
+    }
+}
+
+static void test_no_privilege_is_denied(void)
+{
+    if (geteuid() != 0U) {
+        osal_file_t file;
+        TEST_ASSERT_EQUAL(STATUS_DENIED, osal_file_append(&file, "/etc/passwd"));
+        TEST_ASSERT_EQUAL(STATUS_DENIED, osal_directory_create("/osal-file-test"));
+        return;
+    }
+    const pid_t child = fork(); // The same as a user without rights.
+    if (child == 0) {
+        osal_file_t file;
+        const bool is_dropped = (setgid(65534) == 0) && (setuid(65534) == 0);
+        const bool is_denied  = (osal_file_append(&file, "/etc/passwd") == STATUS_DENIED) &&
+                               (osal_directory_create("/osal-file-test") == STATUS_DENIED) &&
+                               (osal_file_remove("/etc/passwd") == STATUS_DENIED);
+        _exit((is_dropped && is_denied) ? 0 : 1);
+    }
+    int how = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
+    TEST_ASSERT_EQUAL(0, how);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_create_empties_append_adds);
+    RUN_TEST(test_read_in_parts_up_to_the_end);
+    RUN_TEST(test_load_bounds);
+    RUN_TEST(test_what_is_not_there);
+    RUN_TEST(test_full_disk_is_a_status);
+    RUN_TEST(test_short_writes_are_completed);
+    RUN_TEST(test_folders_with_parents);
+    RUN_TEST(test_no_privilege_is_denied);
+    return UNITY_END();
+}

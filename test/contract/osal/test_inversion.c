@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// Priority inversion with three tasks on one processor: the low one holds the lock, the high one waits for
+// it, the middle one has much to do. With inheritance the high one is done before the middle one; a lock
+// without inheritance, run through the same scene, shows that the scene tells them apart.
+#define _GNU_SOURCE
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/event.h"
+#include "osal/include/osal/mutex.h"
+#include "osal/include/osal/task.h"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include "unity.h"
+
+#define WORK_NS 50000000ULL
+
+typedef struct {
+    bool is_plain; ///< With a lock of the system that does not inherit.
+    osal_mutex_t mutex;
+    pthread_mutex_t plain;
+    osal_event_t held;    ///< Low to first: I have the lock.
+    osal_event_t go;      ///< First to low: give it back.
+    osal_event_t working; ///< Middle to first: I am at it.
+    osal_event_t waiting; ///< High to first: the next thing I do is lock.
+    uint32_t place;
+    uint32_t high_place;
+    uint32_t middle_place;
+} scene_t;
+
+static scene_t scene;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void lock(void)
+{
+    if (scene.is_plain) {
+        (void)pthread_mutex_lock(&scene.plain);
+    } else {
+        (void)osal_mutex_lock(&scene.mutex);
+    }
+}
+
+static void unlock(void)
+{
+    if (scene.is_plain) {
+        (void)pthread_mutex_unlock(&scene.plain);
+    } else {
+        osal_mutex_unlock(&scene.mutex);
+    }
+}
+
+static void run_low(void* context)
+{
+    (void)context;
+    lock();
+    osal_event_signal(&scene.held);
+    while (osal_event_wait(&scene.go, UINT32_MAX) != STATUS_OK) {
+    }
+    unlock();
+}
+
+static void run_middle(void* context)
+{
+    (void)context;
+    osal_event_signal(&scene.working);
+    const uint64_t until_ns = osal_clock_monotonic_ns() + WORK_NS;
+    while (osal_clock_monotonic_ns() < until_ns) {
+    }
+    scene.middle_place = __atomic_add_fetch(&scene.place, 1U, __ATOMIC_ACQ_REL);
+}
+
+static void run_high(void* context)
+{
+    (void)context;
+    osal_event_signal(&scene.waiting);
+    lock();
+    scene.high_place = __atomic_add_fetch(&scene.place, 1U, __ATOMIC_ACQ_REL);
+    unlock();
+}
+
+static void play(void)
+{
+    osal_task_t low;
+    osal_task_t middle;
+    osal_task_t high;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&scene.mutex, false));
+    TEST_ASSERT_EQUAL(0, pthread_mutex_init(&scene.plain, NULL));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&low, run_low, NULL, 10));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.held, UINT32_MAX));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&high, run_high, NULL, 30));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.waiting, UINT32_MAX));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&middle, run_middle, NULL, 20));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.working, UINT32_MAX)); // High is asleep on the lock.
+    osal_event_signal(&scene.go);
+    osal_task_join(&high);
+    osal_task_join(&middle);
+    osal_task_join(&low);
+    osal_mutex_destroy(&scene.mutex);
+    (void)pthread_mutex_destroy(&scene.plain);
+}
+
+static void begin(const bool is_plain)
+{
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(0, &one);
+    scene = (scene_t){.is_plain = is_plain};
+    if ((sched_setaffinity(0, sizeof one, &one) != 0) || (osal_task_set_priority(40) != STATUS_OK)) {
+        TEST_IGNORE_MESSAGE("NOT SHOWN: no real-time priority permitted here, run it with privilege");
+    }
+}
+
+static void test_the_holder_of_a_lock_inherits_the_priority_of_who_waits(void)
+{
+    begin(false);
+    play();
+    TEST_ASSERT_EQUAL_UINT32(1U, scene.high_place);
+    TEST_ASSERT_EQUAL_UINT32(2U, scene.middle_place);
+}
+
+static void test_without_inheritance_the_scene_shows_the_inversion(void)
+{
+    begin(true);
+    play();
+    TEST_ASSERT_EQUAL_UINT32(1U, scene.middle_place);
+    TEST_ASSERT_EQUAL_UINT32(2U, scene.high_place);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_holder_of_a_lock_inherits_the_priority_of_who_waits);
+    RUN_TEST(test_without_inheritance_the_scene_shows_the_inversion);
+    return UNITY_END();
+}

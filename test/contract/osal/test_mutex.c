@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/mutex.h"
+#include "osal/include/osal/task.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+#define TASKS 4U
+#define ROUNDS 20000U
+
+typedef struct {
+    osal_mutex_t mutex;
+    uint64_t sum;
+    uint64_t check;
+} shared_t;
+
+static shared_t* shared;
+
+void setUp(void)
+{
+    shared = mmap(NULL, sizeof(*shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    TEST_ASSERT_TRUE(shared != MAP_FAILED);
+}
+
+void tearDown(void)
+{
+    (void)munmap(shared, sizeof(*shared));
+}
+
+static void count(void* context)
+{
+    shared_t* const all = context;
+    for (uint32_t i = 0U; i < ROUNDS; i++) {
+        if (osal_mutex_lock(&all->mutex) != STATUS_OK) {
+            abort();
+        }
+        all->sum++;
+        all->check = all->sum;
+        osal_mutex_unlock(&all->mutex);
+    }
+}
+
+static void test_tasks_exclude_each_other(void)
+{
+    osal_task_t tasks[TASKS];
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, false));
+    for (size_t i = 0U; i < TASKS; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&tasks[i], count, shared, 0));
+    }
+    for (size_t i = 0U; i < TASKS; i++) {
+        osal_task_join(&tasks[i]);
+    }
+    TEST_ASSERT_EQUAL_UINT64(TASKS * ROUNDS, shared->sum);
+    TEST_ASSERT_EQUAL_UINT64(TASKS * ROUNDS, shared->check);
+    osal_mutex_destroy(&shared->mutex);
+}
+
+static void test_processes_exclude_each_other(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, true));
+    for (size_t i = 0U; i < TASKS; i++) {
+        if (fork() == 0) {
+            count(shared);
+            _exit(0);
+        }
+    }
+    int how = -1;
+    while (wait(&how) > 0) {
+        TEST_ASSERT_EQUAL(0, how);
+    }
+    TEST_ASSERT_EQUAL_UINT64(TASKS * ROUNDS, shared->sum);
+    osal_mutex_destroy(&shared->mutex);
+}
+
+static void test_death_of_a_holder_is_told_once_and_hangs_nobody(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, true));
+    const pid_t holder = fork();
+    if (holder == 0) {
+        (void)osal_mutex_lock(&shared->mutex);
+        __atomic_store_n(&shared->check, 1U, __ATOMIC_RELEASE);
+        (void)pause();
+    }
+    while (__atomic_load_n(&shared->check, __ATOMIC_ACQUIRE) == 0U) {
+        (void)usleep(100U);
+    }
+    const pid_t waiter = fork(); // Asleep on the lock when the holder dies, or just about to be.
+    if (waiter == 0) {
+        const status_t first = osal_mutex_lock(&shared->mutex);
+        osal_mutex_unlock(&shared->mutex);
+        _exit((first == STATUS_CLOSED) ? 0 : 1);
+    }
+    (void)usleep(5000U);
+    TEST_ASSERT_EQUAL(0, kill(holder, SIGKILL));
+    TEST_ASSERT_EQUAL(holder, waitpid(holder, NULL, 0));
+    int how = -1;
+    TEST_ASSERT_EQUAL(waiter, waitpid(waiter, &how, 0));
+    TEST_ASSERT_EQUAL(0, how);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_lock(&shared->mutex));
+    osal_mutex_unlock(&shared->mutex);
+}
+
+/// A coding error ends the program: seen from a child.
+static void assert_aborts(void (*mistake)(void))
+{
+    const pid_t child = fork();
+    if (child == 0) {
+        (void)close(STDERR_FILENO);
+        mistake();
+        _exit(0);
+    }
+    int how = 0;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
+    TEST_ASSERT_TRUE(WIFSIGNALED(how));
+    TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
+}
+
+static void lock_twice(void)
+{
+    (void)osal_mutex_lock(&shared->mutex);
+    (void)osal_mutex_lock(&shared->mutex);
+}
+
+static void unlock_without_lock(void)
+{
+    osal_mutex_unlock(&shared->mutex);
+}
+
+static void test_coding_errors_are_assertions(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, false));
+    assert_aborts(lock_twice);
+    assert_aborts(unlock_without_lock);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_tasks_exclude_each_other);
+    RUN_TEST(test_processes_exclude_each_other);
+    RUN_TEST(test_death_of_a_holder_is_told_once_and_hangs_nobody);
+    RUN_TEST(test_coding_errors_are_assertions);
+    return UNITY_END();
+}

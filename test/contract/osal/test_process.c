@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: Apache-2.0
+// The children are this very program, called with the name of what they shall do.
+#define _GNU_SOURCE
+#include "osal/include/osal/process.h"
+
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+#define SELF "/proc/self/exe"
+#define LONG_MS 60000U
+
+static char path[64];
+
+void setUp(void)
+{
+    (void)snprintf(path, sizeof(path), "/tmp/osal-process-test-%d", (int)getpid());
+}
+
+void tearDown(void)
+{
+    (void)unlink(path);
+}
+
+// --- Roles of a child ------------------------------------------------------------------------------------
+
+static int hold_on(void)
+{
+    return pause(); // Until a signal ends it.
+}
+
+/// Bit i of the exit code: descriptor 3 + i is open.
+static int show_descriptors(void)
+{
+    int code = 0;
+    for (int i = 0; i < 6; i++) {
+        code |= (fcntl(3 + i, F_GETFD) >= 0) ? (1 << i) : 0;
+    }
+    return code;
+}
+
+static int show_memory_limit(const char* expected)
+{
+    struct rlimit limit;
+    return ((getrlimit(RLIMIT_AS, &limit) == 0) && (limit.rlim_cur == strtoull(expected, NULL, 10))) ? 0 : 1;
+}
+
+static int show_processor(void)
+{
+    cpu_set_t set;
+    if ((sched_getaffinity(0, sizeof(set), &set) != 0) || (CPU_COUNT(&set) != 1)) {
+        return 100;
+    }
+    for (int i = 0; i < 100; i++) {
+        if (CPU_ISSET((unsigned)i, &set)) {
+            return i;
+        }
+    }
+    return 101;
+}
+
+/// 0 if signals are as a program expects to find them.
+static int show_signals(void)
+{
+    sigset_t blocked;
+    struct sigaction action;
+    if ((sigprocmask(SIG_SETMASK, NULL, &blocked) != 0) || (sigismember(&blocked, SIGTERM) != 0)) {
+        return 1;
+    }
+    return ((sigaction(SIGPIPE, NULL, &action) == 0) && (action.sa_handler == SIG_DFL)) ? 0 : 2;
+}
+
+/// A parent that starts a child, tells its id, and then waits to be killed.
+static int be_parent(int report)
+{
+    const char* const arguments[]    = {SELF, "hold", NULL};
+    const osal_process_start_t start = {.arguments = arguments, .processor = -1};
+    osal_process_t child;
+    if ((osal_process_start(&child, &start) != STATUS_OK) ||
+        (write(report, &child.id, sizeof(child.id)) != (ssize_t)sizeof(child.id))) {
+        return 1;
+    }
+    return hold_on();
+}
+
+static int catch_stop(void)
+{
+    osal_process_catch_stop();
+    (void)puts("ready");
+    (void)fflush(stdout);
+    while (osal_process_stop_count() == 0U) {
+        (void)osal_process_wait_any(NULL, 0U, LONG_MS);
+    }
+    return 50 + (int)osal_process_stop_count();
+}
+
+static int ignore_interrupt(void)
+{
+    osal_process_ignore_interrupt();
+    (void)puts("ready");
+    (void)fflush(stdout);
+    (void)raise(SIGINT);
+    (void)raise(SIGPIPE);
+    return 7;
+}
+
+static int play(const char* role, const char* argument)
+{
+    if (strcmp(role, "exit") == 0) {
+        return atoi(argument);
+    }
+    if (strcmp(role, "hold") == 0) {
+        return hold_on();
+    }
+    if (strcmp(role, "descriptors") == 0) {
+        return show_descriptors();
+    }
+    if (strcmp(role, "memory") == 0) {
+        return show_memory_limit(argument);
+    }
+    if (strcmp(role, "processor") == 0) {
+        return show_processor();
+    }
+    if (strcmp(role, "signals") == 0) {
+        return show_signals();
+    }
+    if (strcmp(role, "parent") == 0) {
+        return be_parent(atoi(argument));
+    }
+    if (strcmp(role, "speak") == 0) {
+        return ((write(1, "out\n", 4U) == 4) && (write(2, "err\n", 4U) == 4)) ? 0 : 1;
+    }
+    return (strcmp(role, "catch") == 0) ? catch_stop() : ignore_interrupt();
+}
+
+// --- The tests -------------------------------------------------------------------------------------------
+
+static osal_process_t start_role(const char* role, const char* argument, const osal_process_start_t* like)
+{
+    const char* const arguments[] = {SELF, role, argument, NULL};
+    osal_process_start_t start    = *like;
+    osal_process_t process;
+    start.arguments = arguments;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_start(&process, &start));
+    TEST_ASSERT_TRUE(process.id > 0);
+    return process;
+}
+
+static osal_process_result_t result_of(osal_process_t* process)
+{
+    osal_process_t* const one[]  = {process};
+    osal_process_result_t result = {.has_ended = false};
+    while (!result.has_ended) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_process_wait_any(one, 1U, LONG_MS));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_process_poll(process, &result));
+    }
+    return result;
+}
+
+static const osal_process_start_t plain = {.processor = -1};
+
+static void test_exit_code_is_told_once(void)
+{
+    osal_process_t process       = start_role("exit", "42", &plain);
+    osal_process_result_t result = result_of(&process);
+    TEST_ASSERT_FALSE(result.was_signalled);
+    TEST_ASSERT_EQUAL(42, result.code);
+    TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_process_poll(&process, &result));
+    TEST_ASSERT_FALSE(result.has_ended);
+    TEST_ASSERT_FALSE(osal_process_is_alive(&process));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_stop(&process, true));
+}
+
+static void test_running_child_and_its_two_ways_to_end(void)
+{
+    for (int by_force = 0; by_force <= 1; by_force++) {
+        osal_process_t process      = start_role("hold", NULL, &plain);
+        osal_process_t* const one[] = {&process};
+        osal_process_result_t result;
+        TEST_ASSERT_TRUE(osal_process_is_alive(&process));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_process_poll(&process, &result));
+        TEST_ASSERT_FALSE(result.has_ended);
+        TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_process_wait_any(one, 1U, 10U));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_process_stop(&process, by_force != 0));
+        result = result_of(&process);
+        TEST_ASSERT_TRUE(result.was_signalled);
+        TEST_ASSERT_EQUAL((by_force != 0) ? SIGKILL : SIGTERM, result.code);
+    }
+}
+
+static void test_what_cannot_be_started(void)
+{
+    const char* const missing[] = {"/no/such/program", NULL};
+    const char* const folder[]  = {"/tmp", NULL};
+    osal_process_start_t start  = plain;
+    osal_process_t process;
+    osal_process_result_t result;
+    start.arguments = missing;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_start(&process, &start));
+    TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_process_poll(&process, &result));
+    TEST_ASSERT_FALSE(osal_process_is_alive(&process));
+    start.arguments = folder;
+    TEST_ASSERT_EQUAL(STATUS_DENIED, osal_process_start(&process, &start));
+    const int bad[]          = {777};
+    const char* const good[] = {SELF, "exit", "0", NULL};
+    start.arguments          = good;
+    start.descriptors        = bad;
+    start.descriptor_count   = 1U;
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_process_start(&process, &start));
+    start.descriptor_count = 0U;
+    start.output_path      = "/no/such/folder/output";
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_start(&process, &start));
+    TEST_ASSERT_EQUAL(-1, waitpid(-1, NULL, WNOHANG)); // Nothing half-started is left.
+}
+
+static void test_child_keeps_only_the_named_descriptors(void)
+{
+    // Whatever the test was started with, 3..8 are open here, some without close-on-exec.
+    for (int i = 3; i <= 8; i++) {
+        TEST_ASSERT_EQUAL(i, dup2(2, i));
+    }
+    const int kept[]                 = {7, 4};
+    const osal_process_start_t start = {.descriptors = kept, .descriptor_count = 2U, .processor = -1};
+    osal_process_t process           = start_role("descriptors", NULL, &start);
+    TEST_ASSERT_EQUAL((1 << (7 - 3)) | (1 << (4 - 3)), result_of(&process).code);
+    process = start_role("descriptors", NULL, &plain);
+    TEST_ASSERT_EQUAL(0, result_of(&process).code);
+    for (int i = 3; i <= 8; i++) {
+        (void)close(i);
+    }
+}
+
+static void test_memory_limit_holds_for_the_child_only(void)
+{
+#if defined(__SANITIZE_ADDRESS__)
+    TEST_IGNORE_MESSAGE("the address sanitizer maps terabytes");
+#endif
+    const osal_process_start_t start = {.memory_limit_bytes = 500000000U, .processor = -1};
+    osal_process_t process           = start_role("memory", "500000000", &start);
+    TEST_ASSERT_EQUAL(0, result_of(&process).code);
+    struct rlimit limit;
+    TEST_ASSERT_EQUAL(0, getrlimit(RLIMIT_AS, &limit));
+    TEST_ASSERT_TRUE(limit.rlim_cur > 500000000U);
+}
+
+static void test_child_is_pinned_where_that_is_possible(void)
+{
+    cpu_set_t set;
+    if ((sched_getaffinity(0, sizeof(set), &set) != 0) || !CPU_ISSET(0U, &set)) {
+        TEST_IGNORE_MESSAGE("processor 0 is not ours");
+    }
+    osal_process_start_t start = plain;
+    start.processor            = 0;
+    osal_process_t process     = start_role("processor", NULL, &start);
+    TEST_ASSERT_EQUAL(0, result_of(&process).code);
+    start.processor = 1000; // There is none: it runs anywhere.
+    process         = start_role("exit", "3", &start);
+    TEST_ASSERT_EQUAL(3, result_of(&process).code);
+}
+
+static void test_output_goes_to_the_file_and_is_appended(void)
+{
+    char text[64]              = "";
+    osal_process_start_t start = plain;
+    start.output_path          = path;
+    for (int i = 0; i < 2; i++) {
+        osal_process_t process = start_role("speak", NULL, &start);
+        TEST_ASSERT_EQUAL(0, result_of(&process).code);
+    }
+    const int file = open(path, O_RDONLY);
+    TEST_ASSERT_EQUAL(16, read(file, text, sizeof(text)));
+    (void)close(file);
+    TEST_ASSERT_EQUAL_STRING("out\nerr\nout\nerr\n", text);
+}
+
+static void test_child_begins_with_ordinary_signals(void)
+{
+    sigset_t all;
+    sigset_t kept;
+    TEST_ASSERT_EQUAL(0, sigfillset(&all));
+    TEST_ASSERT_EQUAL(0, sigprocmask(SIG_BLOCK, &all, &kept));
+    (void)signal(SIGPIPE, SIG_IGN);
+    osal_process_t process = start_role("signals", NULL, &plain);
+    (void)signal(SIGPIPE, SIG_DFL);
+    TEST_ASSERT_EQUAL(0, sigprocmask(SIG_SETMASK, &kept, NULL));
+    TEST_ASSERT_EQUAL(0, result_of(&process).code);
+}
+
+static void test_child_dies_with_its_parent(void)
+{
+    int report[2];
+    int32_t grandchild_id = 0;
+    char number[16];
+    osal_process_t grandchild;
+    osal_process_t* const one[] = {&grandchild};
+    osal_process_result_t result;
+    TEST_ASSERT_EQUAL(0, pipe(report));
+    (void)snprintf(number, sizeof(number), "%d", report[1]);
+    const int kept[]                 = {report[1]};
+    const osal_process_start_t start = {.descriptors = kept, .descriptor_count = 1U, .processor = -1};
+    osal_process_t parent            = start_role("parent", number, &start);
+    TEST_ASSERT_EQUAL((ssize_t)sizeof(grandchild_id), read(report[0], &grandchild_id, sizeof(grandchild_id)));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_watch(&grandchild, grandchild_id));
+    TEST_ASSERT_TRUE(osal_process_is_alive(&grandchild));
+    TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_process_poll(&grandchild, &result)); // Not our child.
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_process_wait_any(one, 1U, 10U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_stop(&parent, true));
+    (void)result_of(&parent);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_wait_any(one, 1U, LONG_MS));
+    TEST_ASSERT_FALSE(osal_process_is_alive(&grandchild));
+    osal_process_release(&grandchild);
+    osal_process_release(&grandchild);
+    TEST_ASSERT_FALSE(osal_process_is_alive(&grandchild));
+    (void)close(report[0]);
+    (void)close(report[1]);
+}
+
+static void test_watch_needs_a_process(void)
+{
+    osal_process_t process;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, 0));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, -5));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, INT32_MAX));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_watch(&process, osal_process_own_id()));
+    TEST_ASSERT_TRUE(osal_process_is_alive(&process));
+    osal_process_release(&process);
+}
+
+static void test_wait_any_finds_the_one_that_ended(void)
+{
+    osal_process_t holding       = start_role("hold", NULL, &plain);
+    osal_process_t ending        = start_role("exit", "5", &plain);
+    osal_process_t* const both[] = {&holding, &ending};
+    osal_process_result_t result;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_wait_any(both, 2U, LONG_MS));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_poll(&holding, &result));
+    TEST_ASSERT_FALSE(result.has_ended);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_poll(&ending, &result));
+    TEST_ASSERT_TRUE(result.has_ended);
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT,
+                      osal_process_wait_any(both, 2U, 10U)); // An ended one is not told again.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_stop(&holding, true));
+    (void)result_of(&holding);
+}
+
+/// Start `role` with its output in the file and wait until it says that it is ready.
+static osal_process_t start_ready(const char* role)
+{
+    osal_process_start_t start = plain;
+    start.output_path          = path;
+    osal_process_t process     = start_role(role, NULL, &start);
+    for (int tries = 0; tries < 5000; tries++) {
+        char text[8]       = "";
+        const int file     = open(path, O_RDONLY);
+        const ssize_t size = (file >= 0) ? read(file, text, sizeof(text) - 1U) : 0;
+        (void)close(file);
+        if (size > 0) {
+            break;
+        }
+        (void)usleep(1000U);
+    }
+    return process;
+}
+
+static void test_caught_stop_signal_ends_a_wait_and_not_the_program(void)
+{
+    static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+    for (size_t i = 0U; i < 3U; i++) {
+        osal_process_t process = start_ready("catch");
+        TEST_ASSERT_EQUAL(0, kill((pid_t)process.id, signals[i]));
+        const osal_process_result_t result = result_of(&process);
+        TEST_ASSERT_FALSE(result.was_signalled);
+        TEST_ASSERT_EQUAL(51, result.code);
+        (void)unlink(path);
+    }
+}
+
+static void test_interrupt_can_be_left_to_the_parent(void)
+{
+    osal_process_t process = start_ready("ignore");
+    TEST_ASSERT_EQUAL(7, result_of(&process).code);
+}
+
+static void ignore_it(int number)
+{
+    (void)number;
+}
+
+static void test_other_signals_do_not_shorten_a_wait(void)
+{
+    struct sigaction action         = {.sa_handler = ignore_it};
+    const struct itimerval every_ms = {{0, 1000}, {0, 1000}};
+    const struct itimerval off      = {{0, 0}, {0, 0}};
+    TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
+    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &every_ms, NULL));
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_process_wait_any(NULL, 0U, 30U));
+    osal_process_t process = start_role("exit", "0", &plain); // Interrupted while it reads the outcome.
+    TEST_ASSERT_EQUAL(0, result_of(&process).code);
+    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
+}
+
+static void test_environment_is_what_the_starter_has_set(void)
+{
+    TEST_ASSERT_EQUAL(0, setenv("OSAL_TEST_WORD", "a=b", 1));
+    TEST_ASSERT_EQUAL(0, setenv("OSAL_TEST_WORDS", "", 1));
+    TEST_ASSERT_EQUAL_STRING("a=b", osal_process_environment("OSAL_TEST_WORD"));
+    TEST_ASSERT_EQUAL_STRING("", osal_process_environment("OSAL_TEST_WORDS"));
+    TEST_ASSERT_NULL(osal_process_environment("OSAL_TEST"));
+    TEST_ASSERT_EQUAL(0, unsetenv("OSAL_TEST_WORD"));
+    TEST_ASSERT_NULL(osal_process_environment("OSAL_TEST_WORD"));
+}
+
+int main(int count, char** arguments)
+{
+    if (count > 1) {
+        return play(arguments[1], (count > 2) ? arguments[2] : "");
+    }
+    UNITY_BEGIN();
+    RUN_TEST(test_exit_code_is_told_once);
+    RUN_TEST(test_running_child_and_its_two_ways_to_end);
+    RUN_TEST(test_what_cannot_be_started);
+    RUN_TEST(test_child_keeps_only_the_named_descriptors);
+    RUN_TEST(test_memory_limit_holds_for_the_child_only);
+    RUN_TEST(test_child_is_pinned_where_that_is_possible);
+    RUN_TEST(test_output_goes_to_the_file_and_is_appended);
+    RUN_TEST(test_child_begins_with_ordinary_signals);
+    RUN_TEST(test_child_dies_with_its_parent);
+    RUN_TEST(test_watch_needs_a_process);
+    RUN_TEST(test_wait_any_finds_the_one_that_ended);
+    RUN_TEST(test_caught_stop_signal_ends_a_wait_and_not_the_program);
+    RUN_TEST(test_interrupt_can_be_left_to_the_parent);
+    RUN_TEST(test_other_signals_do_not_shorten_a_wait);
+    RUN_TEST(test_environment_is_what_the_starter_has_set);
+    return UNITY_END();
+}

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/shm.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+static char name[64];
+
+void setUp(void)
+{
+    (void)snprintf(name, sizeof(name), "/osal-shm-test.%d", (int)getpid());
+    (void)osal_shm_remove(name);
+}
+
+void tearDown(void)
+{
+    (void)osal_shm_remove(name);
+}
+
+static void test_created_memory_is_zero_and_seen_by_another_process(void)
+{
+    osal_shm_t mine;
+    osal_shm_t theirs;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&mine, name, 10000U));
+    TEST_ASSERT_EQUAL(10000U, osal_shm_size(&mine));
+    uint8_t* const octets = osal_shm_address(&mine);
+    for (size_t i = 0U; i < 10000U; i++) {
+        TEST_ASSERT_EQUAL_HEX8(0U, octets[i]);
+    }
+    const pid_t other = fork();
+    if (other == 0) {
+        if (osal_shm_open(&theirs, name) != STATUS_OK) {
+            _exit(1);
+        }
+        memset(osal_shm_address(&theirs), 0x5A, osal_shm_size(&theirs));
+        _exit((osal_shm_size(&theirs) == 10000U) ? 0 : 2);
+    }
+    int how = -1;
+    TEST_ASSERT_EQUAL(other, waitpid(other, &how, 0));
+    TEST_ASSERT_EQUAL(0, how);
+    TEST_ASSERT_EQUAL_HEX8(0x5AU, octets[0]);
+    TEST_ASSERT_EQUAL_HEX8(0x5AU, octets[9999]);
+    osal_shm_close(&mine);
+    TEST_ASSERT_NULL(osal_shm_address(&mine));
+    osal_shm_close(&mine);
+}
+
+static void test_names_that_exist_and_do_not(void)
+{
+    osal_shm_t one;
+    osal_shm_t two;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_open(&two, name));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_remove(name));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&one, name, 1U));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_shm_create(&two, name, 1U));
+    TEST_ASSERT_NULL(osal_shm_address(&two));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name));
+    ((uint8_t*)osal_shm_address(&one))[0] = 1U; // The mapping outlives the name.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&two, name, 1U));
+    TEST_ASSERT_EQUAL_HEX8(0U, ((uint8_t*)osal_shm_address(&two))[0]);
+    osal_shm_close(&one);
+    osal_shm_close(&two);
+}
+
+static void test_names_out_of_the_contract_are_invalid(void)
+{
+    static const char* const bad[] = {"", "/", "noslash", "/a/b", "/a b", "/a\n", "/.", "/..", "//"};
+    char longest[64];
+    osal_shm_t shm;
+    for (size_t i = 0U; i < (sizeof(bad) / sizeof(bad[0])); i++) {
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, osal_shm_create(&shm, bad[i], 1U), bad[i]);
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, osal_shm_open(&shm, bad[i]), bad[i]);
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, osal_shm_remove(bad[i]), bad[i]);
+    }
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_shm_create(&shm, name, 0U));
+    memset(longest, 'x', sizeof(longest));
+    longest[0] = '/';
+    (void)snprintf(&longest[1], 20U, "%d", (int)getpid());
+    longest[strlen(longest)] = '_';
+    longest[61]              = '\0'; // The slash and 60.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, longest, 1U));
+    osal_shm_close(&shm);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(longest));
+    longest[61] = 'x';
+    longest[62] = '\0';
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_shm_create(&shm, longest, 1U));
+}
+
+static void test_what_the_machine_cannot_hold_is_refused_and_leaves_no_name(void)
+{
+    osal_shm_t shm;
+    const status_t status = osal_shm_create(&shm, name, (size_t)1U << 50U);
+    TEST_ASSERT_TRUE((status == STATUS_EXHAUSTED) || (status == STATUS_IO));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_open(&shm, name));
+}
+
+static void count_ours(void* context, const char* shown)
+{
+    unsigned* const count = context;
+    char ours[64];
+    (void)snprintf(ours, sizeof ours, "/each.%ld.", (long)getpid());
+    TEST_ASSERT_EQUAL_STRING_LEN(ours, shown, strlen(ours));
+    (*count)++;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(shown));
+}
+
+static void test_names_of_a_family_are_shown_and_may_be_removed(void)
+{
+    char prefix[32];
+    unsigned count = 0U;
+    (void)snprintf(prefix, sizeof prefix, "/each.%ld.", (long)getpid());
+    for (unsigned i = 0U; i < 3U; i++) {
+        osal_shm_t shm;
+        (void)snprintf(name, sizeof name, "%s%u", prefix, i);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, 64U));
+        osal_shm_close(&shm);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_each(prefix, count_ours, &count));
+    TEST_ASSERT_EQUAL(3U, count);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_each(prefix, count_ours, &count));
+    TEST_ASSERT_EQUAL(3U, count);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_created_memory_is_zero_and_seen_by_another_process);
+    RUN_TEST(test_names_that_exist_and_do_not);
+    RUN_TEST(test_names_of_a_family_are_shown_and_may_be_removed);
+    RUN_TEST(test_names_out_of_the_contract_are_invalid);
+    RUN_TEST(test_what_the_machine_cannot_hold_is_refused_and_leaves_no_name);
+    return UNITY_END();
+}

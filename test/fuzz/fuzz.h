@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the fuzz targets share: checks that end the program, inputs that are a sequence of records, mutators
+/// that keep lengths, checksums and nesting right, and files in memory.
+///
+/// A target is `fuzz_<name>.c` with LLVMFuzzerTestOneInput and, where a protocol has lengths or checksums,
+/// LLVMFuzzerCustomMutator. Every input starts from the same state: what it shows, it shows again.
+#ifndef TEST_FUZZ_FUZZ_H
+#define TEST_FUZZ_FUZZ_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/// End the program with file, line and condition if an invariant does not hold.
+#define FUZZ_CHECK(condition)                                                                                \
+    do {                                                                                                     \
+        if (!(condition)) {                                                                                  \
+            fuzz_fail(__FILE__, __LINE__, #condition);                                                       \
+        }                                                                                                    \
+    } while (0)
+void fuzz_fail(const char* file, int line, const char* condition) __attribute__((noreturn));
+
+/// The engine's interface.
+int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
+int LLVMFuzzerInitialize(int* argc, char*** argv);
+size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned seed);
+size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
+
+/// Next number of a sequence; moves `state` on.
+uint32_t fuzz_random(uint32_t* state);
+
+// ---- Inputs that are a sequence of records: kind u8 | argument u8 | size u16 | octets ----
+
+#define FUZZ_RECORD_HEADER 4U
+
+typedef struct {
+    uint8_t kind;
+    uint8_t argument;
+    size_t size;
+    const uint8_t* octets; ///< A copy of its own: reading past its end is found. Valid until the next.
+} fuzz_record_t;
+
+typedef struct { // Private.
+    const uint8_t* data;
+    size_t size;
+    size_t position;
+    uint8_t* copy;
+} fuzz_input_t;
+
+fuzz_input_t fuzz_input(const uint8_t* data, size_t size);
+/// False at the end, when the last copy is given back. A size beyond the end of the input is cut.
+bool fuzz_next(fuzz_input_t* input, fuzz_record_t* out_record);
+
+/// Repairs the octets of one record in place.
+typedef void (*fuzz_repair_t)(uint8_t kind, uint8_t* octets, size_t size, uint32_t* random);
+
+/// Mutate the octets or the header of a record, double, drop or move one; then, in 7 of 8 inputs, repair it.
+size_t fuzz_mutate_records(uint8_t* data, size_t size, size_t max_size, unsigned seed, fuzz_repair_t repair);
+/// Mutate, and in 7 of 8 inputs repair, an input that is one message as a whole.
+size_t fuzz_mutate_message(uint8_t* data, size_t size, size_t max_size, unsigned seed, fuzz_repair_t repair);
+/// Mutate an XML document by elements and attributes, so that 7 of 8 stay well-formed.
+size_t fuzz_mutate_document(uint8_t* data, size_t size, size_t max_size, unsigned seed);
+
+/// A space packet: versions, flags, length field and CRC are made right; time of a report too.
+void fuzz_repair_packet(uint8_t kind, uint8_t* octets, size_t size, uint32_t* random);
+
+// ---- Files ----
+
+/// Path of a file in memory with these octets; the same path each time.
+const char* fuzz_file(const uint8_t* data, size_t size);
+/// A folder for this target under build/fuzz/place, made if it is not there.
+const char* fuzz_place(const char* name);
+/// Make `link` in the target's folder point to `target`.
+void fuzz_link(const char* place, const char* link, const char* target);
+
+#endif // TEST_FUZZ_FUZZ_H

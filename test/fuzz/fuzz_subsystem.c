@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+// A whole subsystem, the manipulator with its drives: packets, link frames and CAN frames in any order,
+// through dispatcher, every service of a subsystem, state machine, parameters and devices. Every report is
+// well-formed, the state told is the state it is in, no request is ended twice; afterwards the subsystem can
+// go to OFFLINE, where every pool is full again.
+//
+// Records: kind 0..4 a packet, then argument cycles; 5 a CAN frame; 6 a link frame; 7 misbehaviour of a
+// drive.
+#include "fsw/framework/subsystem/component.h"
+#include "fsw/subsystems/manipulator/manipulator.h"
+#include "pus/st01_verification.h"
+#include "test/fuzz/can_records.h"
+#include "test/fuzz/memory_socket.h"
+#include "test/support/scripted_bus.h"
+
+#include <string.h>
+
+#define DESCRIPTOR "descriptors/subsystems/manipulator.xml"
+#define STEPS_TO_OFFLINE 100000U
+#define STEPS_MAX 3000U // Of the records of one input.
+#define TOKENS 64U
+
+static subsystem_descriptor_t descriptor;
+static component_t component;
+static manipulator_t manipulator;
+static scripted_bus_t bus;
+static scripted_node_t* joints[2];
+static uint64_t now_ns;
+static unsigned steps_left;
+static unsigned refusals; // Reports that the port refuses before it takes one.
+
+// Requests accepted and not ended: an end without one, or a second end, is an error. Only while the numbers
+// of requests under way differ.
+static uint32_t open_requests[TOKENS];
+static unsigned open_count;
+
+static void note_verification(const pus_verification_t* const verification)
+{
+    unsigned at = 0U;
+    while ((at < open_count) && (open_requests[at] != verification->request_id)) {
+        at++;
+    }
+    if ((verification->subtype == 1U) && (open_count < TOKENS)) {
+        open_requests[open_count] = verification->request_id;
+        open_count++;
+    } else if ((verification->subtype == 7U) || (verification->subtype == 8U)) {
+        if (at < open_count) {
+            open_count--;
+            open_requests[at] = open_requests[open_count];
+        }
+    } else {
+        // Not counted.
+    }
+}
+
+static status_t take_report(void* const context, const uint8_t* const packet, const size_t size)
+{
+    (void)context;
+    pus_tm_t tm;
+    pus_failure_t failure;
+    pus_verification_t verification;
+    if (refusals > 0U) {
+        refusals--;
+        return STATUS_FULL;
+    }
+    FUZZ_CHECK(pus_tm_decode(packet, size, &tm, &failure) == STATUS_OK);
+    FUZZ_CHECK(tm.apid == MANIPULATOR_APID);
+    if (tm.service == PUS_SERVICE_VERIFICATION) {
+        FUZZ_CHECK(pus_verification_read(&tm, &verification) == STATUS_OK);
+        note_verification(&verification);
+    }
+    octet_reader_t reader = octet_reader(tm.data, tm.size);
+    pus_subsystem_status_t status;
+    if ((tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS)) {
+        FUZZ_CHECK(pus_subsystem_status_read(&reader, &status) == STATUS_OK);
+        FUZZ_CHECK(component.process.backlog_size > 0U ||
+                   status.state == (uint8_t)subsystem_state(&component));
+    }
+    return STATUS_OK;
+}
+
+static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
+                        endnode_address_t* const out_address)
+{
+    (void)context;
+    (void)kind;
+    (void)name;
+    (void)strcpy(out_address->address, "shm:fuzz");
+    return STATUS_OK;
+}
+
+static bool route(void* const context, const uint16_t link, osal_socket_t** const out_socket,
+                  osal_address_t* const out_consumer)
+{
+    static osal_socket_t socket = OSAL_SOCKET_CLOSED;
+    (void)context;
+    (void)link;
+    if (!osal_socket_is_open(&socket)) {
+        const osal_address_t any = {OSAL_IPV4_LOOPBACK, 0U};
+        FUZZ_CHECK(osal_udp_open(&socket, any, 0U) == STATUS_OK);
+    }
+    *out_socket   = &socket;
+    *out_consumer = (osal_address_t){OSAL_IPV4_LOOPBACK, 9U};
+    return true;
+}
+
+static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
+{
+    *out_descriptor = &descriptor;
+    return (*(const bool*)context) ? STATUS_OK : STATUS_INVALID;
+}
+
+int LLVMFuzzerInitialize(int* const argc, char*** const argv)
+{
+    static descriptor_loader_t loader;
+    (void)argc;
+    (void)argv;
+    descriptor_loader_init(&loader);
+    FUZZ_CHECK(descriptor_load_subsystem(&loader, DESCRIPTOR, &descriptor) == STATUS_OK);
+    return 0;
+}
+
+static void begin(void)
+{
+    static const flow_resolver_t flows = {NULL, resolve};
+    static const link_resolver_t links = {.udp_route = route};
+    static const bool is_good          = true;
+    const component_config_t config    = {.descriptor          = &descriptor,
+                                          .is_descriptor_valid = true,
+                                          .callbacks           = manipulator_callbacks(),
+                                          .self                = &manipulator,
+                                          .mission_epoch_s     = 1000U,
+                                          .start_count         = 1U,
+                                          .port                = {NULL, take_report},
+                                          .links               = &links,
+                                          .link_methods        = 1U << RTLINK_METHOD_UDP,
+                                          .has_supervisor      = true,
+                                          .reload              = reload,
+                                          .reload_context      = (void*)(uintptr_t)&is_good};
+    scripted_bus_open(&bus, "shm:fuzz");
+    joints[0]  = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
+    joints[1]  = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
+    now_ns     = 0U;
+    refusals   = 0U;
+    open_count = 0U;
+    manipulator_init(&manipulator, &component, &flows);
+    component_init(&component, &config);
+}
+
+static void step(const unsigned count)
+{
+    for (unsigned i = 0U; i < count; i++) {
+        const uint64_t wake_ns = component_step(&component, now_ns);
+        FUZZ_CHECK(wake_ns > now_ns);
+        scripted_bus_run(&bus);
+        scripted_bus_heartbeat(&bus);
+        now_ns = wake_ns;
+        FUZZ_CHECK(pool_is_consistent(&component.tickets));
+    }
+}
+
+static void act(const fuzz_record_t* const record)
+{
+    osal_can_frame_t frame;
+    scripted_node_t* const joint = joints[record->argument >> 7U];
+    switch (record->kind % 8U) {
+    case 5U:
+        frame = fuzz_can_frame(record);
+        (void)osal_can_send(&bus.wire, &frame);
+        break;
+    case 6U:
+        component_link_datagram(&component, record->octets, record->size);
+        break;
+    case 7U:
+        joint->is_plugged  = ((record->argument & 1U) == 0U);
+        joint->is_sdo_mute = ((record->argument & 2U) != 0U);
+        joint->is_pdo_mute = ((record->argument & 4U) != 0U);
+        joint->is_stuck    = ((record->argument & 8U) != 0U);
+        refusals           = (record->argument >> 4U) & 7U;
+        break;
+    default:
+        component_accept(&component, record->octets, record->size, now_ns);
+        step((record->argument < steps_left) ? record->argument : steps_left);
+        steps_left -= (record->argument < steps_left) ? record->argument : steps_left;
+        break;
+    }
+}
+
+/// Whatever has happened, OFFLINE is reached, and everything is given back.
+static void end(void)
+{
+    for (unsigned i = 0U; (i < STEPS_TO_OFFLINE) && (subsystem_state(&component) != STATE_OFFLINE); i++) {
+        if ((i % 1000U) == 0U) {
+            (void)component_request(&component, STATE_OFFLINE, CAUSE_SHUTDOWN);
+        }
+        step(1U);
+    }
+    FUZZ_CHECK(subsystem_state(&component) == STATE_OFFLINE);
+    FUZZ_CHECK(component.tickets.stats.taken == 0U);
+    scripted_bus_close(&bus);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
+{
+    fuzz_input_t input = fuzz_input(data, size);
+    fuzz_record_t record;
+    begin();
+    steps_left = STEPS_MAX;
+    step(1U);
+    while (fuzz_next(&input, &record)) {
+        act(&record);
+    }
+    end();
+    return 0;
+}
+
+static void repair(const uint8_t kind, uint8_t* const octets, const size_t size, uint32_t* const random)
+{
+    if ((kind % 8U) < 5U) {
+        if ((size > 2U) && ((fuzz_random(random) % 8U) != 0U)) { // A request to the manipulator.
+            octets[0] = 0x18U;
+            octets[1] = MANIPULATOR_APID;
+        }
+        fuzz_repair_packet(kind, octets, size, random);
+    } else if ((kind % 8U) == 5U) {
+        fuzz_repair_can(kind, octets, size, random);
+    } else {
+        // Link frames have a target of their own.
+    }
+}
+
+size_t LLVMFuzzerCustomMutator(uint8_t* const data, const size_t size, const size_t max_size,
+                               const unsigned seed)
+{
+    return fuzz_mutate_records(data, size, max_size, seed, repair);
+}

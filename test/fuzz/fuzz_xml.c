@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// The XML parser: any octets. Whether a document comes in one piece or in many makes no difference; elements
+// that begin also end if the document is good; the arena is never exceeded.
+#include "fsw/framework/xml/xml.h"
+#include "test/fuzz/fuzz.h"
+
+#include <string.h>
+
+typedef struct { // What the handler saw.
+    uint64_t hash;
+    uint32_t started;
+    uint32_t ended;
+    uint16_t depth;
+} sight_t;
+
+static uint64_t arena[XML_ARENA_WORDS];
+static xml_parser_t parser;
+
+static void note(sight_t* const sight, const char* const words)
+{
+    for (const char* at = words; *at != '\0'; at++) {
+        sight->hash = (sight->hash ^ (uint8_t)*at) * 0x100000001B3ULL;
+    }
+}
+
+static status_t start(void* const context, const xml_element_t* const element)
+{
+    sight_t* const sight = (sight_t*)context;
+    sight->started++;
+    sight->depth++;
+    FUZZ_CHECK((element->depth == sight->depth) && (element->line >= 1U) && (element->column >= 1U));
+    note(sight, element->name);
+    for (unsigned i = 0U; element->attributes[i] != NULL; i++) {
+        note(sight, element->attributes[i]);
+        FUZZ_CHECK(((i % 2U) == 1U) || (element->attributes[i + 1U] != NULL));
+    }
+    return STATUS_OK;
+}
+
+static status_t end(void* const context, const char* const name, const uint32_t line)
+{
+    sight_t* const sight = (sight_t*)context;
+    FUZZ_CHECK((sight->depth > 0U) && (line >= 1U));
+    sight->ended++;
+    sight->depth--;
+    note(sight, name);
+    return STATUS_OK;
+}
+
+static status_t parse(const uint8_t* const data, const size_t size, const size_t piece, sight_t* const sight)
+{
+    const xml_handler_t handler = {start, end, sight};
+    *sight                      = (sight_t){.hash = 0xCBF29CE484222325ULL};
+    xml_init(&parser, arena, XML_ARENA_WORDS);
+    status_t status = xml_begin(&parser, &handler);
+    for (size_t at = 0U; (status == STATUS_OK) && (at < size); at += piece) {
+        status = xml_feed(&parser, &data[at], ((size - at) < piece) ? (size - at) : piece);
+    }
+    status = (status == STATUS_OK) ? xml_finish(&parser) : status;
+    FUZZ_CHECK(parser.arena.peak <= parser.arena.capacity);
+    FUZZ_CHECK((status == STATUS_OK) == (parser.error.message[0] == '\0'));
+    FUZZ_CHECK(memchr(parser.error.message, '\0', XML_ERROR_CHARACTERS) != NULL);
+    FUZZ_CHECK((status != STATUS_OK) || ((sight->started == sight->ended) && (sight->started > 0U)));
+    FUZZ_CHECK((status == STATUS_OK) || (status == STATUS_INVALID) || (status == STATUS_TOO_LARGE) ||
+               (status == STATUS_EXHAUSTED) || (status == STATUS_TRUNCATED));
+    return status;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
+{
+    sight_t whole;
+    sight_t pieces;
+    const status_t status = parse(data, size, (size > 0U) ? size : 1U, &whole);
+    if ((size > 0U) && (status != STATUS_EXHAUSTED)) {
+        const size_t piece       = 1U + (data[size - 1U] % 7U);
+        const status_t by_pieces = parse(data, size, piece, &pieces);
+        if (by_pieces != STATUS_EXHAUSTED) {
+            FUZZ_CHECK((by_pieces == STATUS_OK) == (status == STATUS_OK));
+            FUZZ_CHECK((status != STATUS_OK) || (whole.hash == pieces.hash));
+        }
+    }
+    return 0;
+}
+
+size_t LLVMFuzzerCustomMutator(uint8_t* const data, const size_t size, const size_t max_size,
+                               const unsigned seed)
+{
+    return fuzz_mutate_document(data, size, max_size, seed);
+}

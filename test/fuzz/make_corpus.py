@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Make the kept corpus of fuzz targets: seeds from our own vectors, what is kept, and what runs have found, reduced to
+what adds coverage (-merge=1), the smallest inputs first, within a share of 300 KiB."""
+
+import pathlib
+import shutil
+import struct
+import subprocess
+import sys
+
+import run_fuzz
+
+BUDGET = 290 * 1024
+SEEDS = pathlib.Path("build/fuzz/seeds")
+LARGEST = {"subsystem_descriptor": 12000, "mission_descriptor": 6000, "eds": 4096, "xml": 4096}
+SUBSYSTEMS = (1, 2, 16, 17)
+NONE = 0xFF
+
+
+def record(kind, octets=b"", argument=0):
+    return struct.pack(">BBH", kind, argument, len(octets)) + octets
+
+
+def crc16(octets):
+    value = 0xFFFF
+    for octet in octets:
+        value ^= octet << 8
+        for _ in range(8):
+            value = ((value << 1) ^ 0x1021 if value & 0x8000 else value << 1) & 0xFFFF
+    return value
+
+
+def packet(apid, is_tc, service, subtype, data, user=1):
+    """One packet as the ground, or a member, writes it."""
+    head = struct.pack(">BBBHH", 0x2F if is_tc else 0x20, service, subtype, *((user, 0) if is_tc else (0, user)))
+    body = (head[:5] if is_tc else head + bytes([0x1F]) + bytes(7)) + data
+    first = (0x1800 if is_tc else 0x0800) | apid
+    whole = struct.pack(">HHH", first, 0xC000, len(body) + 1) + body
+    return whole + struct.pack(">H", crc16(whole))
+
+
+def name(text):
+    return text.encode().ljust(8, b"\0")
+
+
+ENDS = struct.pack(">HHHH", 16, 1, 17, 2)
+PROPERTIES = struct.pack(">IIBIHBBI", 1, 16, 1, 500, 100, 2, 1, 5000)
+# Requests of each service that a subsystem has.
+REQUESTS = [
+    (17, 1, b""), (17, 3, b"\0\x01"),
+    (129, 1, b"\x03"), (129, 3, b"\0\x01"), (129, 3, b"\0\x02"), (129, 1, b"\x04"), (129, 1, b"\x05"), (129, 1, b"\x06"),
+    (129, 1, b"\0"), (129, 4, b""), (129, 6, b""),
+    (3, 1, struct.pack(">HIBIB", 9, 10, 1, 0x02190001, 0)), (3, 3, b"\x01\0\x09"), (3, 5, b"\x01\0\x09"),
+    (3, 6, b"\x01\0\x09"), (3, 9, b"\x01\0\x09"), (3, 27, b"\x01\0\x09"), (3, 29, struct.pack(">HIBI", 9, 1, 1, 0x02190007)),
+    (3, 31, struct.pack(">BHI", 1, 9, 20)), (3, 33, b"\x01\0\x09"),
+    (5, 5, b"\x01\0\x09"), (5, 6, b"\x01\0\x09"), (5, 7, b""),
+    (8, 1, name("MOVE_TO") + b"\x02" + struct.pack(">HddHd", 1, 0.1, 0.1, 2, 1.0)), (8, 1, name("TARE") + b"\0"),
+    (8, 1, name("RAISE") + b"\x01" + struct.pack(">HH", 1, 9)), (8, 1, name("STOP") + b"\0"),
+    (20, 1, struct.pack(">BII", 2, 0x02190001, 0x02180000)), (20, 3, struct.pack(">BIdd", 1, 0x02190001, 0.2, -0.2)),
+    (130, 1, b"\0"), (130, 3, struct.pack(">IH", 1, 1) + ENDS + PROPERTIES),
+    (130, 6, struct.pack(">HI", 1, 1) + b"\x02\0" + struct.pack(">I", 1000)), (130, 7, b"\0\x01\0"), (130, 8, b"\0"),
+    (131, 1, b"\x01"), (131, 3, b"\x01"), (131, 5, b""), (131, 6, b"\0\x10"), (131, 7, b"\0\x10"), (131, 8, b""),
+    (131, 10, b""),
+]
+REQUEST_ID = struct.pack(">HH", 0x1810, 0xC000)
+FAILURE = struct.pack(">HHI", 0x0201, 1, 2)
+REPORTS = [
+    (1, 1, REQUEST_ID), (1, 2, REQUEST_ID + FAILURE), (1, 5, REQUEST_ID + b"\0\x02"), (1, 6, REQUEST_ID + b"\0\x02" + FAILURE),
+    (1, 7, REQUEST_ID), (1, 8, REQUEST_ID + FAILURE), (5, 4, b"\0\x01\x11"), (5, 3, b"\0\x03" + bytes(17)),
+    (5, 2, b"\0\x09"), (129, 2, struct.pack(">BBBHBHI", 3, 4, 0, 1, 0, 0, 9)),
+    (129, 5, struct.pack(">BBBHQQII", 3, 2, 3, 2, 1, 2, 1, 9)),
+    (129, 5, struct.pack(">BBBHQQII", 4, 0, 4, 2, 1, 2, 1, 9)),
+    (130, 2, b"\0\x01\0\x01\0" + PROPERTIES), (130, 4, struct.pack(">IH", 1, 1) + PROPERTIES + b"\x02\x02ab"),
+    (130, 5, struct.pack(">IBB", 1, 3, 4) + PROPERTIES),
+    (130, 9, b"\0\x01\0\x01\x03" + ENDS + PROPERTIES + bytes(20)),
+    (130, 10, b"\0\x01\x02\x03\0" + b"\x1F" + bytes(7)), (131, 2, b"\0\x01\0"), (131, 4, b"\0\x01" + bytes(8) + b"\0\0"),
+]
+
+
+def requests(apid):
+    return [packet(apid, True, *request) for request in REQUESTS]
+
+
+def can(kind, identifier, *octets, argument=0):
+    return record(kind, struct.pack(">H", identifier) + bytes(octets), argument)
+
+
+def seeds_of_packets():
+    yield from requests(16)
+    yield from (packet(16, False, *report) for report in REPORTS)
+
+
+def seeds_of_subsystem():
+    all_states = [packet(16, True, 129, 1, bytes([state])) for state in (3, 4, 5, 6, 0)]
+    select = packet(16, True, 129, 3, b"\0\x01")
+    up = record(0, all_states[0], NONE) + record(0, select, 60) + record(0, all_states[1], 60) + record(0, all_states[2], 60)
+    yield up
+    for request in requests(16):
+        yield record(0, request, 4)
+        yield up + record(0, request, 40)
+
+
+def seeds_of_supervisor():
+    began = record(6, argument=50)
+    heard = b"".join(record(1 + place, packet(apid, False, 129, 5, struct.pack(">BBBHQQII", 3, 2, 3, 2, 1, 2, 1, 9)), place)
+                     for place, apid in ((0, 2), (1, 16), (2, 17)))
+    for apid in SUBSYSTEMS:
+        for request in requests(apid):
+            yield began + heard + record(0, request, 0) + record(6, argument=2) + record(9, argument=1)
+    for service, subtype, data in REPORTS:
+        yield began + heard + record(1, packet(16, False, service, subtype, data), 1) + record(6, argument=10)
+
+
+def seeds_of_canopen():
+    life = record(1, argument=NONE) * 4
+    goal = record(4, argument=1) + record(1, argument=40) + record(4, argument=2) + record(1, argument=40)
+    yield life + goal
+    for frame in [(0x091, 0x10, 0x23, 4, 0, 0, 0, 0, 0), (0x711, 0), (0x711, 5), (0x591, 0x80, 0, 0x10, 0, 0, 0, 2, 6),
+                  (0x591, 0x43, 0, 0x10, 0, 1, 2, 3, 4), (0x191, 0x37, 2, 0, 0, 0, 0, 0, 0)]:
+        yield record(1, argument=9) + can(0, *frame) + life + can(0, *frame) + goal
+    for bits in (1, 2, 4, 8, 16):
+        yield life + goal + record(3, argument=bits) + record(1, argument=NONE)
+
+
+def seeds_of_device():
+    start = can(0, 0, 1, 0x11) + record(3, argument=10)
+    for frame in [(0x611, 0x40, 0, 0x10, 0, 0, 0, 0, 0), (0x611, 0x40, 8, 0x10, 0, 0, 0, 0, 0), (0x611, 0x60, 0, 0, 0, 0, 0, 0, 0),
+                  (0x611, 0x2F, 0x60, 0x60, 0, 10, 0, 0, 0), (0x611, 0x2B, 0x17, 0x10, 0, 10, 0, 0, 0),
+                  (0x611, 0x23, 0, 0x14, 1, 0x11, 2, 0, 0x80), (0x611, 0x21, 8, 0x10, 0, 4, 0, 0, 0), (0x080,),
+                  (0x211, 0x0F, 0, 0, 0, 0, 0, 0, 0), (0x311, 6, 0, 0, 0, 0, 0, 0, 0), (0, 129, 0x11), (0, 2, 0x11)]:
+        yield can(0, *frame) + record(3, argument=5) + start + can(0, *frame) + can(0, 0x080) + record(3, argument=5)
+    yield start + record(4) + record(3, argument=50)
+
+
+def seeds_of_messages():
+    frame = struct.pack(">HBBHHIIII", 0x484D, 1, 0, 2, 1, 1, 1, 0, 0)
+    yield record(0, frame + b"block") + record(3)
+    yield (record(1, b"from a peer") + record(3)) * 20 + record(2, b"to a peer", 0) * 40 + record(3)
+    yield record(1, b"a") + record(4) + record(1, b"b") + record(3) + record(2, b"c")
+
+
+def seeds_of_links():
+    head = struct.pack(">HBBHHIIQ", 0x5254, 1, 5, 3, 0, 2, 1, 500000)
+    crc = __import__("zlib").crc32(head + bytes(16))
+    yield record(1, head + bytes(16) + struct.pack(">I", crc), 15)
+    yield record(0, head + bytes(16), 15)
+
+
+def seeds_of_archive():
+    for number, body in ((1, packet(16, True, 17, 1, b"")), (2, packet(16, False, 1, 1, REQUEST_ID)), (1, b"")):
+        spool = struct.pack(">QQB", number, 1000, 0) + body
+        yield record(0, struct.pack(">I", len(spool)) + spool)
+        yield record(1, b"%d 1.000000500 TM %s\n" % (number, body.hex().encode()))
+
+
+def seeds_of_ground():
+    ping = packet(16, True, 17, 1, b"")
+    yield record(0, ping) + record(1, ping[:9]) + record(6, b"report", 2) + record(1, ping[9:]) + record(7)
+    yield record(5, argument=2) + record(0, ping * 3) + record(4) + record(8, argument=5) + record(6, bytes(99), 1) + record(7)
+
+
+def seeds_of_socketcand():
+    begun = record(0, b"< open robot >< rawmode >")
+    yield begun + record(0, b"< send 123 2 a b >") + record(3, argument=10) + can(2, 0x321, 1, 2, 3) + record(3, argument=9)
+    yield record(1, b"< echo >< open robot >< send 18FF0001 0 >") + record(1, b"< rawmode >") + begun + record(4)
+
+
+def seeds_of_door():
+    join = record(0, b"join operator 40001\n")
+    yield join + record(0, b"done 500000 12\n") + record(0, b"done never 0\n") + record(0, b"leave\n") + record(1, b"join x")
+
+
+def seeds_of_text():
+    words = ["127.0.0.1:10015", "0 255 7", "0x10 65535", "4294967295 -1", "18446744073709551615", "-128 127", "-32768",
+             "-2147483648", "-9223372036854775808", "1.5 -0.25e-3", "3.14159265358979 1e22", "true false 1 0"]
+    yield from (bytes([choice]) + text.encode() for choice, text in enumerate([*words[1:], words[0]]))
+
+
+def seeds_of_dump():
+    both = [packet(16, True, 17, 1, b""), packet(16, False, 5, 1, b"\0\x09")]
+    for style in (0, 4, 8):
+        yield bytes([1 + style]) + b"\n".join(one.hex().encode() for one in both)
+        yield bytes([2 + style]) + b"0.000500000 TC " + both[0].hex().encode() + b"\n1.5 TM " + both[1].hex().encode()
+        yield bytes([3 + style]) + both[0] + both[1]
+
+
+def files(*patterns):
+    for pattern in patterns:
+        yield from (path.read_bytes() for path in sorted(pathlib.Path().glob(pattern)))
+
+
+VECTORS = {
+    "canopen": seeds_of_canopen, "communication": seeds_of_ground, "device": seeds_of_device, "door": seeds_of_door,
+    "eds": lambda: files("descriptors/devices/*.eds"), "link_frame": seeds_of_links, "message": seeds_of_messages,
+    "mission_descriptor": lambda: files("descriptors/missions/*.xml"), "packet": seeds_of_packets,
+    "packet_archive": seeds_of_archive, "pusdump": seeds_of_dump,
+    "scenario": lambda: files("sim/scenarios/*.scn"), "socketcand": seeds_of_socketcand,
+    "subsystem": seeds_of_subsystem, "subsystem_descriptor": lambda: files("descriptors/subsystems/*.xml"),
+    "supervisor": seeds_of_supervisor, "text": seeds_of_text, "xml": lambda: files("descriptors/*/*.xml"),
+}
+
+
+def write_seeds(target):
+    folder = SEEDS / target
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    for place, seed in enumerate(VECTORS[target]()):
+        (folder / f"seed-{place:03}").write_bytes(seed)
+    return folder
+
+
+def merge(target):
+    """Keep what adds coverage; of that, the smallest inputs, up to this target's share."""
+    merged = pathlib.Path("build/fuzz/merged", target)
+    shutil.rmtree(merged, ignore_errors=True)
+    merged.mkdir(parents=True)
+    sources = [write_seeds(target), pathlib.Path("build/fuzz/corpus", target), run_fuzz.HERE / "corpus" / target]
+    largest = LARGEST.get(target, 2048)
+    subprocess.run([str(run_fuzz.BUILT / target), "-merge=1", f"-max_len={largest}", "-timeout=10", str(merged),
+                    *(str(folder) for folder in sources if folder.is_dir())], check=True, stderr=subprocess.DEVNULL,
+                   stdout=subprocess.DEVNULL)
+    return merged
+
+
+def keep(target, share):
+    folder = run_fuzz.HERE / "corpus" / target
+    merged = merge(target)
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    size = 0
+    for path in sorted(merged.iterdir(), key=lambda path: (path.stat().st_size, path.name)):
+        size += path.stat().st_size
+        if size > share:
+            break
+        shutil.copyfile(path, folder / path.name[:12])
+    print(f"{target:22} {len(list(folder.iterdir()))} of {len(list(merged.iterdir()))} inputs, {min(size, share)} octets")
+
+
+def main():
+    share = BUDGET // len(VECTORS)
+    for target in sys.argv[1:] or sorted(VECTORS):
+        keep(target, share)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Sockets in memory for the fuzz targets: osal/socket.h without an operating system. A target connects with
+/// osal_tcp_connect or osal_local_connect, as a peer would.
+#ifndef TEST_FUZZ_MEMORY_SOCKET_H
+#define TEST_FUZZ_MEMORY_SOCKET_H
+
+#include "osal/include/osal/socket.h"
+
+/// Close everything; sends are not limited.
+void memory_sockets_reset(void);
+/// A send takes at most so many octets from now on; 0: none.
+void memory_sockets_limit(size_t octets);
+/// Ends open, listeners included.
+unsigned memory_sockets_open(void);
+
+#endif // TEST_FUZZ_MEMORY_SOCKET_H

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run fuzz targets on their kept corpus: first every kept input, then new ones for a time, two targets at once.
+
+Prints one line for each target (runs, runs a second, features, new units) and `N passed, M failed`. What fails is kept
+under build/fuzz/found/<target>/, with the command that shows it again."""
+
+import argparse
+import concurrent.futures
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+HERE = pathlib.Path("test/fuzz")
+BUILT = pathlib.Path("build/fuzz/target")
+FOUND = pathlib.Path("build/fuzz/found")
+# One input of these is a short text or frame: they are through their states in a third of the time.
+SMALL = {"text", "door", "link_frame", "packet"}
+# Whole files that are inputs as they are.
+VECTORS = {"subsystem_descriptor": "descriptors/subsystems", "mission_descriptor": "descriptors/missions",
+           "eds": "descriptors/devices", "scenario": "sim/scenarios", "xml": "descriptors/missions"}
+INPUT_SECONDS = 25
+ENGINE = [f"-timeout={INPUT_SECONDS}", "-rss_limit_mb=2048", "-print_final_stats=1", "-verbosity=1"]
+ENVIRONMENT = {"ASAN_OPTIONS": "detect_stack_use_after_return=1:allocator_may_return_null=1",
+               "UBSAN_OPTIONS": "print_stacktrace=1"}
+
+
+def targets():
+    return sorted(path.stem.removeprefix("fuzz_") for path in HERE.glob("fuzz_*.c"))
+
+
+def seconds_for(target, seconds):
+    return max(1, seconds // 3) if target in SMALL else seconds
+
+
+def kept(target):
+    """Folders of a target's kept inputs: what reaches far, and what once failed."""
+    folders = [HERE / "corpus" / target, HERE / "regression" / target]
+    return [str(folder) for folder in folders if folder.is_dir()]
+
+
+def vectors(target):
+    return [VECTORS[target]] if target in VECTORS else []
+
+
+def run(target, arguments, seconds_allowed):
+    """(exit code, output) of one call of a target."""
+    command = [str(BUILT / target), *arguments]
+    try:
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              timeout=seconds_allowed, env=dict(os.environ, **ENVIRONMENT))
+        return done.returncode, done.stdout.decode(errors="replace")
+    except FileNotFoundError:
+        return 1, f"{command[0]} did not build"
+    except subprocess.TimeoutExpired as late:
+        return 1, (late.stdout or b"").decode(errors="replace") + f"\nended after {seconds_allowed} s"
+
+
+def files_of(folders):
+    return sorted(str(path) for folder in folders for path in pathlib.Path(folder).iterdir())
+
+
+def replay(target):
+    """(exit code, output) of all kept inputs, once each."""
+    return run(target, [*ENGINE, *files_of(kept(target) + vectors(target))], 300)
+
+
+def fuzz(target, seconds, seed):
+    """(exit code, output) of new inputs for a time. The kept corpus is read, never written; `seed` 0 is a new one."""
+    found = FOUND / target
+    fresh = pathlib.Path("build/fuzz/corpus", target)
+    found.mkdir(parents=True, exist_ok=True)
+    fresh.mkdir(parents=True, exist_ok=True)
+    arguments = [*ENGINE, f"-max_total_time={seconds}", f"-seed={seed}", f"-artifact_prefix={found}/", str(fresh),
+                 *kept(target), *vectors(target)]
+    return run(target, arguments, seconds + 120)
+
+
+def number(pattern, output):
+    found = re.findall(pattern, output)
+    return int(found[-1]) if found else 0
+
+
+def line_of(target, code, output):
+    features = number(r"\bft: (\d+)", output)
+    word = "passed" if code == 0 else "FAILED"
+    return (f"{target:22} {word}  {number(r'number_of_executed_units: *([0-9]+)', output):9} runs "
+            f"{number(r'average_exec_per_sec: *([0-9]+)', output):7} a second {features:6} features "
+            f"{number(r'new_units_added: *([0-9]+)', output):5} new units")
+
+
+def explain(target, output):
+    """The end of what a failing target said, and how to see it again."""
+    text = "\n".join("    " + line for line in output.splitlines()[-40:])
+    artifact = re.search(r"Test unit written to (\S+)", output)
+    if artifact:
+        text += (f"\n  to see it again:      build/fuzz/target/{target} {artifact[1]}"
+                 f"\n  keep it with its fix: cp {artifact[1]} test/fuzz/regression/{target}/")
+    return text
+
+
+def judge(target, seconds, seed):
+    code, output = replay(target)
+    if code == 0 and seconds > 0:
+        code, output = fuzz(target, seconds_for(target, seconds), seed)
+    return target, code, output
+
+
+def judge_all(names, seconds, seed, jobs):
+    """Yields (target, exit code, output) as they end."""
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        runs = [pool.submit(judge, name, seconds, seed) for name in names]
+        for done in concurrent.futures.as_completed(runs):
+            yield done.result()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=int, default=20, help="new inputs for each target; 0: kept inputs only")
+    parser.add_argument("--seed", type=int, default=0, help="of the new inputs; 0: another each time")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("targets", nargs="*", default=targets())
+    arguments = parser.parse_args()
+    failed = 0
+    for target, code, output in judge_all(arguments.targets, arguments.seconds, arguments.seed, arguments.jobs):
+        print(line_of(target, code, output), flush=True)
+        if code != 0:
+            failed += 1
+            print(explain(target, output), flush=True)
+    print(f"{len(arguments.targets) - failed} passed, {failed} failed")
+    return 1 if failed or not arguments.targets else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

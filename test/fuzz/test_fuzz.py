@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every fuzz target passes its kept inputs, among them each that once failed, and new ones for a while. The new ones
+follow from a fixed number, so that what a change breaks is found with that change; `make fuzz` draws others."""
+
+import concurrent.futures
+import os
+
+import pytest
+import run_fuzz
+
+# All targets, two at a time, stay under one minute; `make check-full` gives each five minutes.
+SECONDS = int(os.environ.get("FUZZ_SECONDS", "5"))
+SEED = 1
+
+
+@pytest.fixture(scope="session")
+def outcomes():
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        runs = {name: pool.submit(run_fuzz.judge, name, SECONDS, SEED) for name in run_fuzz.targets()}
+        yield runs
+
+
+@pytest.mark.parametrize("target", run_fuzz.targets())
+def test_target(outcomes, target):
+    _, code, output = outcomes[target].result()
+    print(run_fuzz.line_of(target, code, output))
+    assert code == 0, run_fuzz.explain(target, output)
+
+
+@pytest.mark.parametrize("target", run_fuzz.targets())
+def test_a_corpus_is_kept(target):
+    assert run_fuzz.kept(target), f"no inputs under test/fuzz/corpus/{target}"
+
+
+def test_what_is_kept_is_small():
+    files = [path for kind in ("corpus", "regression") for path in (run_fuzz.HERE / kind).rglob("*") if path.is_file()]
+    assert sum(path.stat().st_size for path in files) < 300 * 1024

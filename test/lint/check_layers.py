@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Check every include of C sources and C tests against test/lint/layers.txt. Prints each breach; exit code 1."""
+
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]', re.MULTILINE)
+TEST_HEADERS = {"unity.h"}
+
+
+def read_rules(path):
+    """The two tables of layers.txt as lists of (compiled pattern of the layer, what it may include)."""
+    layers, headers = [], []
+    for line in path.read_text().splitlines():
+        rule = re.fullmatch(r"\s*(\S+)\s*([:<])\s*(.*)", line.split("#")[0])
+        if rule:
+            pattern = re.compile("(" + re.escape(rule[1]).replace(r"\*", "[^/]*") + ")(/|$)")
+            (layers if rule[2] == ":" else headers).append((pattern, rule[3].split()))
+    return layers, headers
+
+
+def first_match(rules, path):
+    for pattern, allowed in rules:
+        found = pattern.match(path)
+        if found:
+            return found[1], allowed
+    return None, []
+
+
+def is_under(name, places):
+    return ".." not in name and any(name == place or name.startswith(place + "/") for place in places)
+
+
+def breaches(path, layers, headers):
+    """Includes of one file (path from the root) that its layer does not allow, as texts."""
+    is_test = path.startswith("test/")
+    place = re.sub(r"^test/(unit|contract)/", "", path)
+    home, sees = first_match(layers, place)
+    system = ["*"] if is_test else first_match(headers, place)[1]
+    extra = [path.rpartition("/")[0], "test/support"] if is_test else []
+    for line in INCLUDE.finditer((ROOT / path).read_text()):
+        kind, name = line.groups()
+        if kind == "<":
+            allowed = "*" in system or name in system
+        elif home is None:
+            allowed = False
+        else:
+            allowed = is_under(name, [home, *sees, *extra]) or (is_test and name in TEST_HEADERS)
+        if not allowed:
+            number = (ROOT / path).read_text()[: line.start(2)].count("\n") + 1
+            yield f"{path}:{number}: {home or 'no layer'} may not include {line[0].split('include')[1].strip()}"
+
+
+def main():
+    layers, headers = read_rules(ROOT / "test/lint/layers.txt")
+    tops = ("osal", "pus", "fsw", "sim", "test/unit", "test/contract", "test/bench", "test/fuzz")
+    files = [str(p.relative_to(ROOT)) for top in tops for p in sorted((ROOT / top).rglob("*.[ch]"))]
+    failures = [text for path in files for text in breaches(path, layers, headers)]
+    print("\n".join(failures) if failures else f"check: layers respected by {len(files)} files")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Check the flight side with cppcheck and its MISRA C:2012 add-on against the deviations of docs/misra.md.
+
+A finding is accepted when a deviation of its rule covers its file; nothing is suppressed elsewhere. By default only
+the sources that changed against the main branch (on it: in the last twenty commits) are looked at; --all
+looks at the whole flight side at once, with the rules that need all of it, and finds deviations nothing needs.
+Prints each finding; exit code 1. Rule texts are not in the project, so a finding shows the rule's number only."""
+
+import argparse
+import fnmatch
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TABLE = ROOT / "docs/misra.md"
+FLIGHT = ("osal/", "pus/", "fsw/", "build/generated/")
+ROW = re.compile(r"^\| (?P<id>(?:D-[\d.]+|F-[\w.-]+)) \| (?P<scope>[^|]+) \|")
+FINDING = re.compile(r"^(?P<file>[^:]+):(?P<line>\d+): (?P<id>\S+)")
+INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
+# Decided over all sources together: half of them would give wrong answers.
+WHOLE_PROGRAM = {f"misra-c2012-{rule}" for rule in "2.3 2.4 2.5 5.6 5.7 5.8 5.9 8.5 8.6 8.7".split()}
+CPPCHECK = ["cppcheck", "--quiet", "--std=c99", "--addon=misra", "--enable=warning,portability,performance",
+            "--suppress=missingIncludeSystem", "--suppress=unusedFunction", "--inline-suppr", "-I.", "-Ibuild",
+            "--template={file}:{line}: {id} {message}"]
+
+
+def read_deviations(text):
+    """(number of the line, id as cppcheck names it, list of file patterns) of each row of the two tables."""
+    deviations = []
+    for number, line in enumerate(text.splitlines(), 1):
+        row = ROW.match(line)
+        if row:
+            name = row["id"].replace("D-", "misra-c2012-") if row["id"].startswith("D-") else row["id"][2:]
+            scope = row["scope"].strip()
+            patterns = ["*"] if scope == "everywhere" else re.findall(r"`([^`]+)`", scope)
+            deviations.append((number, name, patterns, "by hand" in scope))
+    return deviations
+
+
+def covers(pattern, path):
+    return pattern == "*" or fnmatch.fnmatchcase(path, pattern) or path.startswith(pattern.rstrip("/") + "/")
+
+
+def judge(findings, deviations, is_whole=True):
+    """(findings that no deviation covers, numbers of the lines of deviations that covered none)."""
+    open_findings, used = [], set()
+    for text in findings:
+        finding = FINDING.match(text)
+        if not finding or not finding["file"].startswith(FLIGHT):
+            continue
+        if not is_whole and finding["id"] in WHOLE_PROGRAM:
+            continue
+        rows = [row for row, name, patterns, _ in deviations
+                if name == finding["id"] and any(covers(pattern, finding["file"]) for pattern in patterns)]
+        used.update(rows)
+        if not rows:
+            open_findings.append(text)
+    unused = [row for row, _, _, by_hand in deviations if row not in used and not by_hand]
+    return open_findings, unused
+
+
+def git_lines(*arguments):
+    run = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)
+    return run.stdout.splitlines() if run.returncode == 0 else None
+
+
+def changed_files():
+    """Paths that differ from the main branch, or on it from twenty commits ago; None when that is not known."""
+    head = git_lines("rev-parse", "HEAD")
+    for branch in ("origin/main", "main"):
+        base = git_lines("merge-base", "HEAD", branch)
+        if base and base != head:
+            break
+    else:
+        base = git_lines("rev-parse", "--verify", "HEAD~20")
+    if not base:
+        return None
+    return git_lines("diff", "--name-only", base[0]) + git_lines("ls-files", "--others", "--exclude-standard")
+
+
+def affected(sources, changed):
+    """Those sources that changed themselves or include a header that did."""
+    changed = set(changed)
+    return [path for path in sources
+            if path in changed or changed & set(INCLUDE.findall((ROOT / path).read_text()))]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--all", action="store_true", help="the whole flight side")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("sources", nargs="+", help="C sources of the flight side")
+    arguments = parser.parse_args()
+    changed = None if arguments.all else changed_files()
+    sources = arguments.sources if changed is None else affected(arguments.sources, changed)
+    findings = []
+    if sources:
+        # One memory for each of the two: cppcheck keeps what it knows of a whole program there.
+        memory = f"build/lint/cppcheck/{'all' if changed is None else 'changed'}"
+        (ROOT / memory).mkdir(parents=True, exist_ok=True)
+        command = [*CPPCHECK, f"--cppcheck-build-dir={memory}", f"-j{arguments.jobs}", *sources]
+        run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+        lines = (line.split(" misra violation")[0] for line in run.stderr.splitlines())
+        findings = list(dict.fromkeys(lines))
+        if run.returncode != 0:
+            findings.append(f"cppcheck ended with code {run.returncode}")
+    failures, unused = judge(findings, read_deviations(TABLE.read_text()), changed is None)
+    failures += [text for text in findings if text.startswith("cppcheck ended")]
+    if changed is None:
+        failures += [f"docs/misra.md:{row}: no finding needs this deviation" for row in unused]
+    what = "all" if changed is None else "changed"
+    print("\n".join(failures) if failures
+          else f"check: MISRA kept but for numbered deviations in {len(sources)} {what} sources")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

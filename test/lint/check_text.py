@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Check the texts of the project: words that do not belong, licence lines, lengths of files and functions."""
+
+import ast
+import os
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SKIPPED = {".git", "build", "runs", "__pycache__", ".pytest_cache"}
+FILE_LINES, FUNCTION_LINES = 600, 60
+
+
+def project_files():
+    for folder, folders, names in os.walk(ROOT):
+        folders[:] = sorted(set(folders) - SKIPPED)
+        for name in sorted(names):
+            yield pathlib.Path(folder, name)
+
+
+def c_functions(lines):
+    """(name line, length) of each function: the house format puts both of its braces into the first column."""
+    start = 0
+    for number, line in enumerate(lines, 1):
+        if line == "{":
+            start = number
+        elif line == "}" and start:
+            yield start, number - start + 1
+            start = 0
+
+
+def python_functions(text):
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            yield node.lineno, node.end_lineno - node.lineno + 1
+
+
+def length_breaches(path, text):
+    lines = text.splitlines()
+    if len(lines) > FILE_LINES:
+        yield f"{path}:1: {len(lines)} lines, {FILE_LINES} allowed"
+    functions = python_functions(text) if path.suffix == ".py" else c_functions(lines)
+    for number, length in functions:
+        if length > FUNCTION_LINES:
+            yield f"{path}:{number}: function of {length} lines, {FUNCTION_LINES} allowed"
+
+
+def breaches(path, words):
+    try:
+        text = (ROOT / path).read_text()
+    except UnicodeDecodeError:
+        return
+    for number, line in enumerate(text.splitlines(), 1):
+        found = words.search(line)
+        if found:
+            yield f"{path}:{number}: '{found[0]}' does not belong here"
+    if path.suffix in {".c", ".h", ".py"}:
+        yield from length_breaches(path, text)
+    if path.suffix in {".c", ".h", ".py", ".sh"} and "SPDX-License-Identifier: Apache-2.0" not in text[:200]:
+        yield f"{path}:1: no licence line"
+
+
+def read_words():
+    rules = (ROOT / "test/lint/words.txt").read_text().splitlines()
+    return re.compile("|".join(rule for rule in rules if rule and not rule.startswith("#")), re.IGNORECASE)
+
+
+def main():
+    words = read_words()
+    files = [path.relative_to(ROOT) for path in project_files() if path.name != "LICENSE"]
+    failures = [text for path in files for text in breaches(path, words)]
+    print("\n".join(failures) if failures else f"check: words and lengths are right in {len(files)} files")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The lints find what they are for: each rule is broken once on purpose."""
+
+import pathlib
+import subprocess
+
+import check_coverage
+import check_layers
+import check_links
+import check_misra
+import check_symbols
+import check_text
+import pytest
+
+
+def layer_breaches(tmp_path, monkeypatch, path, text):
+    file = tmp_path / path
+    file.parent.mkdir(parents=True)
+    file.write_text(text)
+    rules = check_layers.read_rules(check_layers.ROOT / "test/lint/layers.txt")
+    monkeypatch.setattr(check_layers, "ROOT", tmp_path)
+    return list(check_layers.breaches(path, *rules))
+
+
+@pytest.mark.parametrize(
+    "path, include, allowed",
+    [
+        ("fsw/framework/base/a.c", '"fsw/framework/base/status.h"', True),
+        ("fsw/framework/base/a.c", '"fsw/framework/resource/pool.h"', False),
+        ("fsw/framework/base/a.c", "<stdint.h>", True),
+        ("fsw/framework/base/a.c", "<stdio.h>", False),
+        ("fsw/framework/base/a.c", '"status.h"', False),
+        ("fsw/framework/base/a.c", '"fsw/framework/base/../resource/pool.h"', False),
+        ("fsw/framework/xml/a.c", "<expat.h>", True),
+        ("fsw/framework/descriptor/a.c", "<expat.h>", False),
+        ("fsw/framework/message/a.c", '"osal/include/osal/socket.h"', True),
+        ("fsw/framework/message/a.c", '"osal/posix/socket.h"', False),
+        ("fsw/framework/message/a.c", "<sys/socket.h>", False),
+        ("osal/posix/a.c", "<sys/socket.h>", True),
+        ("osal/posix/a.c", '"fsw/framework/resource/pool.h"', False),
+        ("pus/a.c", '"fsw/framework/subsystem/subsystem.h"', False),
+        ("fsw/framework/subsystem/a.c", '"pus/packet.h"', True),
+        ("fsw/framework/subsystem/a.c", '"fsw/canopen/master.h"', False),
+        ("fsw/subsystems/one/a.c", '"fsw/subsystems/one/b.h"', True),
+        ("fsw/subsystems/one/a.c", '"fsw/subsystems/two/b.h"', False),
+        ("fsw/subsystems/one/a.c", '"fsw/supervisor/b.h"', False),
+        ("fsw/subsystems/one/a.c", '"generated/one_descriptor.h"', True),
+        ("fsw/supervisor/a.c", '"fsw/subsystems/one/b.h"', False),
+        ("fsw/app/a.c", '"fsw/subsystems/one/b.h"', True),
+        ("fsw/app/a.c", "<sqlite3.h>", False),
+        ("fsw/app/sqlite_writer.c", "<sqlite3.h>", True),
+        ("sim/bus/a.c", '"fsw/framework/base/status.h"', True),
+        ("sim/bus/a.c", '"fsw/framework/base/crc.h"', False),
+        ("sim/bus/a.c", '"sim/plant/plant.h"', True),
+        ("fsw/elsewhere/a.c", '"fsw/framework/base/status.h"', False),
+        ("test/unit/pus/test_a.c", '"pus/packet.h"', True),
+        ("test/unit/pus/test_a.c", '"unity.h"', True),
+        ("test/unit/pus/test_a.c", '"test/support/assertion.h"', True),
+        ("test/unit/pus/test_a.c", '"fsw/supervisor/b.h"', False),
+    ],
+)
+def test_layers(tmp_path, monkeypatch, path, include, allowed):
+    found = layer_breaches(tmp_path, monkeypatch, path, f"#include {include}\n")
+    assert (not found) == allowed, found
+
+
+@pytest.mark.parametrize(
+    "source, place, complaint",
+    [
+        ("void* malloc(unsigned long); void* f(void) { return malloc(8); }", "pus/a.c", "calls malloc"),
+        ("int printf(const char*, ...); void f(int x) { printf(\"%d\", x); }", "pus/a.c", "calls printf"),
+        ("double sin(double); double f(double x) { return sin(x); }", "fsw/a.c", "calls sin"),
+        ("double sqrt(double); double f(double x) { return sqrt(x); }", "fsw/a.c", None),
+        ("static int n; int f(void) { return n++; }", "fsw/a.c", "mutable data"),
+        ("static int n = 1; int f(void) { return n++; }", "fsw/a.c", "mutable data"),
+        ("static int n; int f(void) { return n++; }", "fsw/app/a.c", None),
+        ("static const char* const t[] = {\"a\"}; const char* f(int i) { return t[i]; }", "fsw/a.c", None),
+        ("int f(int i) { return i + 1; }", "pus/a.c", None),
+    ],
+)
+def test_symbols(tmp_path, source, place, complaint):
+    (tmp_path / "a.c").write_text(source)
+    built = tmp_path / "a.o"
+    subprocess.run(["gcc", "-O2", "-c", tmp_path / "a.c", "-o", built], check=True, stderr=subprocess.DEVNULL)
+    found = [text for _, name, section in check_symbols.symbols([built])
+             if (text := check_symbols.breach(place, name, section))]
+    assert (len(found) == 0) if complaint is None else any(complaint in text for text in found), found
+
+
+def text_breaches(tmp_path, monkeypatch, name, text):
+    (tmp_path / name).write_text(text)
+    words = check_text.read_words()
+    monkeypatch.setattr(check_text, "ROOT", tmp_path)
+    return list(check_text.breaches(pathlib.Path(name), words))
+
+
+LICENCE = "// SPDX-License-Identifier: Apache-2.0\n"
+
+
+@pytest.mark.parametrize(
+    "text, complaint",
+    [
+        (LICENCE + "int f(void);\n", None),
+        ("int f(void);\n", "no licence line"),
+        (LICENCE + "// TO" + "DO later\n", "does not belong here"),
+        (LICENCE + "int f(void)\n{\n" + "    ;\n" * 58 + "}\n", None),
+        (LICENCE + "int f(void)\n{\n" + "    ;\n" * 59 + "}\n", "function of 61 lines"),
+        (LICENCE + "\n" * 599, None),
+        (LICENCE + "\n" * 600, "601 lines"),
+    ],
+)
+def test_text(tmp_path, monkeypatch, text, complaint):
+    found = text_breaches(tmp_path, monkeypatch, "a.c", text)
+    assert (not found) if complaint is None else any(complaint in line for line in found), found
+
+
+def test_long_python_functions_are_found(tmp_path, monkeypatch):
+    text = "# SPDX-License-Identifier: Apache-2.0\ndef f():\n" + "    pass\n" * 60
+    assert any("function of 61 lines" in line for line in text_breaches(tmp_path, monkeypatch, "a.py", text))
+
+
+DEVIATIONS = """
+| D-15.5 | everywhere | more than one return | refusals leave first |
+| D-7.1 | `osal/posix` | octal | modes |
+| D-8.6 | `fsw/app/*_main.c`, `pus/tool/*_main.c` | mains | programs |
+| D-1.2 | by hand: `osal` | atomics | none in C99 |
+| F-returnDanglingLifetime | `pus/a.c` | a pointer | none |
+"""
+
+
+@pytest.mark.parametrize(
+    "finding, is_open",
+    [
+        ("pus/b.c:3: misra-c2012-15.5 text", False),
+        ("pus/b.c:3: misra-c2012-7.1 text", True),
+        ("osal/posix/b.c:3: misra-c2012-7.1 text", False),
+        ("osal/posixer/b.c:3: misra-c2012-7.1 text", True),
+        ("fsw/app/arm_main.c:3: misra-c2012-8.6 text", False),
+        ("fsw/app/arm.c:3: misra-c2012-8.6 text", True),
+        ("pus/a.c:3: returnDanglingLifetime text", False),
+        ("pus/b.c:3: nullPointer text", True),
+        ("build/generated/a.h:3: misra-c2012-7.1 text", True),
+        ("sim/a.c:3: nullPointer text", False),
+        ("/usr/include/a.h:3: misra-c2012-7.1 text", False),
+    ],
+)
+def test_misra(finding, is_open):
+    found, unused = check_misra.judge([finding], check_misra.read_deviations(DEVIATIONS))
+    assert (found == [finding]) == is_open
+    assert 5 not in unused, "what is decided by hand needs no finding"
+    assert len(unused) == (3 if finding.startswith(("pus/b.c:3: misra-c2012-15.5", "osal/posix/", "fsw/app/arm_", "pus/a.c"))
+                           else 4)
+
+
+def test_half_a_program_is_not_judged_by_rules_of_the_whole():
+    finding = "pus/b.c:3: misra-c2012-8.7 text"
+    assert check_misra.judge([finding], [], True)[0] == [finding]
+    assert check_misra.judge([finding], [], False)[0] == []
+
+
+@pytest.mark.parametrize(
+    "text, complaint",
+    [
+        ("[there](other.md)", None),
+        ("[there](other.md#a-heading-of-two-words)", None),
+        ("[there](other.md#a-heading-of-two-words-1)", None),
+        ("[there](other.md#elsewhere)", "no such anchor: other.md#elsewhere"),
+        ("[there](page.html#spot)", None),
+        ("[there](page.html#stain)", "no such anchor"),
+        ("[gone](gone.md)", "a.md:3: no such file: gone.md"),
+        ("![gone](gone.png)", "no such file"),
+        ("[here](#title)", None),
+        ("[here](#nowhere)", "no such anchor"),
+        ("[far](https://example.org/gone)", None),
+        ("```\n[code](gone.md)\n```", None),
+        ("`[code](gone.md)`", None),
+        ("see `docs/a.md`", None),
+        ("see `docs/gone.md`", "no such file: docs/gone.md"),
+    ],
+)
+def test_links(tmp_path, text, complaint):
+    docs = tmp_path / "docs"
+    docs.mkdir()
+    (docs / "a.md").write_text(f"# Title\n\n{text}\n")
+    (docs / "other.md").write_text("# A heading, of *two* words\n\n# A heading of two words\n")
+    (docs / "page.html").write_text('<h1 id="spot">x</h1>')
+    found = list(check_links.dead_links(docs / "a.md", tmp_path))
+    assert (not found) if complaint is None else any(complaint in line for line in found), found
+
+
+def coverage_report(*lines):
+    """What gcovr says of one file with these (number, runs, counts of the branches)."""
+    return {"files": [{"file": "pus/a.c", "lines": [
+        {"line_number": number, "count": runs, "branches": [{"count": count} for count in counts]}
+        for number, runs, counts in lines]}]}
+
+
+def measured(exclusions, *lines):
+    rows = [check_coverage.Exclusion(number, text) for number, text in enumerate(exclusions, 1)]
+    source = ["if (a) {", "    return b ? c : d;", "}"]
+    return check_coverage.measure(coverage_report(*lines), lambda _: source, rows)["pus"], rows
+
+
+@pytest.mark.parametrize(
+    "exclusions, figures, is_used",
+    [
+        ([], (50.0, 50.0), []),
+        (["pus/a.c | if (a) { | 1 | a is always true"], (66.6, 50.0), [True]),
+        (["pus/a.c | return b ? c : d; | 1 | b is never false", "pus/a.c | if (a) { | 1 | so"], (100.0, 50.0), [True, True]),
+        (["pus/a.c | if (a) { | 2 | more than is open"], (50.0, 50.0), [False]),
+        (["pus/a.c | if (z) { | 1 | a line that is gone"], (50.0, 50.0), [False]),
+        (["pus/b.c | if (a) { | 1 | another file"], (50.0, 50.0), [False]),
+    ],
+)
+def test_coverage_exclusions(exclusions, figures, is_used):
+    library, rows = measured(exclusions, (1, 3, [3, 0]), (2, 0, [2, 0]))
+    assert library.figures() == figures
+    assert [row.is_used for row in rows] == is_used
+
+
+def test_an_exclusion_needs_a_reason():
+    with pytest.raises(SystemExit):
+        check_coverage.Exclusion(1, "pus/a.c | if (a) { | 1 | ")
+
+
+@pytest.mark.parametrize(
+    "mark, findings",
+    [
+        ([50.0, 100.0, False], 0),
+        ([51.0, 100.0, False], 1),
+        ([51.0, 100.0, True], 2),
+        ([50.0, 100.0, True], 1),
+    ],
+)
+def test_coverage_marks(mark, findings):
+    library, _ = measured([], (1, 3, [3, 0]))
+    assert len(list(check_coverage.compare({"pus": library}, {"pus": mark}))) == findings
+
+
+def test_marks_are_raised_and_never_lowered(tmp_path):
+    marks = tmp_path / "coverage.txt"
+    marks.write_text("# head\n\npus  40 40  complete\n")
+    library, _ = measured([], (1, 3, [3, 0]))
+    check_coverage.write_marks(marks, {"pus": library}, check_coverage.read_marks(marks))
+    assert check_coverage.read_marks(marks) == {"pus": [49.0, 100.0, True]}
+    worse, _ = measured([], (1, 0, [0, 0]))
+    check_coverage.write_marks(marks, {"pus": worse}, check_coverage.read_marks(marks))
+    assert check_coverage.read_marks(marks) == {"pus": [49.0, 100.0, True]}
+    assert marks.read_text().startswith("# head\n")

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fixtures of the tests that fly. Flights are shared: each (form, seed, ...) flies once per session.
+
+Tests marked `long` run only with LONG=1 in the environment (`make check-full`).
+"""
+
+import os
+import pathlib
+import shutil
+import sys
+import tempfile
+import time
+import zlib
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+
+import flying
+from hirosco_gse import figures
+from hirosco_gse import run as runs
+
+KEPT_S = 3600.0
+KEPT_RUNS = 2  # in memory: one has hundreds of megabytes
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "long: many flights; run with LONG=1")
+
+
+def pytest_collection_modifyitems(config, items):
+    if os.environ.get("LONG"):
+        return
+    long = [item for item in items if item.get_closest_marker("long")]
+    if long:
+        config.hook.pytest_deselected(items=long)
+        items[:] = [item for item in items if not item.get_closest_marker("long")]
+
+
+@pytest.fixture(scope="session")
+def hangar(request):
+    """Folder for the runs of this session; removed when all tests passed, else by a session an hour later."""
+    place = flying.ROOT / "build" / "test"
+    place.mkdir(parents=True, exist_ok=True)
+    for old in place.glob("mission-*"):
+        if old.stat().st_mtime < time.time() - KEPT_S:
+            shutil.rmtree(old, ignore_errors=True)
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="mission-", dir=place))
+    yield folder
+    if request.session.testsfailed == 0:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture
+def folder(hangar, request):
+    """Folder for the run of one test; removed when the test passed."""
+    name = "".join(letter if letter.isalnum() else "-" for letter in request.node.name)
+    path = hangar / f"{name[:40]}-{zlib.crc32(request.node.nodeid.encode()):08x}"  # a run's path has its limits
+    failed = request.session.testsfailed
+    yield path
+    if request.session.testsfailed == failed:
+        shutil.rmtree(path, ignore_errors=True)
+
+
+class Fleet:
+    """Telepresence flights by their options, flown when first asked for."""
+
+    def __init__(self, hangar):
+        self.hangar = hangar
+        self.flights, self.runs, self.figures = {}, {}, {}
+
+    def flight(self, form="processes", seed=1, again=0, links="shm", report="no"):
+        """The finished flight."""
+        key = (form, seed, again, links, report)
+        if key not in self.flights:
+            name = "-".join(map(str, key))
+            options = ("--scenario", "telepresence", "--form", form, "--seed", seed, "--links", links)
+            self.flights[key] = flying.fly(self.hangar / name, *options, report=report)
+        return self.flights[key]
+
+    def run(self, **key):
+        """Its logs as arrays."""
+        flight = self.flight(**key)
+        if flight.folder not in self.runs:
+            for oldest in list(self.runs)[: max(0, len(self.runs) - KEPT_RUNS + 1)]:
+                del self.runs[oldest]
+            self.runs[flight.folder] = runs.load(flight.folder)
+        return self.runs[flight.folder]
+
+    def computed(self, **key):
+        """Figures of the raw logs and the reasons of those that are missing."""
+        folder = self.flight(**key).folder
+        if folder not in self.figures:
+            self.figures[folder] = figures.compute(self.run(**key))
+        return self.figures[folder]
+
+
+@pytest.fixture(scope="session")
+def fleet(hangar):
+    """All telepresence flights of the session."""
+    return Fleet(hangar)

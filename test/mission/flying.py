@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Flying missions as a user does: the launcher's command line, what it leaves, and what it must not leave."""
+
+import contextlib
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BIN = ROOT / "build" / "bin"
+PUSDUMP = BIN / "pusdump"
+FLIGHT_LIMIT_S = 120.0
+GONE_WITHIN_S = 15.0
+BUS_LOGS = ("can-robot.log", "can-joystick.log")
+TRACED = ("packets.log", *BUS_LOGS)
+
+sys.path.insert(0, str(ROOT / "gse"))
+
+
+@dataclass
+class Flight:
+    """A launcher under way or at its end, and the folder of its run."""
+
+    folder: pathlib.Path
+    process: subprocess.Popen
+    began: float = field(default_factory=time.monotonic)
+    output: str = ""
+    seconds: float = 0.0
+
+    @property
+    def code(self):
+        """Exit code of the launcher; None while it flies."""
+        return self.process.returncode
+
+    @property
+    def identity(self):
+        """Prefix of every name of the run."""
+        return f"hirosco-{self.process.pid}"
+
+    @property
+    def facts(self):
+        """run.json."""
+        return json.loads(self.read("run.json"))
+
+    @property
+    def console(self):
+        """What the programs of the run said."""
+        path = self.folder / "console.log"
+        return path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+
+    @property
+    def packets(self):
+        """(time_ns, direction, octets) of every line of packets.log."""
+        found = []
+        for line in self.read("packets.log").splitlines():
+            stamp, direction, text = line.split(" ")
+            found.append((int(stamp.replace(".", "")), direction, bytes.fromhex(text)))
+        return found
+
+    def read(self, name):
+        """Text of a file of the run."""
+        return (self.folder / name).read_text(encoding="utf-8")
+
+    def octets(self, name):
+        """Octets of a file of the run."""
+        return (self.folder / name).read_bytes()
+
+    def wait(self, limit_s=FLIGHT_LIMIT_S):
+        """Until the launcher ends; itself."""
+        try:
+            self.output, _ = self.process.communicate(timeout=limit_s)
+        except subprocess.TimeoutExpired:
+            self.abandon()
+            raise AssertionError(f"the run has not ended within {limit_s} s:\n{self.console[-3000:]}") from None
+        self.seconds = time.monotonic() - self.began
+        return self
+
+    def abandon(self):
+        """End the launcher if it still lives."""
+        if self.process.poll() is None:
+            self.process.kill()
+            self.output, _ = self.process.communicate()
+            for entry in self.leftovers():
+                if not entry.startswith("process "):
+                    os.unlink(entry)
+
+    def told(self):
+        """All that a user could read about the run, for messages of tests."""
+        return f"exit code {self.code}\n{self.output}\n{self.console[-3000:]}"
+
+    def port(self, limit_s=10.0):
+        """The ground port, as soon as the run names it."""
+        path = self.folder / "ground.port"
+        wait_until(lambda: path.exists() and path.read_text(encoding="ascii").strip(), limit_s, "no ground port")
+        return int(path.read_text(encoding="ascii"))
+
+    def steps(self):
+        """Lines of the operator's log so far."""
+        path = self.folder / "operator.log"
+        return len(path.read_bytes().splitlines()) if path.exists() else 0
+
+    def children(self):
+        """Dict program name -> process id of the launcher's children."""
+        return {name: pid for pid, parent, name in processes() if parent == self.process.pid}
+
+    def leftovers(self):
+        """Processes, socket files and shared memory of this run that are still there."""
+        mark, folder = self.identity.encode(), str(self.folder).encode()
+        found = [f"process {pid} {line.decode(errors='replace')}" for pid, line in command_lines() if _is_of(line, mark, folder)]
+        for place in (pathlib.Path("/tmp"), pathlib.Path("/dev/shm")):
+            found += [str(path) for path in place.glob(f"*{self.identity}*") if _has_identity(path.name, self.identity)]
+        return found
+
+
+def _is_of(line, mark, folder):
+    return re.search(re.escape(mark) + rb"(?![0-9])", line) is not None or folder in line.split(b" ")
+
+
+def _has_identity(name, identity):
+    return re.search(re.escape(identity) + r"(?![0-9])", name) is not None
+
+
+def command_lines():
+    """(process id, command line) of every process but this one."""
+    for entry in pathlib.Path("/proc").iterdir():
+        if entry.name.isdigit() and int(entry.name) != os.getpid():
+            with contextlib.suppress(OSError):
+                yield int(entry.name), (entry / "cmdline").read_bytes().replace(b"\0", b" ").strip()
+
+
+def processes():
+    """(process id, parent, name of the program) of every process that is not a zombie."""
+    for pid, line in command_lines():
+        with contextlib.suppress(OSError, IndexError):
+            status = pathlib.Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+            state, parent = status.rpartition(")")[2].split()[:2]
+            words = line.decode(errors="replace").split(" ")
+            name = "operator" if "script" in words else pathlib.Path(words[0]).name
+            if state != "Z":
+                yield pid, int(parent), name
+
+
+def wait_until(condition, limit_s, problem):
+    """Poll until the condition holds."""
+    end = time.monotonic() + limit_s
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError(f"{problem} within {limit_s} s")
+        time.sleep(0.005)
+
+
+def start(folder, *options, root=ROOT, binaries=None, environment=None, report="no"):
+    """Start `hirosco run`; options as on the command line."""
+    program = (binaries or root / "build" / "bin") / "hirosco"
+    words = [str(program), "run", "--out", str(folder), "--report", report, *map(str, options)]
+    process = subprocess.Popen(
+        words,
+        cwd=root,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, **(environment or {})},
+    )
+    return Flight(pathlib.Path(folder), process)
+
+
+def fly(folder, *options, limit_s=FLIGHT_LIMIT_S, **how):
+    """Start a run and wait for its end."""
+    return start(folder, *options, **how).wait(limit_s)
+
+
+def refuse(*words, root=ROOT):
+    """Call the launcher with options that it shall refuse; the finished process."""
+    return subprocess.run(
+        [root / "build" / "bin" / "hirosco", *map(str, words)],
+        cwd=root,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+
+
+def gse(flight, *words, timeout=60):
+    """Call the ground segment's command line as a person does; the finished process."""
+    return subprocess.run(
+        [sys.executable, ROOT / "gse" / "gse", "--port", str(flight.port()), *map(str, words)],
+        cwd=ROOT,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+    )
+
+
+def connect(port, limit_s=10.0):
+    """TCP connection to a ground port that is about to open."""
+    end = time.monotonic() + limit_s
+    while True:
+        try:
+            return socket.create_connection(("127.0.0.1", port), timeout=10)
+        except OSError:
+            if time.monotonic() > end:
+                raise
+            time.sleep(0.01)
+
+
+def assert_clean(flight):
+    """Nothing of the run is left, at the latest a moment after its end."""
+    with contextlib.suppress(AssertionError):
+        wait_until(lambda: not flight.leftovers(), GONE_WITHIN_S, "")
+    left = flight.leftovers()
+    for entry in left:
+        if entry.startswith("process "):
+            with contextlib.suppress(OSError):
+                os.kill(int(entry.split(" ")[1]), signal.SIGKILL)
+    assert not left, left
+
+
+def write_scenario(path, *lines):
+    """Scenario file of these lines."""
+    path.write_text("# SPDX-License-Identifier: Apache-2.0\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def bring_up(at, configuration="TELEPRESENCE", tare=True):
+    """Operator's lines that take both members from OFFLINE to OPERATIONAL in telepresence, beginning at `at` [s]."""
+    both = ("JOYSTICK", "MANIPULATOR")
+    lines = [f"{at:.6f} operator state {name} PRE_OPERATIONAL" for name in both]
+    lines += [f"{at:.6f} operator config {name} {configuration}" for name in both]
+    if configuration == "TELEPRESENCE":
+        lines += [f"{at:.6f} operator link open {link}" for link in ("HAND_POSITION", "ROBOT_STATE")]
+    lines += [f"{at:.6f} operator state {name} SAFE_OPERATIONAL" for name in both]
+    if tare:
+        lines += [f"{at:.6f} operator cmd MANIPULATOR.TARE", f"{at:.6f} operator wait-event MANIPULATOR TARE_DONE 2"]
+    return lines + [f"{at:.6f} operator state {name} OPERATIONAL" for name in both]

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every block and socket that a mission asks for is refused once, in a flight of its own: no crash, nothing left behind,
+and a refusal that is counted and told. Flies what SANITIZE=1 has built, which can be told to refuse."""
+
+import json
+import re
+
+import flying
+import pytest
+
+SANITIZED = flying.ROOT / "build" / "sanitize" / "bin"
+REPORT = re.compile(r"ERROR: \w*Sanitizer|runtime error:|LeakSanitizer|SUMMARY: |assertion")
+FLIGHTS = 12  # More takes than that are sampled.
+
+pytestmark = pytest.mark.skipif(not (SANITIZED / "image").exists(), reason="not built: make SANITIZE=1 all")
+
+SCENARIO = (
+    "0.0 hand rest",
+    "0.0 operator ping all",
+    "0.1 operator state MANIPULATOR PRE_OPERATIONAL",
+    "0.1 operator state JOYSTICK PRE_OPERATIONAL",
+    "0.6 operator config MANIPULATOR STAND_ALONE",
+    "0.6 operator config JOYSTICK STAND_ALONE",
+    "0.8 operator state MANIPULATOR SAFE_OPERATIONAL",
+    "0.8 operator state JOYSTICK SAFE_OPERATIONAL",
+    "0.8 operator nowait cmd MANIPULATOR.TARE",
+    "1.8 operator state MANIPULATOR OPERATIONAL",
+    "1.8 operator state JOYSTICK OPERATIONAL",
+    "2.2 operator nowait cmd MANIPULATOR.MOVE_TO POSITION=1.0472,-1.5708 DURATION=0.5",
+    "2.2 operator nowait cmd JOYSTICK.FORCE TORQUE=0.05,-0.05 DURATION=0.2",
+    "3.0 operator nowait cmd MANIPULATOR.STOP",
+    "3.0 operator nowait cmd JOYSTICK.STOP",
+    "3.0 operator nowait cmd MANIPULATOR.RAISE EVENT=9",
+    "3.0 operator nowait cmd JOYSTICK.RAISE EVENT=9",
+    "3.2 operator get MANIPULATOR.COUNTERS",
+    "3.2 operator get JOYSTICK.COUNTERS",
+    "3.2 operator get COMMUNICATION.COUNTERS",
+    "3.3 operator shutdown",
+)
+
+
+def fly(folder, number):
+    """One flight whose take of that number is refused (0: none)."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    scenario = flying.write_scenario(folder.parent / "allocation.scn", *SCENARIO)
+    flight = flying.fly(
+        folder, "--scenario", scenario, "--form", "image", binaries=SANITIZED, limit_s=300,
+        environment={"HIROSCO_REFUSE_TAKE": str(number), "ASAN_OPTIONS": "detect_leaks=1:abort_on_error=0"},
+    )
+    assert not REPORT.search(flight.console + flight.output), flight.told()
+    flying.assert_clean(flight)
+    return flight
+
+
+def refusals(flight):
+    """Sum of what the components counted, as the operator read it; None if it could not."""
+    path = flight.folder / "operator.log"
+    steps = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    found = re.findall(r"(?:POOL|SOCKET)_REFUSED: (\d+)", " ".join(step["outcome"] for step in steps if step["verb"] == "get"))
+    return sum(map(int, found)) if found else None
+
+
+def takes(flight):
+    """Number of blocks and sockets the image asked for."""
+    return int(re.search(r"image: takes (\d+)", flight.console)[1])
+
+
+def test_each_refusal_is_counted_and_ends_nothing(folder):
+    undisturbed = fly(folder / "0", 0)
+    assert undisturbed.code == 0, undisturbed.told()
+    assert refusals(undisturbed) == 0, undisturbed.read("operator.log")
+    total = takes(undisturbed)
+    assert total >= 8  # Seven functions, and the listening socket.
+    step = -(-total // FLIGHTS)
+    for number in range(1, total + 1, step):
+        flight = fly(folder / str(number), number)
+        counted = refusals(flight)
+        if counted is None:  # The ground could not connect: then the run says so.
+            assert flight.code != 0, flight.told()
+        else:
+            assert counted == 1, f"take {number}: {flight.read('operator.log')}"

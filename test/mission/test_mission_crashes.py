@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Deaths in flight: whoever is killed, the run ends, says who, keeps its logs, and leaves nothing behind."""
+
+import json
+import os
+import random
+import re
+import signal
+import sqlite3
+import time
+
+import flying
+import pytest
+from hirosco_gse import run as runs
+
+MEMBERS = {"joystick": 17, "manipulator": 16}
+PROCESSES = ("simulator", "supervisor", "joystick", "manipulator", "communication", "operator", "packet-archive-sqlite")
+FLIGHT_S = 20
+ENDS_WITHIN_S = 60.0
+SAFE_WITHIN_US = 20_000
+
+
+def _kill_at(flight, name, step):
+    """kill -9 of one child after this step of the operator; the simulated time in microseconds is not known."""
+    flying.wait_until(lambda: flight.steps() >= step or flight.process.poll() is not None, 30, f"step {step} of the operator")
+    assert flight.process.poll() is None, flight.told()
+    pid = flight.children()[name]
+    os.kill(pid, signal.SIGKILL)
+
+
+def _lines():
+    """A flight of 20 s: up to OPERATIONAL, the hand in motion, a word with everybody each second, and down."""
+    lines = ["0.0 hand rest", f"2 hand circle 0.1 0.5 1 {FLIGHT_S} 1", "0.0 operator ping all", *flying.bring_up(0.1)]
+    for second in range(3, FLIGHT_S):
+        steps = {5: "log sqlite", 9: "log ascii", 12: "hk once MANIPULATOR 4711"}
+        lines.append(f"{second} operator {steps.get(second, 'ping all')}")
+    return [*lines, f"{FLIGHT_S} operator shutdown"]
+
+
+STEPS = [line.partition(" operator ")[2] for line in _lines() if " operator " in line]
+IN_OPERATION = 1 + STEPS.index("state MANIPULATOR OPERATIONAL")
+
+
+@pytest.fixture(scope="module")
+def scenario(hangar):
+    """File of the flight that somebody dies in."""
+    return flying.write_scenario(hangar / "death.scn", *_lines())
+
+
+def _packets_in_order(flight):
+    times = [time_ns for time_ns, _, _ in flight.packets]
+    assert times == sorted(times)
+    return flight.packets
+
+
+def _assert_ended_as_it_should(flight, name):
+    assert flight.code not in (0, None), flight.told()
+    assert flight.code > 0, "the launcher itself must not die"
+    assert name in flight.output, f"nobody says that {name} died: {flight.output}"
+    facts = flight.facts
+    assert facts["exit_code"] == flight.code
+    assert name in facts["exit_reason"]
+    assert facts["reproducible"] is False
+    entry = next(entry for entry in facts["processes"] if entry["name"] == name)
+    assert entry.get("signal") == 9 or entry["starts"] == 2, "ended by the signal, or started again within its budget"
+    assert (flight.folder / "report.html").exists(), flight.told()
+    assert name in flight.read("report.html")
+    flying.assert_clean(flight)
+
+
+def _assert_log_is_complete(flight):
+    """Numbers 1..N without gap in both forms of the log, and each line a packet."""
+    packets = _packets_in_order(flight)
+    assert len(packets) > 40
+    for _, _, raw in packets:
+        assert int.from_bytes(raw[4:6], "big") + 7 == len(raw)
+    with sqlite3.connect(f"file:{flight.folder}/packets.db?mode=ro", uri=True) as database:
+        rows = database.execute("SELECT number, raw FROM packet ORDER BY number").fetchall()
+    assert [number for number, _ in rows] == list(range(1, len(packets) + 1))
+    assert [raw for _, raw in rows] == [raw for _, _, raw in packets]
+
+
+def _enabled_at_end(flight):
+    """Drives that the truth shows in operation-enabled at the end of the flight."""
+    drives = {}
+    for entry in runs.load(flight.folder).truth["DRIVE"]:
+        drives[entry["bus"], int(entry["node"]), int(entry["axis"])] = entry
+    assert len(drives) == 4
+    return [drive for drive, entry in drives.items() if entry["statusword"] & 0x6F == 0x27]
+
+
+def _left_operation(flight):
+    """Drive -> time at which it left operation-enabled for the last time."""
+    left, was_enabled = {}, {}
+    for entry in runs.load(flight.folder).truth["DRIVE"]:
+        drive = entry["bus"], int(entry["node"]), int(entry["axis"])
+        is_enabled = entry["statusword"] & 0x6F == 0x27
+        if was_enabled.get(drive) and not is_enabled:
+            left[drive] = entry["time_us"]
+        was_enabled[drive] = is_enabled
+    return left
+
+
+def _states(flight, apid):
+    return [raw[22] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x81\x02" and int.from_bytes(raw[:2], "big") & 0x7FF == apid]
+
+
+def _die(folder, scenario, name, step, form="processes"):
+    flight = flying.start(folder, "--scenario", scenario, "--form", form, report="yes")
+    try:
+        _kill_at(flight, name, step)
+        flight.wait(ENDS_WITHIN_S)
+    finally:
+        flight.abandon()
+    return flight
+
+
+@pytest.mark.parametrize("name", PROCESSES)
+def test_kill_of_a_process(folder, scenario, name):
+    """After one of the operator's steps, drawn from the name."""
+    flight = _die(folder, scenario, name, random.Random(name).randint(3, len(STEPS) - 3))
+    _assert_ended_as_it_should(flight, name)
+    _assert_log_is_complete(flight)
+    if name != "simulator":
+        assert not _enabled_at_end(flight)
+
+
+@pytest.mark.parametrize("name", MEMBERS)
+def test_kill_of_a_member_in_operation(folder, scenario, name):
+    """The other reaches ERROR_OPERATIONAL by itself, the dead one's drives leave operation by their deadline."""
+    flight = _die(folder, scenario, name, IN_OPERATION)
+    _assert_ended_as_it_should(flight, name)
+    other = next(apid for member, apid in MEMBERS.items() if member != name)
+    assert 6 in _states(flight, other), flight.told()
+    assert not _enabled_at_end(flight)
+    left = _left_operation(flight)
+    assert len(left) == 4
+    assert max(left.values()) - min(left.values()) <= SAFE_WITHIN_US
+
+
+def test_kill_of_the_supervisor_takes_members_to_safe_operational(folder, scenario):
+    """Without supervisor OPERATIONAL ends in SAFE_OPERATIONAL: actuators off, brakes hold."""
+    flight = _die(folder, scenario, "supervisor", IN_OPERATION)
+    _assert_ended_as_it_should(flight, "supervisor")
+    assert len(_left_operation(flight)) == 4
+    assert not _enabled_at_end(flight)
+    last = {}
+    for entry in runs.load(flight.folder).truth["DRIVE"]:
+        last[entry["bus"], int(entry["node"]), int(entry["axis"])] = entry
+    assert all(entry["brake_engaged"] for drive, entry in last.items() if drive[0] == "robot")
+
+
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_operator_that_never_comes(folder, form):
+    """Killed before it has joined the flight: nobody waits for it."""
+    flight = flying.start(folder, "--scenario", "commissioning", "--form", form, report="yes")
+    flying.wait_until(lambda: "operator" in flight.children(), 10, "an operator")
+    os.kill(flight.children()["operator"], signal.SIGKILL)
+    flight.wait(20)
+    _assert_ended_as_it_should(flight, "operator")
+
+
+@pytest.mark.parametrize("form", ["processes", "image"])
+@pytest.mark.parametrize("lines", [(), ("0.1 operator ping all", "0.2 operator end")])
+def test_operator_that_leaves_early(folder, form, lines):
+    """A scenario that does not shut the mission down ends a moment after its operator has gone."""
+    folder.mkdir()
+    path = flying.write_scenario(folder / "short.scn", "0.0 hand rest", *lines)
+    flight = flying.fly(folder / "run", "--scenario", path, "--form", form)
+    assert flight.code == 0, flight.told()
+    assert flight.facts["reproducible"] is False
+    flying.assert_clean(flight)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["joystick", "simulator", "operator"])
+def test_somebody_stands_still(folder, name):
+    """A process that neither ends nor goes on: the launcher gives up after half a minute."""
+    flight = flying.start(folder, "--scenario", "telepresence")
+    flying.wait_until(lambda: flight.steps() >= 10, 30, "step 10")
+    os.kill(flight.children()[name], signal.SIGSTOP)
+    flight.wait(90)
+    assert flight.code != 0
+    assert "stands still" in flight.facts["exit_reason"]
+    flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_kill_of_the_launcher_ends_its_children(folder, form):
+    flight = flying.start(folder, "--scenario", "telepresence", "--form", form)
+    flying.wait_until(lambda: flight.steps() >= 10, 30, "step 10")
+    children = flight.children()
+    assert len(children) >= 3
+    flight.process.kill()
+    flight.process.wait(10)
+    flying.wait_until(lambda: not [pid for pid, _, _ in flying.processes() if pid in children.values()], 15, "children end")
+    for entry in flight.leftovers():  # Names stay, since their owner is gone without a word: the next run must not mind.
+        assert not entry.startswith("process "), entry
+        os.unlink(entry)
+
+
+def test_kill_of_the_image(folder, scenario):
+    flight = _die(folder, scenario, "image", IN_OPERATION, form="image")
+    _assert_ended_as_it_should(flight, "image")
+    assert len(_packets_in_order(flight)) > 40
+
+
+def test_kill_of_the_simulator_keeps_the_logs_of_before(folder, scenario):
+    """Flushed every simulated second: bus logs and truth reach to the last second, each line whole but the last."""
+    flight = _die(folder, scenario, "simulator", len(STEPS) - 4)
+    told = max(int(float(json.loads(line)["end"])) for line in flight.read("operator.log").splitlines())
+    run = runs.load(flight.folder)
+    for log in (run.robot, run.joystick):
+        assert log.time_us[-1] / 1e6 > told - 2.5
+    assert not [problem for problem in run.problems if "truth" in problem or "can-" in problem]
+
+
+def test_interrupted_flight_goes_down_in_order(folder, scenario):
+    """Ctrl-C in the middle: members to OFFLINE, nothing enabled, nothing left."""
+    flight = flying.start(folder, "--scenario", scenario, report="yes")
+    flying.wait_until(lambda: flight.steps() >= IN_OPERATION, 30, "operation")
+    os.kill(flight.process.pid, signal.SIGINT)
+    flight.wait(ENDS_WITHIN_S)
+    for apid in MEMBERS.values():
+        assert _states(flight, apid)[-1] == 0, flight.told()
+    assert not _enabled_at_end(flight)
+    assert flight.facts["reproducible"] is False
+    flying.assert_clean(flight)
+
+
+def test_interrupted_three_times_ends_at_once(folder):
+    flight = flying.start(folder, "--scenario", "none", "--time", "real")
+    flight.port()
+    time.sleep(0.5)
+    for _ in range(3):
+        os.kill(flight.process.pid, signal.SIGINT)
+        time.sleep(0.05)
+    began = time.monotonic()
+    flight.wait(30)
+    assert time.monotonic() - began < 15
+    assert flight.code != 0 or _states(flight, 16)[-1:] in ([], [0])
+    flying.assert_clean(flight)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", range(40))
+def test_kill_of_anybody_at_any_moment(folder, number):
+    """Many deaths; process and moment of wall-clock time drawn from the number."""
+    chance = random.Random(number)
+    name, moment = chance.choice(PROCESSES), chance.uniform(0.05, 3.5)
+    flight = flying.start(folder, "--scenario", "telepresence", report="yes")
+    time.sleep(moment)
+    pid = flight.children().get(name)
+    if pid is not None:
+        os.kill(pid, signal.SIGKILL)
+    flight.wait(ENDS_WITHIN_S)
+    if flight.code != 0:
+        assert (flight.folder / "run.json").exists()
+        assert (flight.folder / "report.html").exists()
+        assert re.search(r"failed: \S", flight.output), flight.output
+    flying.assert_clean(flight)

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Wrong descriptors: the run does not begin, and says in which file and line it is wrong."""
+
+import re
+import shutil
+
+import flying
+import pytest
+
+MISSION = "descriptors/missions/rokviss.xml"
+MANIPULATOR = "descriptors/subsystems/manipulator.xml"
+LINKED = ("build", "sim", "gse")
+
+
+@pytest.fixture
+def house(folder):
+    """A copy of the descriptors in a folder that is otherwise the project's."""
+    folder.mkdir()
+    shutil.copytree(flying.ROOT / "descriptors", folder / "descriptors")
+    for name in LINKED:
+        (folder / name).symlink_to(flying.ROOT / name)
+    return folder
+
+
+def _replace(house, path, old, new, count=1):
+    """Change a descriptor; returns the line of the change."""
+    text = (house / path).read_text(encoding="utf-8")
+    assert old in text
+    (house / path).write_text(text.replace(old, new, count), encoding="utf-8")
+    return text[: text.index(old)].count("\n") + 1
+
+
+def _fly(house, form="processes"):
+    return flying.fly(house / "out", "--scenario", "commissioning", "--form", form, root=house, limit_s=40)
+
+
+def test_untouched_copy_flies(house):
+    flight = _fly(house)
+    assert flight.code == 0, flight.told()
+
+
+@pytest.mark.parametrize(
+    ("path", "old", "new", "words"),
+    [
+        (MISSION, 'name="MANIPULATOR" id="16"', 'name="MANIPULATOR" id="17"', ("17",)),
+        (MISSION, 'epoch="2026-06-01T12:00:00"', 'epoch="yesterday"', ("yesterday",)),
+        (MISSION, '<Allow tc="8,1" select="TARE" to="MANIPULATOR"', '<Allow tc="8,1" select="TARE" to="MOON"', ("MOON",)),
+        (MISSION, 'states="SAFE_OPERATIONAL"', 'states="ASLEEP"', ("ASLEEP",)),
+        (MISSION, 'from="MANIPULATOR.ROBOT_STATE"', 'from="MANIPULATOR.ROBOT_MOOD"', ("ROBOT_MOOD",)),
+        (MISSION, "</Modes>", "</Mode>", ()),
+        (MISSION, 'severity="HIGH"', 'severity="HUGE"', ("HUGE",)),
+        (MISSION, '<Ground address="127.0.0.1" port="10015"/>', '<Ground address="127.0.0.1" port="port"/>', ("port",)),
+        (MANIPULATOR, 'type="DOUBLE" count="2" unit="rad/s"', 'type="QUADRUPLE" count="2" unit="rad/s"', ("QUADRUPLE",)),
+        (MANIPULATOR, 'init="38 38"', 'init="38 thirtyeight"', ("thirtyeight",)),
+        (MANIPULATOR, 'samplingTime="500us"', 'samplingTime="500parsec"', ("500parsec",)),
+        (MANIPULATOR, '<SampledNREPTimes nrep="5">', '<SampledNREPTimes nrep="0">', ("nrep",)),
+        (MANIPULATOR, '<Endnode type="CAN" bus="robot" node="0x11"/>', '<Endnode type="CAN" bus="robot" node="0x1111"/>', ("0x1111",)),
+        (MANIPULATOR, "</Parameters>", "", ()),
+    ],
+)
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_error_is_told_with_file_and_line(house, form, path, old, new, words):
+    line = _replace(house, path, old, new)
+    flight = _fly(house, form)
+    assert flight.code not in (0, None)
+    told = flight.output + flight.console
+    name = path.rpartition("/")[2]
+    place = re.search(re.escape(name) + r":(\d+)", told)
+    assert place, f"no {name}:line in {flight.told()}"
+    if words:
+        assert int(place[1]) == line, told
+    for word in words:
+        assert word in told
+    assert "Assertion" not in told
+    flying.assert_clean(flight)
+
+
+def test_descriptor_that_is_not_there(house):
+    _replace(house, MISSION, 'descriptor="../subsystems/manipulator.xml"', 'descriptor="../subsystems/nowhere.xml"')
+    flight = _fly(house)
+    assert flight.code not in (0, None)
+    assert re.search(r"nowhere\.xml\S* cannot read: not found", flight.output), flight.told()
+
+
+def test_executable_that_is_not_there(house):
+    _replace(house, MISSION, 'executable="joystick"', 'executable="joyride"')
+    flight = _fly(house)
+    assert flight.code not in (0, None)
+    assert "joyride" in flight.output + flight.console
+    flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_interface_that_differs_from_the_compiled_one(house, form):
+    """File, compiled and found hash, and what to do."""
+    _replace(house, MANIPULATOR, '<Event name="BUS_WARNING" id="8"', '<Event name="BUS_NOTE" id="8"')
+    flight = _fly(house, form)
+    assert flight.code not in (0, None)
+    told = flight.output + flight.console
+    assert "manipulator.xml" in told
+    assert "run make" in told
+    assert len(set(re.findall(r"0x[0-9A-Fa-f]{16}", told))) >= 2, told
+    flying.assert_clean(flight)
+
+
+def test_configuration_part_needs_no_recompilation(house):
+    """Another rate of housekeeping, read at run time: it flies, and tells another configuration hash."""
+    _replace(house, MANIPULATOR, '<HKService id="4711" interval="500">', '<HKService id="4711" interval="250">', count=2)
+    flight = _fly(house)
+    assert flight.code == 0, flight.told()
+    plain = flying.fly(house / "plain", "--scenario", "commissioning")
+    assert plain.facts["interface_hash"] == flight.facts["interface_hash"]
+
+    def reports(flown):
+        return [t for t, direction, raw in flown.packets if direction == "TM" and raw[7:9] == b"\x03\x19" and raw[21:23] == b"\x12\x67" and raw[1] == 16 and raw[11:13] == bytes(2)]
+
+    gaps = {b - a for a, b in zip(reports(flight)[:4], reports(flight)[1:5])}
+    assert gaps == {125_000_000}
+    assert {b - a for a, b in zip(reports(plain)[:3], reports(plain)[1:4])} == {250_000_000}
+
+    def hashes(flown):
+        return {raw[34:42] for _, direction, raw in flown.packets if direction == "TM" and raw[7:9] == b"\x81\x05" and raw[1] == 16}
+
+    assert len(hashes(flight)) == 1
+    assert hashes(flight) != hashes(plain)

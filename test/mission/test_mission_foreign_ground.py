@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ground clients that take no part in simulated time: they are served, they do not disturb, and they are told of."""
+
+import contextlib
+import socket
+import struct
+import threading
+
+import flying
+import pytest
+from spacepackets.ecss import PusTc, PusTm, check_pus_crc
+
+OPTIONS = ("--scenario", "telepresence", "--form", "processes")
+FOREIGN_USER = 2
+SUPERVISOR = 1
+
+
+def _ping(apid, count=0):
+    """TC[17,1] as an independent encoder makes it."""
+    return PusTc(service=17, subservice=1, apid=apid, seq_count=count, source_id=FOREIGN_USER, app_data=b"").pack()
+
+
+def _packets(stream):
+    """Octets of whole packets from a connection until it ends."""
+    buffer = b""
+    while True:
+        try:
+            part = stream.recv(65536)
+        except OSError:
+            return
+        if not part:
+            return
+        buffer += part
+        while len(buffer) >= 6 and len(buffer) >= (size := struct.unpack(">H", buffer[4:6])[0] + 7):
+            yield buffer[:size]
+            buffer = buffer[size:]
+
+
+@pytest.fixture(scope="module")
+def quiet(fleet):
+    """The same flight without any foreign client."""
+    return fleet.flight()
+
+
+def test_telecommand_of_a_foreign_client_is_served_and_told(folder):
+    """TC[17,1] gets its chain on the connection that asked; the run passes and says that it is not reproducible."""
+    flight = flying.start(folder, *OPTIONS)
+    stream = flying.connect(flight.port())
+    stream.settimeout(20)
+    flying.wait_until(lambda: flight.steps() >= 3, 20, "step 3")
+    stream.sendall(_ping(16))
+    answers = []
+    for raw in _packets(stream):
+        assert check_pus_crc(raw)
+        report = PusTm.unpack(raw, timestamp_len=8)
+        assert report.pus_tm_sec_header.dest_id in (0, FOREIGN_USER), "others' verification is not for us"
+        if report.pus_tm_sec_header.dest_id == FOREIGN_USER:
+            answers.append((report.service, report.subservice))
+        if len(answers) == 4:
+            break
+    assert answers == [(1, 1), (1, 3), (17, 2), (1, 7)]
+    stream.close()
+    flight.wait()
+    assert flight.code == 0, flight.told()
+    assert flight.facts["reproducible"] is False
+    asked = [raw for _, direction, raw in flight.packets if direction == "TC" and raw[9:11] == struct.pack(">H", FOREIGN_USER)]
+    assert len(asked) == 1, "it is in the packet log"
+    flying.assert_clean(flight)
+
+
+def _of_others(flight):
+    """What the packet log holds of the members: all but `communication`, which tells who listens, and the supervisor."""
+    return [(t, raw) for t, direction, raw in flight.packets if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF in (16, 17)]
+
+
+def test_listeners_do_not_disturb(folder, quiet):
+    """One reads everything, one never reads: what members and buses do is that of the quiet flight, octet by octet."""
+    flight = flying.start(folder, *OPTIONS)
+    reader, sleeper = flying.connect(flight.port()), flying.connect(flight.port())
+    sleeper.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+    received = []
+    thread = threading.Thread(target=lambda: received.extend(_packets(reader)))
+    thread.start()
+    flight.wait()
+    thread.join(10)
+    assert flight.code == 0, flight.told()
+    assert flight.facts["reproducible"] is False, "the packet log tells when they came"
+    for name in flying.BUS_LOGS:
+        assert flight.octets(name) == quiet.octets(name), name
+    assert _of_others(flight) == _of_others(quiet)
+    log = {raw for _, direction, raw in flight.packets if direction == "TM"}
+    assert len(received) > 100
+    assert set(received) <= log, "what the ground hears is what the log holds"
+    events = {raw for raw in log if raw[7] == 5 and raw[8] > 1 and raw[11:13] == bytes(2)}
+    assert len(events) >= 5
+    assert events <= set(received), "no event is lost"
+    sleeper.close()
+
+
+@pytest.mark.parametrize("rubbish", [b"\x00" * 64, b"\xff" * 512, bytes(range(256)) * 64, b"GET / HTTP/1.0\r\n\r\n", _ping(16)[:-1] + b"\x00"], ids=("noughts", "ones", "all", "http", "crc"))
+def test_rubbish_does_not_disturb(folder, rubbish):
+    """The flight goes on, whatever is thrown at its ground port."""
+    flight = flying.start(folder, "--scenario", "commissioning")
+    stream = flying.connect(flight.port())
+    with contextlib.suppress(OSError):
+        stream.sendall(rubbish)
+    flight.wait()
+    stream.close()
+    assert flight.code == 0, flight.told()
+    flying.assert_clean(flight)
+
+
+def test_request_with_a_wrong_crc_is_refused(folder):
+    """TM[1,2] from the supervisor, with the request's id, to the one who sent it."""
+    flight = flying.start(folder, *OPTIONS)
+    stream = flying.connect(flight.port())
+    stream.settimeout(20)
+    request = bytearray(_ping(16))
+    request[-1] ^= 0xFF
+    flying.wait_until(lambda: flight.steps() >= 3, 20, "step 3")
+    stream.sendall(bytes(request))
+    found = None
+    for raw in _packets(stream):
+        if raw[7:9] == b"\x01\x02":
+            found = raw
+            break
+    assert found is not None
+    assert int.from_bytes(found[:2], "big") & 0x7FF == SUPERVISOR
+    assert found[21:25] == bytes(request[:4])
+    stream.close()
+    flight.wait()
+    assert flight.code == 0, flight.told()
+
+
+def test_more_clients_than_there_is_room_for(folder):
+    """The one too many is turned away; the operator, who may come last, is not among them."""
+    flight = flying.start(folder, "--scenario", "commissioning")
+    flight.port()
+    streams = []
+    with contextlib.suppress(OSError):
+        streams = [flying.connect(flight.port()) for _ in range(3)]
+    flight.wait()
+    assert flight.code == 0, flight.told()
+    for stream in streams:
+        stream.close()

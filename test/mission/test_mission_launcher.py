@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The launcher's command line: what it refuses and why; two runs at once; programs called by hand."""
+
+import re
+import socket
+import subprocess
+
+import flying
+import pytest
+
+USAGE = 2
+
+
+@pytest.mark.parametrize(
+    ("options", "reasons"),
+    [
+        (("--form", "image", "--time", "real"), ("image", "clock")),
+        (("--scenario", "none"), ("none", "stepped", "end")),
+        (("--bus", "vcan"), ("vcan", "shm")),
+        (("--transport", "tipc"), ("tipc", "udp")),
+        (("--links", "tcp"), ("tcp", "shm")),
+        (("--form", "nodes"), ("nodes", "processes", "image")),
+        (("--time", "soon"), ("soon", "stepped", "real")),
+        (("--seed", "one"), ("one", "number")),
+        (("--seed", "-1"), ("-1", "number")),
+        (("--seed", "99999999999999999999999"), ("number",)),
+        (("--port", "0"), ("port",)),
+        (("--port", "65536"), ("port", "65535")),
+        (("--port", "10015x"), ("port",)),
+        (("--duration", "0"), ("seconds",)),
+        (("--duration", "1.5"), ("seconds",)),
+        (("--mission", "../../etc/passwd"), ("name",)),
+        (("--mission", "rok viss"), ("name",)),
+        (("--report", "maybe"), ("yes", "no")),
+        (("--speed", "9"), ("--speed", "unknown")),
+        (("--seed",), ("--seed", "missing")),
+        (("telepresence",), ("telepresence",)),
+        (("--out", "x" * 5000), ("long",)),
+        (("--scenario", "/" + "x" * 5000 + ".scn"), ("long",)),
+    ],
+)
+def test_nonsense_is_refused_with_the_reason(options, reasons):
+    refused = flying.refuse("run", *options)
+    assert refused.returncode == USAGE, refused
+    assert refused.stdout == ""
+    assert len(refused.stderr.strip().splitlines()) == 1
+    assert refused.stderr.startswith("hirosco: ")
+    for reason in reasons:
+        assert reason in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (("--mission", "apollo"), "no such mission"),
+        (("--scenario", "picnic"), "no such scenario: sim/scenarios/picnic.scn"),
+        (("--scenario", "/nowhere/picnic.scn"), "no such scenario: /nowhere/picnic.scn"),
+    ],
+)
+def test_what_is_not_there_is_named(folder, options, reason):
+    refused = flying.refuse("run", *options, "--out", folder)
+    assert refused.returncode in (1, USAGE), refused
+    assert reason in refused.stderr
+    assert not folder.exists(), "a run that never began leaves no folder"
+
+
+@pytest.mark.parametrize("options", [("--scenario", ""), ("--seed", ""), ("--port", "", "--form", "")])
+def test_empty_values_are_as_not_given(folder, options):
+    """A Makefile passes all of them."""
+    flight = flying.fly(folder, *options, "--scenario", "commissioning")
+    assert flight.code == 0, flight.told()
+
+
+@pytest.mark.parametrize("words", [(), ("--help",), ("run", "--help")])
+def test_help(words):
+    shown = flying.refuse(*words)
+    assert shown.returncode == 0
+    assert shown.stdout.startswith("usage: hirosco run")
+    for option in ("mission", "scenario", "seed", "form", "time", "bus", "transport", "links", "port", "out", "duration", "report"):
+        assert f"--{option} " in shown.stdout
+    assert max(map(len, shown.stdout.splitlines())) <= 110
+
+
+def test_unknown_command_is_refused():
+    refused = flying.refuse("fly")
+    assert refused.returncode == USAGE
+    assert "hirosco --help" in refused.stderr
+
+
+PROGRAMS = sorted(path.name for path in flying.BIN.glob("*")) or ["hirosco"]
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+@pytest.mark.parametrize("words", [(), ("--help",), ("--no-such-option",), ("--run",), ("--run", "/hirosco-0.run", "--component", "0")])
+def test_program_called_by_hand_tells_its_usage(name, words):
+    """No program of the house crashes or waits for ever, however it is called."""
+    done = subprocess.run([flying.BIN / name, *words], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20, cwd="/tmp")
+    assert done.returncode in (0, 1, USAGE), f"{name} {words} ended with {done.returncode}"
+    told = done.stdout + done.stderr
+    if not (name == "pusdump" and words == ()):  # an empty packet log is well-formed
+        assert told.strip(), f"{name} {words} says nothing"
+    if words == ("--help",):
+        assert "usage" in told
+        assert done.returncode in (0, USAGE)
+
+
+def test_port_in_use_is_named(folder):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        refused = flying.refuse("run", "--scenario", "commissioning", "--port", port, "--out", folder)
+    assert refused.returncode in (1, USAGE)
+    assert f"in use on 127.0.0.1: {port}" in refused.stderr
+
+
+def test_port_asked_for_is_taken(folder):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    flight = flying.fly(folder, "--scenario", "commissioning", "--port", port)
+    assert flight.code == 0, flight.told()
+    assert f"127.0.0.1:{port}" in flight.output
+    assert int(flight.read("ground.port")) == port
+
+
+def test_folder_of_another_run_is_refused(folder):
+    assert flying.fly(folder, "--scenario", "commissioning").code == 0
+    before = flying.Flight(folder, None).octets("packets.log")
+    refused = flying.refuse("run", "--scenario", "commissioning", "--out", folder)
+    assert refused.returncode in (1, USAGE)
+    assert "a run in this folder already" in refused.stderr
+    assert str(folder) in refused.stderr
+    assert flying.Flight(folder, None).octets("packets.log") == before
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("0.1 operator dance", ("dance",)),
+        ("0.1 hand wave", ("wave",)),
+        ("0.1 fault burn robot", ("burn",)),
+        ("0.1 fault unplug moon STICK", ("moon",)),
+        ("soon operator ping all", ("soon",)),
+    ],
+)
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_error_in_a_scenario_is_told_with_its_line(folder, form, line, words):
+    folder.mkdir()
+    path = flying.write_scenario(folder / "wrong.scn", "0.0 hand rest", line, "0.2 operator shutdown")
+    flight = flying.fly(folder / "run", "--scenario", path, "--form", form, limit_s=40)
+    assert flight.code != 0
+    assert re.search(r"wrong\.scn:3\b", flight.console), flight.told()
+    for word in words:
+        assert word in flight.console
+    flying.assert_clean(flight)
+
+
+def test_two_runs_at_once(hangar, fleet):
+    """They take different ports and fly what each would have flown alone, octet by octet."""
+    options = ("--scenario", "telepresence", "--form", "processes")
+    pair = [flying.start(hangar / f"pair-{seed}", *options, "--seed", seed) for seed in (1, 2)]
+    for flight in pair:
+        flight.wait()
+        assert flight.code == 0, flight.told()
+    assert pair[0].port() != pair[1].port()
+    for seed, flight in zip((1, 2), pair):
+        alone = fleet.flight(form="processes", seed=seed)
+        for name in (*flying.TRACED, "truth.lcm"):
+            assert flight.octets(name) == alone.octets(name), f"{name} of seed {seed}"
+        flying.assert_clean(flight)
+
+
+def test_latest_points_to_a_run_under_runs():
+    """Without --out a run makes its own folder under runs/."""
+    words = ("run", "--scenario", "commissioning", "--report", "no", "--seed", "77")
+    done = flying.refuse(*words)
+    assert done.returncode == 0, done
+    name = re.search(r"folder (runs/\S+)", done.stdout)[1]
+    assert re.fullmatch(r"runs/commissioning-processes-77-\d{3}", name)
+    assert (flying.ROOT / name / "run.json").exists()
+    latest = flying.ROOT / "runs" / "latest"
+    assert latest.is_symlink()
+    for path in (flying.ROOT / name).iterdir():
+        path.unlink()
+    (flying.ROOT / name).rmdir()

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Wall-clock time and a person at the command line. Nothing here depends on how fast the machine is."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import flying
+import pytest
+
+OPTIONS = ("--time", "real", "--scenario", "none")
+SUCCESS, FAILED, USAGE, NO_LINK = 0, 1, 2, 3
+SUBSYSTEMS = ("JOYSTICK", "MANIPULATOR", "SUPERVISOR", "COMMUNICATION")
+
+
+@pytest.fixture
+def mission(folder):
+    """A mission in wall-clock time, up and listening."""
+    flight = flying.start(folder, *OPTIONS)
+    flying.wait_until(lambda: flying.gse(flight, "ping", "all").returncode == SUCCESS, 20, "everybody alive")
+    yield flight
+    flight.abandon()
+
+
+def _told(flight, *words):
+    done = flying.gse(flight, *words)
+    assert done.returncode == SUCCESS, (words, done)
+    return done.stdout
+
+
+def _status(flight):
+    """Dict subsystem -> state, as `gse status` shows it."""
+    return {line.split()[0]: line.split()[2] for line in _told(flight, "status").splitlines()}
+
+
+def _last_states(flight):
+    """Dict APID -> last state in the packet log."""
+    found = {}
+    for _, direction, raw in flight.packets:
+        if direction == "TM" and raw[7:9] == b"\x81\x02":
+            found[int.from_bytes(raw[:2], "big") & 0x7FF] = raw[22]
+    return found
+
+
+def test_a_person_commands_the_mission(mission):
+    """Ping, look, bring up, move, be refused, stop, shut down: each answered in words and by the exit code."""
+    assert {line.split()[0] for line in _told(mission, "ping", "all").splitlines()} == set(SUBSYSTEMS)
+    assert _status(mission) == {"JOYSTICK": "OFFLINE", "MANIPULATOR": "OFFLINE", "SUPERVISOR": "OPERATIONAL", "COMMUNICATION": "OPERATIONAL"}
+
+    for name in ("MANIPULATOR", "JOYSTICK"):
+        assert "completed" in _told(mission, "state", name, "PRE_OPERATIONAL")
+    refused = flying.gse(mission, "cmd", "MANIPULATOR.MOVE_TO", "POSITION=0.9,-1.3", "DURATION=1")
+    assert refused.returncode == FAILED
+    assert "not permitted in mode NOMINAL while in state PRE_OPERATIONAL" in refused.stderr
+    refused = flying.gse(mission, "state", "MANIPULATOR", "SAFE_OPERATIONAL")
+    assert refused.returncode == FAILED, "no configuration has been selected"
+    assert "refused" in refused.stderr
+
+    _told(mission, "config", "MANIPULATOR", "STAND_ALONE")
+    shown = _told(mission, "hk", "MANIPULATOR")
+    assert shown.count("DES_POSITION") >= 4, "4711 comes four times a second for two seconds"
+    for state in ("SAFE_OPERATIONAL", "OPERATIONAL"):
+        _told(mission, "state", "MANIPULATOR", state)
+    assert "completed" in _told(mission, "cmd", "MANIPULATOR.MOVE_TO", "POSITION=0.95,-1.4", "DURATION=1")
+    position = json.loads(_told(mission, "get", "MANIPULATOR.CUR_VALUES", "--json").splitlines()[-1])
+    assert "0.95" in json.dumps(position) or "0.949" in json.dumps(position)
+
+    assert _told(mission, "stop")
+    after = _status(mission)
+    assert after["MANIPULATOR"] == "ERROR_OPERATIONAL"
+    assert _told(mission, "shutdown")
+    mission.wait(60)
+    assert mission.code == 0, mission.told()
+    assert mission.facts["time"] == "real"
+    assert mission.facts["reproducible"] is False
+    assert _last_states(mission)[16] == 0
+    assert _last_states(mission)[17] == 0
+    flying.assert_clean(mission)
+
+
+def test_usage_errors_need_no_link():
+    """Exit code 2, and what would have been right."""
+
+    class Nobody:
+        """Stands for a mission that does not exist."""
+
+        @staticmethod
+        def port():
+            return 1
+
+    for words, told in [
+        (("cmd", "MANIPULATOR.FLY"), "MOVE_TO"),
+        (("cmd", "MANIPULATOR.MOVE_TO", "POSITION=1"), "POSITION"),
+        (("cmd", "MANIPULATOR.MOVE_TO", "POSITION=1,2", "DURATION=soon"), "soon"),
+        (("state", "MOON", "OFFLINE"), "MANIPULATOR"),
+        (("state", "MANIPULATOR", "FLYING"), "PRE_OPERATIONAL"),
+        (("config", "MANIPULATOR", "PARTY"), "TELEPRESENCE"),
+        (("link", "open", "STRING"), "HAND_POSITION"),
+        (("mode", "FUN"), "NOMINAL"),
+        (("log", "paper"), "sqlite"),
+        (("raw", "xyz"), "xyz"),
+        (("set", "MANIPULATOR.TORQUE_LIMIT", "1"), "TORQUE_LIMIT"),
+        (("frobnicate",), "ping"),
+    ]:
+        done = flying.gse(Nobody, *words)
+        assert done.returncode == USAGE, (words, done)
+        assert told in done.stderr, (words, done)
+        assert "Traceback" not in done.stderr
+
+
+def test_no_link_has_its_own_exit_code():
+    class Nobody:
+        """Stands for a mission that does not exist."""
+
+        @staticmethod
+        def port():
+            return 1
+
+    done = flying.gse(Nobody, "ping", "all")
+    assert done.returncode == NO_LINK, done
+    assert "127.0.0.1" in done.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_brings_every_subsystem_to_offline(mission, number):
+    for name in ("MANIPULATOR", "JOYSTICK"):
+        _told(mission, "state", name, "PRE_OPERATIONAL")
+        _told(mission, "config", name, "STAND_ALONE")
+        _told(mission, "state", name, "SAFE_OPERATIONAL")
+    _told(mission, "state", "MANIPULATOR", "OPERATIONAL")
+    os.kill(mission.process.pid, number)
+    mission.wait(30)
+    assert mission.code == 0, mission.told()
+    assert "shutting the mission down" in mission.output
+    assert _last_states(mission)[16] == 0
+    assert _last_states(mission)[17] == 0
+    assert _last_states(mission)[2] == 0
+    flying.assert_clean(mission)
+
+
+def test_ctrl_c_of_a_terminal_reaches_all_and_still_ends_in_order(mission):
+    """The terminal sends the signal to the whole process group, children and all."""
+    _told(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
+    os.killpg(mission.process.pid, signal.SIGINT)
+    mission.wait(30)
+    assert mission.code == 0, mission.told()
+    assert _last_states(mission)[16] == 0
+    flying.assert_clean(mission)
+
+
+def test_following_ends_with_an_interrupt(mission):
+    """`gse hk -f` goes on until Ctrl-C and is content then."""
+    _told(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
+    _told(mission, "config", "MANIPULATOR", "STAND_ALONE")
+    words = [sys.executable, str(flying.ROOT / "gse" / "gse"), "--port", str(mission.port()), "hk", "-f", "MANIPULATOR"]
+    follower = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(3)
+    follower.send_signal(signal.SIGINT)
+    out, errors = follower.communicate(timeout=10)
+    assert follower.returncode == SUCCESS, errors
+    assert out.count("CUR_VALUES") >= 4
+    assert errors == ""
+    _told(mission, "shutdown")
+    mission.wait(30)
+
+
+def test_scenario_in_wall_clock_time(folder):
+    """The same operator, the same steps, as fast as time goes."""
+    flight = flying.fly(folder, "--time", "real", "--scenario", "commissioning")
+    assert flight.code == 0, flight.told()
+    assert flight.facts["simulated_s"] == pytest.approx(4, abs=2)
+    assert len(flight.read("operator.log").splitlines()) == 12
+    flying.assert_clean(flight)

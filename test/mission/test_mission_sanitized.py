@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The same flights with programs built by SANITIZE=1: no report of AddressSanitizer or UBSan, the same packets."""
+
+import re
+
+import flying
+import pytest
+
+SANITIZED = flying.ROOT / "build" / "sanitize" / "bin"
+REPORT = re.compile(r"ERROR: \w*Sanitizer|runtime error:|LeakSanitizer|SUMMARY: ")
+ENVIRONMENT = {"ASAN_OPTIONS": "detect_leaks=1:detect_stack_use_after_return=1", "UBSAN_OPTIONS": "print_stacktrace=1"}
+
+pytestmark = pytest.mark.skipif(not (SANITIZED / "hirosco").exists(), reason="not built: make SANITIZE=1 all")
+
+
+@pytest.mark.parametrize("form", ["image", "processes"])
+@pytest.mark.parametrize("scenario", ["commissioning", "standalone", "telepresence"])
+def test_flight_without_a_report(folder, fleet, form, scenario):
+    options = ("--scenario", scenario, "--form", form)
+    flight = flying.fly(folder, *options, binaries=SANITIZED, environment=ENVIRONMENT, limit_s=300)
+    assert not REPORT.search(flight.console + flight.output), flight.told()
+    assert flight.code == 0, flight.told()
+    if scenario == "telepresence":
+        for name in flying.TRACED:
+            assert flight.octets(name) == fleet.flight(form=form).octets(name), f"{name} depends on the compiler's options"
+    flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize("links", ["udp"])
+def test_udp_links_without_a_report(folder, links):
+    flight = flying.fly(folder, "--scenario", "telepresence", "--links", links, binaries=SANITIZED, environment=ENVIRONMENT, limit_s=300)
+    assert not REPORT.search(flight.console + flight.output), flight.told()
+    assert flight.code == 0, flight.told()

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Telepresence in both forms and with two seeds: the figures, the logs and what must be equal."""
+
+import flying
+import numpy as np
+import pytest
+from hirosco_gse import figures
+
+FLIGHTS = [("processes", 1), ("image", 1), ("processes", 2), ("image", 2)]
+
+
+@pytest.mark.parametrize(("form", "seed"), FLIGHTS)
+class TestFlight:
+    """Every flight, judged by its raw logs."""
+
+    def test_ends_with_success(self, fleet, form, seed):
+        flight = fleet.flight(form=form, seed=seed)
+        assert flight.code == 0, flight.told()
+        assert "failed" not in flight.output
+
+    def test_every_step_of_the_operator_went_as_written(self, fleet, form, seed):
+        flight = fleet.flight(form=form, seed=seed)
+        scenario = (flying.ROOT / "sim" / "scenarios" / "telepresence.scn").read_text(encoding="utf-8")
+        wanted = [line for line in scenario.splitlines() if line.split()[1:2] == ["operator"] and line.split()[0] != "#"]
+        log = flight.read("operator.log").splitlines()
+        assert len(log) == len(wanted), flight.told()
+        assert not [line for line in log if "FAILED" in line]
+
+    @pytest.mark.parametrize("name", figures.BOUNDS)
+    def test_figure_within_its_bound(self, fleet, form, seed, name):
+        found, reasons = fleet.computed(form=form, seed=seed)
+        relation, bound = figures.BOUNDS[name]
+        assert figures.holds(name, found[name]), f"{name} = {found[name]}, wanted {relation} {bound}: {reasons.get(name)}"
+
+    def test_all_members_are_told_of_each_unplug(self, fleet, form, seed):
+        found, _ = fleet.computed(form=form, seed=seed)
+        assert found["unplugs"] == 2
+        assert found["unplug_members_told"] is True
+
+    def test_figures_rest_on_enough(self, fleet, form, seed):
+        found, _ = fleet.computed(form=form, seed=seed)
+        assert found["latency_forward_ticks"] >= 100
+        assert found["tracking_periods"] >= 3
+        assert found["tracking_frequency_hz"] == pytest.approx(0.5, abs=0.01)
+        assert found["engagements"] >= 4
+        assert found["torque_limits_exceeded"] == 1
+
+    def test_leaves_nothing_behind(self, fleet, form, seed):
+        flying.assert_clean(fleet.flight(form=form, seed=seed))
+
+
+def test_bounds_are_those_of_the_specification():
+    wanted = {
+        "latency_forward_cycles": ("<=", 2),
+        "latency_back_cycles": ("<=", 2),
+        "tracking_error": ("<", 0.01),
+        "reflection_error": ("<", 0.01),
+        "reflection_error_contour": ("<", 0.02),
+        "hold_motion_rad": ("<", 0.001),
+        "contact_share": (">=", 0.99),
+        "contact_force_max_n": ("<=", 25),
+        "brake_drop_rad": ("<", 0.001),
+        "engagement_step_rad": ("<", 0.001),
+        "link_lost": ("<=", 0),
+        "unplug_reaction_s": ("<=", 0.005),
+        "torque_limit_reaction_cycles": ("<=", 2),
+    }
+    assert wanted == figures.BOUNDS
+
+
+def _first_difference(one, other):
+    for number, (a, b) in enumerate(zip(one.splitlines(), other.splitlines()), 1):
+        if a != b:
+            return f"line {number}: {a[:160]!r} against {b[:160]!r}"
+    return f"{len(one)} against {len(other)} octets"
+
+
+def _assert_equal(one, other):
+    for name in flying.TRACED:
+        a, b = one.octets(name), other.octets(name)
+        if a != b:
+            pytest.fail(f"{name} of {one.folder.name} and {other.folder.name}: {_first_difference(a, b)}")
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_forms_give_identical_logs(fleet, seed):
+    _assert_equal(fleet.flight(form="processes", seed=seed), fleet.flight(form="image", seed=seed))
+
+
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_two_runs_of_one_seed_give_identical_logs(fleet, form):
+    _assert_equal(fleet.flight(form=form), fleet.flight(form=form, again=1, report="yes"))
+
+
+def test_truth_of_one_seed_is_identical_too(fleet):
+    assert fleet.flight().octets("truth.lcm") == fleet.flight(again=1, report="yes").octets("truth.lcm")
+
+
+def test_another_seed_differs_in_sensor_noise(fleet):
+    one, other = fleet.flight(seed=1), fleet.flight(seed=2)
+    for name in flying.BUS_LOGS:
+        assert one.octets(name) != other.octets(name)
+    start, end = 2000 * 5, 2000 * 6  # Standing still with brakes: what differs is noise, of the same size.
+    first = [fleet.run(seed=1).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
+    second = [fleet.run(seed=2).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
+    for a, b in zip(first, second):
+        assert not np.array_equal(a, b)
+        assert 0 < a.std() < 1.5 * b.std() < 2.25 * a.std() * 1.5
+        assert abs(np.corrcoef(a, b)[0, 1]) < 0.2

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Real-time links by UDP: the same behaviour of hand and robot, the same figures, forms still identical."""
+
+import flying
+import pytest
+from hirosco_gse import figures
+
+UDP = {"links": "udp"}
+
+
+@pytest.mark.parametrize("name", figures.BOUNDS)
+def test_figure_within_its_bound(fleet, name):
+    flight = fleet.flight(**UDP)
+    assert flight.code == 0, flight.told()
+    found, reasons = fleet.computed(**UDP)
+    assert figures.holds(name, found[name]), f"{name} = {found[name]}: {reasons.get(name)}"
+
+
+def test_forms_give_identical_logs(fleet):
+    one, other = fleet.flight(form="processes", **UDP), fleet.flight(form="image", **UDP)
+    assert other.code == 0, other.told()
+    for name in flying.TRACED:
+        assert one.octets(name) == other.octets(name), name
+
+
+def test_hand_and_robot_do_not_know_the_difference(fleet):
+    """What goes over the buses is the same, octet by octet, as with links in shared memory."""
+    one, other = fleet.flight(), fleet.flight(**UDP)
+    for name in flying.BUS_LOGS:
+        assert one.octets(name) == other.octets(name), name
+
+
+def test_the_method_is_agreed_and_told(fleet):
+    """TM[130,4] of each link names UDP, and its endpoint is a logical name."""
+    flight = fleet.flight(**UDP)
+    accepted = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x04"]
+    assert accepted
+    for raw in accepted:
+        assert b"127.0.0.1" not in raw
+        assert raw[21 + 6 + 15] == 2, "method UDP"
+    flying.assert_clean(flight)

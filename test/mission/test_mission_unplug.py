@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every device cut at 20 phases of the cycle, with the hand in motion: all drives out of operation, all members told."""
+
+import flying
+import numpy as np
+import pytest
+from hirosco_gse import figures
+from hirosco_gse import run as runs
+
+PHASES = 20
+CYCLE_S = 500e-6
+PERIOD_S = 2.5
+FIRST_S = 0.5
+REACTION_US = 5000
+STOPPING_S = 0.015
+DRIVES = {("robot", 0x11, 0), ("robot", 0x12, 0), ("joystick", 0x21, 0), ("joystick", 0x21, 1)}
+DEVICES = {"STICK": ("joystick", "JOYSTICK"), "JOINT1": ("robot", "MANIPULATOR"), "JOINT2": ("robot", "MANIPULATOR")}
+
+
+def _scenario(path, device):
+    """Up, cut at the next phase, down by the plan, plugged in, and again."""
+    bus, owner = DEVICES[device]
+    lines = ["0.0 hand rest", f"0.2 hand circle 0.1 0.5 1 {PHASES * PERIOD_S:.0f} 1"]
+    for phase in range(PHASES):
+        start = FIRST_S + phase * PERIOD_S
+        cut = start + 0.9 + phase * CYCLE_S / PHASES
+        lines += flying.bring_up(start, tare=False)
+        lines += [
+            f"{cut:.6f} fault unplug {bus} {device}",
+            f"{cut:.6f} operator wait-event {owner} DEVICE_LOST 0.2",
+            f"{cut:.6f} operator wait-state MANIPULATOR OFFLINE 1",
+            f"{cut:.6f} operator wait-state JOYSTICK OFFLINE 1",
+            f"{cut + 0.8:.6f} fault plug {bus} {device}",
+        ]
+    lines.append(f"{FIRST_S + PHASES * PERIOD_S:.6f} operator shutdown")
+    return flying.write_scenario(path, *lines)
+
+
+@pytest.fixture(scope="module", params=DEVICES)
+def unplugged(request, hangar):
+    """(device, flight, its logs) of each device cut at every phase."""
+    device = request.param
+    path = _scenario(hangar / f"unplug-{device}.scn", device)
+    flight = flying.fly(hangar / f"unplug-{device}", "--scenario", path, "--form", "image")
+    assert flight.code == 0, flight.told()
+    return device, flight, runs.load(flight.folder)
+
+
+def _cuts(run):
+    return [fault["time_us"] for fault in run.truth["FAULT"] if fault["kind"] == "unplug"]
+
+
+def test_cuts_cover_the_cycle(unplugged):
+    """The instants are 25 us apart over the whole cycle."""
+    _, _, run = unplugged
+    assert sorted(cut % 500 for cut in _cuts(run)) == list(range(0, 500, 25))
+
+
+def test_all_drives_leave_operation_within_5_ms(unplugged):
+    """By the truth of the drives: each one that was enabled at the cut is not, at latest 5 ms later, and stays so."""
+    device, _, run = unplugged
+    entries = {}
+    for entry in run.truth["DRIVE"]:
+        entries.setdefault((entry["bus"], int(entry["node"]), int(entry["axis"])), []).append(entry)
+    assert set(entries) == DRIVES
+    for cut in _cuts(run):
+        for drive, history in entries.items():
+            before = [entry for entry in history if entry["time_us"] < cut][-1]
+            assert before["statusword"] & 0x6F == 0x27, f"{drive} was not in operation when {device} was cut at {cut} us"
+            left = next(e["time_us"] for e in history if e["time_us"] >= cut and e["statusword"] & 0x6F != 0x27)
+            assert left - cut <= REACTION_US, f"{drive} took {left - cut} us when {device} was cut at phase {cut % 500} us"
+            later = [e for e in history if left <= e["time_us"] < cut + 700_000]
+            assert all(e["statusword"] & 0x6F != 0x27 for e in later)
+
+
+def test_all_members_are_told(unplugged):
+    """TM[129,2] of both to ERROR_OPERATIONAL within 10 ms, the owner's HIGH event, then OFFLINE by the plan."""
+    device, flight, run = unplugged
+    owner = {"JOYSTICK": 17, "MANIPULATOR": 16}[DEVICES[device][1]]
+    packets = [(t // 1000, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for t, direction, raw in flight.packets if direction == "TM"]
+    for cut in _cuts(run):
+        after = [(t - cut, apid, raw) for t, apid, raw in packets if cut <= t <= cut + 1_000_000]
+        for apid in (16, 17):
+            states = [(t, raw[22]) for t, source, raw in after if source == apid and raw[7:9] == b"\x81\x02" and raw[21] != raw[22]]
+            assert states[0][1] == 6, f"APID {apid}, cut of {device} at {cut} us: {states}"
+            assert states[0][0] <= 10_000
+            assert [state for _, state in states] == [6, 7, 8, 9, 0]
+        high = [(t, apid) for t, apid, raw in after if raw[7:9] == b"\x05\x04"]
+        assert high[0][1] == owner
+        assert high[0][0] <= 10_000
+
+
+def test_arm_stops_and_is_held(unplugged):
+    """A moving arm stops on the way it makes in 15 ms (reaction, brake, spring of the joint); then it is held."""
+    _, _, run = unplugged
+    link, speed = run.at_cycles("JOINTS", "position_rad"), run.at_cycles("JOINTS", "velocity_rad_s")
+    fastest = 0.0
+    for cut in _cuts(run):
+        at = cut // runs.CYCLE_US
+        moved = np.abs(link[at : at + 1000] - link[at]).max(axis=0)
+        allowed = 0.001 + np.abs(speed[at]) * STOPPING_S
+        assert (moved < allowed).all(), f"cut at {cut} us: {moved} rad, allowed {allowed}"
+        held = link[at + 40 : at + 1000]
+        assert np.ptp(held, axis=0).max() < 0.001
+        fastest = max(fastest, float(np.abs(speed[at]).max()))
+    assert fastest > 0.2, "the arm was in motion"
+
+
+def test_every_engagement_is_without_a_jerk(unplugged):
+    _, _, run = unplugged
+    found = figures.engagement_step(run)
+    assert found["engagements"] == 2 * PHASES
+    assert figures.holds("engagement_step_rad", found["engagement_step_rad"]), found
+
+
+def test_figures_agree(unplugged):
+    """What the report computes is what was found here."""
+    _, _, run = unplugged
+    found = figures.unplug(run)
+    assert found["unplugs"] == PHASES
+    assert found["unplug_members_told"]
+    assert figures.holds("unplug_reaction_s", found["unplug_reaction_s"])

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tutorial, executed as it stands in a copy of the tree, and what it leaves in the logs of its flights."""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import struct
+import subprocess
+from dataclasses import dataclass
+
+import pytest
+
+import flying
+
+TUTORIAL = flying.ROOT / "docs" / "tutorial.md"
+BLOCK = re.compile(r"^```(sh|diff|text)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+# What was built is taken along, so that only what the tutorial adds is compiled.
+BUILT = ("bin", "lib", "obj", "generated", "setup", "third_party", "flags", "sanitize")
+STEP_LIMIT_S = 900
+
+
+@dataclass
+class Step:
+    """A block that does something, and what the block of text behind it expects to be said."""
+
+    kind: str
+    text: str
+    line: int
+    expected: str = ""
+
+
+def read_steps():
+    """Steps of the tutorial in order."""
+    text = TUTORIAL.read_text(encoding="utf-8")
+    steps = []
+    for found in BLOCK.finditer(text):
+        if found[1] == "text":
+            steps[-1].expected = found[2]
+        else:
+            steps.append(Step(found[1], found[2], text.count("\n", 0, found.start()) + 1))
+    return steps
+
+
+STEPS = read_steps()
+
+
+def copy_of_tree(place):
+    """A copy of the project that is built as far as this one is."""
+    shutil.copytree(flying.ROOT, place, ignore=lambda folder, names: {"build", "runs", ".git", "__pycache__"} & set(names))
+    (place / "build").mkdir()
+    for name in BUILT:
+        source, target = flying.ROOT / "build" / name, place / "build" / name
+        if source.is_dir():
+            shutil.copytree(source, target, ignore=shutil.ignore_patterns("test"), symlinks=True)
+        elif source.exists():
+            shutil.copy2(source, target)
+    (place / "build" / "venv").symlink_to(flying.ROOT / "build" / "venv")
+    return place
+
+
+class Pupil:
+    """Somebody who does what the tutorial says."""
+
+    def __init__(self, place):
+        self.place = copy_of_tree(place)
+        self.has_failed = False
+        self.said = {}  # line of the step -> output
+
+    def run(self, command, **how):
+        """Run a command as in a shell of one's own; the finished process."""
+        kept = {key: os.environ[key] for key in ("PATH", "HOME", "LANG") if key in os.environ}
+        return subprocess.run(
+            command, cwd=self.place, env=kept, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=STEP_LIMIT_S, **how
+        )
+
+    def do(self, step):
+        """Carry out a step; its output."""
+        if step.kind == "diff":
+            done = self.run(["patch", "-p1", "--fuzz=0", "--no-backup-if-mismatch"], input=step.text)
+        else:
+            # Each line must succeed; bash takes `! command` as success of what shall fail only without -e.
+            lines = [f"{line} || exit 1" for line in step.text.splitlines()]
+            done = self.run(["bash", "-c", "\n".join(lines)])
+        self.said[step.line] = done.stdout
+        assert done.returncode == 0, done.stdout[-6000:]
+        return done.stdout
+
+
+@pytest.fixture(scope="module")
+def pupil(hangar):
+    """One pupil for the whole tutorial."""
+    pupil = Pupil(hangar / "tutorial")
+    yield pupil
+    if not pupil.has_failed:
+        shutil.rmtree(pupil.place, ignore_errors=True)
+
+
+def expectation(line):
+    """Pattern of an expected line: ... stands for anything."""
+    return ".*".join(re.escape(part) for part in line.split("..."))
+
+
+def assert_said(output, expected):
+    """The expected lines come in this order; a line of ... alone stands for any lines."""
+    said = output.splitlines()
+    at = 0
+    for line in expected.splitlines():
+        if line.strip() == "...":
+            continue
+        found = next((i for i in range(at, len(said)) if re.search(expectation(line), said[i])), None)
+        assert found is not None, f"expected: {line}\nafter line {at} of:\n{output[-6000:]}"
+        at = found + 1
+
+
+@pytest.mark.parametrize("step", STEPS, ids=[f"line{step.line}-{step.kind}" for step in STEPS])
+def test_step(pupil, step):
+    if pupil.has_failed:
+        pytest.skip("an earlier step failed")
+    pupil.has_failed = True
+    assert_said(pupil.do(step), step.expected)
+    pupil.has_failed = False
+
+
+def flights(pupil, scenario):
+    """Folders of the flights of a scenario, in order."""
+    if pupil.has_failed or not pupil.said:
+        pytest.skip("the tutorial was not gone through")
+    return sorted((pupil.place / "runs").glob(f"{scenario}-processes-1-*"))
+
+
+def reports(folder, apid, message):
+    """Fields of the telemetry packets of a message, as pusdump decodes them."""
+    done = subprocess.run([flying.PUSDUMP, "--json", folder / "packets.log"], capture_output=True, text=True, check=True)
+    entries = [json.loads(line) for line in done.stdout.splitlines()]
+    return [e["fields"] for e in entries if (e["direction"], e["apid"], e["service"], e["subtype"]) == ("TM", apid, *message)]
+
+
+def test_housekeeping_is_what_the_drive_sent(pupil):
+    """Structure 2 once and then five times a report; the jaw stops where it has met something."""
+    first, last = flights(pupil, "grasp")[0], flights(pupil, "grasp")[-1]
+    for folder, samples in ((first, 1), (last, 5)):
+        found = [bytes.fromhex(r["values"]) for r in reports(folder, 18, (3, 25)) if r["structure"] == 2]
+        assert len(found) > 10
+        assert {len(octets) for octets in found} == {18 * samples}
+        angle, torque, statusword = struct.unpack(">ddH", found[-1][-18:])
+        assert 0.6 < angle < 0.65 and torque > 5.0 and statusword & 0x6F in (0x27, 0x23)
+
+
+def test_event_carries_the_jaw_at_that_moment(pupil):
+    """GRASPED samples JAW: more torque than GRASP_TORQUE, beyond the contact."""
+    for folder in flights(pupil, "grasp"):
+        (event,) = [e for e in reports(folder, 18, (5, 1)) if e["event"] == 6]
+        angle, torque, _ = struct.unpack(">ddH", bytes.fromhex(event["auxiliary"]))
+        assert torque > 5.0
+        assert 0.6 < angle < 0.65
+
+
+def test_rate_address_and_method_came_from_the_descriptor(pupil):
+    """Twice the SYNCs per second, another node, links by UDP; the binaries are those of before."""
+    found = flights(pupil, "grasp")
+    first, last = found[0], found[-1]
+    for folder, node, link, period_us in ((first, 0x31, "shm", 1000), (last, 0x32, "udp", 500)):
+        lines = (folder / "can-gripper.log").read_text(encoding="ascii").splitlines()
+        stamps = [int(line[1:18].replace(".", "")) for line in lines if f" {0x180 + node:X}##" in line]
+        steps = [b - a for a, b in zip(stamps, stamps[1:])]
+        assert sorted(steps)[len(steps) // 2] == period_us
+        assert json.loads((folder / "run.json").read_text(encoding="utf-8"))["links"] == link
+    programs = [pupil.place / "build" / "bin" / name for name in ("gripper", "lamp", "supervisor", "hirosco", "image")]
+    assert all(path.stat().st_mtime < (last / "ground.port").stat().st_mtime for path in programs)
+
+
+def test_ground_speaks_the_language_of_the_mission_flown(pupil):
+    """Without being told, the command line takes the dictionary of the mission of the latest run."""
+    flights(pupil, "grasp")
+    done = pupil.run(["gse/gse", "permissions"])
+    assert done.returncode == 0, done.stdout
+    assert re.search(r"TC\[129,3\] +NOMINAL +to GRIPPER ", done.stdout)
+    latest = pupil.place / "runs" / "latest"
+    latest.unlink()
+    assert "GRIPPER" not in pupil.run(["gse/gse", "permissions"]).stdout
+
+
+def test_nothing_was_compiled_for_a_change_of_configuration(pupil):
+    """From the changes on, make never calls a compiler or a linker."""
+    flights(pupil, "grasp")
+    at = next(step.line for step in STEPS if step.kind == "diff" and 'links="UDP"' in step.text)
+    said = [text for line, text in pupil.said.items() if line > at]
+    assert len(said) >= 3
+    for text in said:
+        assert not re.search(r"^  (gcc|link) ", text, re.MULTILINE), text
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, "NAME=: expected a name"),
+        ({"NAME": "Gripper"}, "NAME=Gripper: expected 2 to 24 lower-case"),
+        ({"NAME": "2fast"}, "NAME=2fast: expected"),
+        ({"NAME": "a-b"}, "NAME=a-b: expected"),
+        ({"NAME": "x" * 25}, "expected 2 to 24"),
+        ({"NAME": "switch"}, "NAME=switch: expected a name that is no word of C"),
+        ({"NAME": "../evil"}, "NAME=../evil: expected"),
+        ({"NAME": "joystick"}, "there is already descriptors/subsystems/joystick.xml"),
+        ({"NAME": "newcomer", "APID": "16"}, "APID=16: expected one that is free, like 20; this is MANIPULATOR in descriptors/subsystems/"),
+        ({"NAME": "newcomer", "APID": "0"}, "APID=0: expected a number from 1 to 2046"),
+        ({"NAME": "newcomer", "APID": "2047"}, "APID=2047: expected a number from 1 to 2046"),
+        ({"NAME": "newcomer", "MISSION": "nowhere"}, "MISSION=nowhere: expected a mission that is there: gripper, rokviss"),
+    ],
+)
+def test_new_subsystem_refuses_and_changes_nothing(pupil, options, words):
+    flights(pupil, "grasp")
+    before = snapshot(pupil.place)
+    done = pupil.run(["make", "new-subsystem", *(f"{key}={value}" for key, value in options.items())])
+    assert done.returncode != 0
+    assert words in done.stdout
+    assert snapshot(pupil.place) == before
+
+
+def snapshot(place):
+    """Every source file with its time of change."""
+    folders = ("descriptors", "fsw", "sim", "test/unit")
+    return {path: path.stat().st_mtime_ns for folder in folders for path in pathlib.Path(place, folder).rglob("*")}
+
+
+def test_long_and_short_names_fly_in_the_house_format(pupil):
+    """Names of 2 and of 24 characters: formatted, compiled without a warning, flown in both forms."""
+    flights(pupil, "grasp")
+    for name, apid in (("ox", "300"), ("a_star_tracker_of_size24", "2046")):
+        done = pupil.run(["make", "new-subsystem", f"NAME={name}", f"APID={apid}", "MISSION=gripper"])
+        assert done.returncode == 0, done.stdout
+        assert re.search(rf'id="{apid}"', (pupil.place / f"descriptors/subsystems/{name.replace('_', '-')}.xml").read_text())
+    done = pupil.run(["make"])
+    assert done.returncode == 0, done.stdout
+    sources = [str(path) for folder in ("fsw/subsystems", "fsw/app", "test/unit/fsw/subsystems") for path in (pupil.place / folder).rglob("*.[ch]")]
+    assert pupil.run(["clang-format", "--dry-run", "-Werror", *sources]).returncode == 0
+    for scenario in ("ox", "a-star-tracker-of-size24"):
+        for form in ("processes", "image"):
+            flight = flying.fly(pupil.place / "runs" / f"{scenario}-{form}", "--mission", "gripper", "--scenario", scenario, "--form", form, root=pupil.place)
+            assert flight.code == 0, flight.told()
+            flying.assert_clean(flight)
+        logs = [(pupil.place / "runs" / f"{scenario}-{form}" / "packets.log").read_bytes() for form in ("processes", "image")]
+        assert logs[0] == logs[1]

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run the C test programs, plain, with sanitizers and some against data races, then pytest; end with `N passed, M failed, K skipped`.
+
+Prints the closing lines of each runner (Unity, cmocka, pytest) as they are, and all output of what failed."""
+
+import argparse
+import concurrent.futures
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree
+
+VARIANTS = ["build", "build/sanitize"]
+SECONDS_ALLOWED = 300
+FLIGHT_SECONDS_ALLOWED = 600
+UNITY = re.compile(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", re.MULTILINE)
+CMOCKA = re.compile(r"^\[ +(PASSED|FAILED|SKIPPED) +\] (\d+) test", re.MULTILINE)
+CLOSING = re.compile(r"^(\d+ Tests \d+ Failures.*|OK|FAIL|\[ +(PASSED|FAILED|SKIPPED) +\] \d+ test.*)$")
+
+
+class Count:
+    """Test cases by outcome."""
+
+    def __init__(self, passed=0, failed=0, skipped=0):
+        self.passed, self.failed, self.skipped = passed, failed, skipped
+
+    def add(self, other):
+        self.passed += other.passed
+        self.failed += other.failed
+        self.skipped += other.skipped
+
+
+def count_cases(output, code):
+    """Cases out of a runner's own closing lines; a program that ends badly has at least one failure."""
+    count = Count()
+    found = False
+    for line in UNITY.finditer(output):
+        cases, failed, ignored = map(int, line.groups())
+        count.add(Count(cases - failed - ignored, failed, ignored))
+        found = True
+    for word, cases in CMOCKA.findall(output):
+        count.add(Count(**{word.lower(): int(cases)}))
+        found = True
+    if code != 0 and count.failed == 0:
+        count.failed = 1
+    elif not found and code == 0:
+        count.passed = 1
+    return count
+
+
+def run_program(program):
+    """(program, count, output, seconds) of one test program."""
+    environment = dict(os.environ, ASAN_OPTIONS="detect_stack_use_after_return=1", UBSAN_OPTIONS="print_stacktrace=1")
+    began = time.monotonic()
+    if not os.access(program, os.X_OK):
+        return program, Count(failed=1), "did not build", 0.0
+    try:
+        run = subprocess.run([program], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                             timeout=SECONDS_ALLOWED, env=environment)
+        code, output = run.returncode, run.stdout.decode(errors="replace")
+    except subprocess.TimeoutExpired as late:
+        code, output = 1, (late.stdout or b"").decode(errors="replace") + f"\nended after {SECONDS_ALLOWED} s"
+    count = count_cases(output, code)
+    if code != 0:
+        output += f"\nexit code {code}"
+    return program, count, output, time.monotonic() - began
+
+
+def run_programs(sources, variants, jobs):
+    total = Count()
+    programs = [str(pathlib.Path(folder, source).with_suffix("")) for folder in variants for source in sources]
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for program, count, output, seconds in pool.map(run_program, programs):
+            total.add(count)
+            print(f"{program}  {seconds:.2f} s")
+            lines = output.splitlines()
+            shown = lines if count.failed else [line for line in lines if CLOSING.match(line)]
+            print("".join(f"    {line}\n" for line in shown), end="", flush=True)
+    return total
+
+
+def run_pytest(only):
+    files = sorted(str(path) for path in pathlib.Path("test").rglob("test_*.py") if only in str(path))
+    if not files:
+        return Count()
+    report = pathlib.Path("build/test/pytest.xml")
+    report.parent.mkdir(parents=True, exist_ok=True)
+    report.unlink(missing_ok=True)
+    options = ["-q", "-rs", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS_ALLOWED}", "--rootdir=.",
+               f"--junitxml={report}"]
+    code = subprocess.run([sys.executable, "-m", "pytest", *options, *files]).returncode
+    count = Count()
+    if report.exists():
+        for suite in xml.etree.ElementTree.parse(report).getroot().iter("testsuite"):
+            failed = int(suite.get("failures", 0)) + int(suite.get("errors", 0))
+            skipped = int(suite.get("skipped", 0))
+            count.add(Count(int(suite.get("tests", 0)) - failed - skipped, failed, skipped))
+    if code != 0 and count.failed == 0:
+        count.failed = 1
+    return count
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--only", default="", help="run only tests whose path contains this")
+    parser.add_argument("--variant", action="append", help="folder of a build to run instead of the two usual ones")
+    parser.add_argument("--no-pytest", action="store_true", help="C test programs only")
+    parser.add_argument("--failed", default="", help="what failed before the tests ran")
+    parser.add_argument("--threads", default="", help="C sources of tests to run in the build against data races too")
+    parser.add_argument("sources", nargs="*", help="C sources of the test programs")
+    arguments = parser.parse_args()
+
+    sources = [source for source in arguments.sources if arguments.only in source]
+    total = run_programs(sources, arguments.variant or VARIANTS, arguments.jobs)
+    total.add(run_programs([source for source in arguments.threads.split() if arguments.only in source], ["build/thread"], arguments.jobs))
+    if not arguments.no_pytest:
+        total.add(run_pytest(arguments.only))
+    if arguments.failed:
+        print(f"failed before the tests: {arguments.failed.strip()}")
+        total.failed += 1
+    print(f"{total.passed} passed, {total.failed} failed, {total.skipped} skipped")
+    return 1 if total.failed or not total.passed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

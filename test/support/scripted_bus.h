@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The far side of a CAN bus for tests: nodes that do what CiA 301 and 402 ask, or what the test tells them
+/// to do wrong. No bus timing: all that flight has sent is answered in one call.
+///
+/// A node is generous: it has every object (unknown ones read as zero), and process data as its kind maps
+/// them.
+#ifndef TEST_SUPPORT_SCRIPTED_BUS_H
+#define TEST_SUPPORT_SCRIPTED_BUS_H
+
+#include "osal/include/osal/can.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define SCRIPTED_NODES 4U
+#define SCRIPTED_OBJECTS 64U
+#define SCRIPTED_FRAMES 256U
+#define SCRIPTED_AXES 2U
+
+typedef enum {
+    SCRIPTED_DRIVE,   ///< Process data of the class "cia402-drive".
+    SCRIPTED_JOYSTICK ///< Process data of the class "joystick".
+} scripted_kind_t;
+
+typedef struct {
+    uint16_t index;
+    uint8_t subindex;
+    uint8_t octets;
+    uint32_t value;
+    uint32_t abort_code; ///< Not 0: every access ends in this.
+} scripted_object_t;
+
+typedef struct { // The test may read and write everything.
+    uint8_t id;
+    scripted_kind_t kind;
+    bool is_plugged;   ///< False: deaf and mute.
+    bool is_boot_mute; ///< Does not boot.
+    bool is_sdo_mute;  ///< Does not answer SDO requests.
+    bool is_pdo_mute;  ///< Does not answer SYNC.
+    bool is_stuck;     ///< Power state does not change.
+    uint8_t nmt;       ///< State as in heartbeats.
+    unsigned boots;
+    uint16_t status[SCRIPTED_AXES]; ///< Statusword.
+    uint16_t control[SCRIPTED_AXES];
+    int32_t position[SCRIPTED_AXES];
+    int16_t torque[SCRIPTED_AXES];
+    int32_t target_position;
+    int16_t torque_offset;
+    int16_t target_torque[SCRIPTED_AXES];
+    unsigned pdos_received;
+    unsigned last_pdo; ///< 1 or 2.
+    scripted_object_t objects[SCRIPTED_OBJECTS];
+    unsigned object_count;
+    unsigned writes; ///< SDO downloads taken.
+} scripted_node_t;
+
+typedef struct {
+    osal_can_t wire;
+    char address[64]; ///< What flight has to open.
+    scripted_node_t nodes[SCRIPTED_NODES];
+    unsigned node_count;
+    osal_can_frame_t seen[SCRIPTED_FRAMES]; ///< What flight sent since the last run, in order.
+    unsigned seen_count;
+    unsigned syncs;
+} scripted_bus_t;
+
+/// Make a bus of that name, of this process alone, and open its wire end.
+void scripted_bus_open(scripted_bus_t* bus, const char* name);
+void scripted_bus_close(scripted_bus_t* bus);
+/// A node with the objects of its kind, plugged, not yet booted.
+scripted_node_t* scripted_bus_add(scripted_bus_t* bus, scripted_kind_t kind, uint8_t id);
+/// The object of a node, made if it is not there.
+scripted_object_t* scripted_object(scripted_node_t* node, uint16_t index, uint8_t subindex);
+/// Take in what flight sent; answer. Without a plugged node, flight hears that nobody acknowledged.
+void scripted_bus_run(scripted_bus_t* bus);
+/// Each plugged node sends a heartbeat.
+void scripted_bus_heartbeat(scripted_bus_t* bus);
+/// Any frame to flight.
+void scripted_bus_deliver(scripted_bus_t* bus, uint32_t id, const uint8_t* octets, uint8_t length);
+void scripted_bus_emergency(scripted_bus_t* bus, uint8_t node, uint16_t code);
+/// An error frame of flight's controller; class as in osal/can.h, detail is data[1].
+void scripted_bus_error(scripted_bus_t* bus, uint32_t class, uint8_t detail);
+/// Number of frames seen with an identifier.
+unsigned scripted_bus_count(const scripted_bus_t* bus, uint32_t id);
+
+#endif // TEST_SUPPORT_SCRIPTED_BUS_H

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Stands in for the generic subsystem (subsystem.h) in tests of specific ones: time, state and links are set
+/// by the test; events, function results and published samples are kept for it. A test folder that uses it
+/// has one source file that includes subsystem_double.inc.
+#ifndef TEST_SUPPORT_SUBSYSTEM_DOUBLE_H
+#define TEST_SUPPORT_SUBSYSTEM_DOUBLE_H
+
+#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/parameter/parameter.h"
+#include "fsw/framework/subsystem/subsystem.h"
+
+#define DOUBLE_EVENTS 64U
+#define DOUBLE_RESULTS 16U
+#define DOUBLE_PORTS 8U
+#define DOUBLE_PAYLOAD 64U
+
+typedef struct {
+    uint16_t id;
+    size_t size;
+    uint8_t octets[64];
+} double_event_t;
+
+typedef struct {
+    uint32_t ticket;
+    uint16_t code;
+} double_result_t;
+
+typedef struct { // A port: what is read from it, and what was written to it.
+    status_t read_status;
+    uint8_t sample[DOUBLE_PAYLOAD];
+    uint64_t age_ns;
+    status_t write_status;
+    uint8_t written[DOUBLE_PAYLOAD];
+    size_t written_size;
+    unsigned writes;
+    state_t written_state;
+} double_port_t;
+
+struct subsystem {
+    const subsystem_descriptor_t* descriptor;
+    const subsystem_callbacks_t* callbacks;
+    void* self;
+    const descriptor_configuration_t* configuration;
+    state_t state;
+    uint64_t now_ns;
+    uint64_t period_ns;
+    uint64_t action_start_ns;
+    uint32_t cycle;
+    parameter_dictionary_t dictionary;
+    parameter_entry_t entries[DESCRIPTOR_PARAMETERS_MAX];
+    parameter_bounds_t bounds[DESCRIPTOR_FIELDS_MAX];
+    double_event_t events[DOUBLE_EVENTS];
+    unsigned event_count;
+    bool has_raised_high; ///< An event of high severity came; secure is due in this cycle.
+    double_result_t results[DOUBLE_RESULTS];
+    unsigned result_count;
+    double_port_t ports[DOUBLE_PORTS];
+};
+
+/// OFFLINE at time 0; no links. period 500 us.
+void double_init(subsystem_t* subsystem, const subsystem_descriptor_t* descriptor,
+                 const subsystem_callbacks_t* callbacks, void* self);
+/// Publish and set the initial values of the descriptor, and of a configuration (may be null).
+status_t double_software_init(subsystem_t* subsystem);
+void double_set_initials(subsystem_t* subsystem, const descriptor_configuration_t* configuration);
+/// One cycle as the generic subsystem runs it: sense, the action once (may be null), control, emit. Returns
+/// the result of the action. Time is moved on by the test.
+status_t double_cycle(subsystem_t* subsystem, status_t (*action)(void* self), bool is_controlled);
+/// Number of events with an id.
+unsigned double_events(const subsystem_t* subsystem, uint16_t id);
+/// Last event with an id, or null.
+const double_event_t* double_last_event(const subsystem_t* subsystem, uint16_t id);
+
+#endif // TEST_SUPPORT_SUBSYSTEM_DOUBLE_H

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/canopen/axis.h"
+#include "fsw/canopen/cia402.h"
+#include "test/support/bounds.h"
+
+#include "unity.h"
+
+#include <math.h>
+
+static const cia402_scale_t scale = {
+    .position_rad = 1.0e-6, .velocity_rad_s = 1.0e-6, .torque_nm = 0.01, .torque_max_nm = 40.0};
+static cia402_axis_t axis;
+
+void setUp(void)
+{
+    cia402_axis_init(&axis, scale);
+}
+
+void tearDown(void)
+{
+}
+
+// Statuswords of each state, from the masks of CiA 402, with all other bits as given.
+static const uint16_t status_bits[] = {
+    [CIA402_NOT_READY]          = 0x00U,
+    [CIA402_SWITCH_ON_DISABLED] = 0x40U,
+    [CIA402_READY]              = 0x21U,
+    [CIA402_SWITCHED_ON]        = 0x23U,
+    [CIA402_OPERATION_ENABLED]  = 0x27U,
+    [CIA402_QUICK_STOP_ACTIVE]  = 0x07U,
+    [CIA402_FAULT_REACTION]     = 0x0FU,
+    [CIA402_FAULT]              = 0x08U,
+};
+
+static void every_statusword_is_read_as_its_masks_say(void)
+{
+    unsigned counts[CIA402_UNKNOWN + 1] = {0U};
+    for (uint32_t word = 0U; word <= 0xFFFFU; word++) {
+        const cia402_state_t state = cia402_state((uint16_t)word);
+        cia402_state_t expected    = CIA402_UNKNOWN;
+        if ((word & 0x4FU) == 0x00U) {
+            expected = CIA402_NOT_READY;
+        } else if ((word & 0x4FU) == 0x40U) {
+            expected = CIA402_SWITCH_ON_DISABLED;
+        } else if ((word & 0x6FU) == 0x21U) {
+            expected = CIA402_READY;
+        } else if ((word & 0x6FU) == 0x23U) {
+            expected = CIA402_SWITCHED_ON;
+        } else if ((word & 0x6FU) == 0x27U) {
+            expected = CIA402_OPERATION_ENABLED;
+        } else if ((word & 0x6FU) == 0x07U) {
+            expected = CIA402_QUICK_STOP_ACTIVE;
+        } else if ((word & 0x4FU) == 0x0FU) {
+            expected = CIA402_FAULT_REACTION;
+        } else if ((word & 0x4FU) == 0x08U) {
+            expected = CIA402_FAULT;
+        } else {
+            expected = CIA402_UNKNOWN;
+        }
+        TEST_ASSERT_EQUAL(expected, state);
+        counts[state]++;
+    }
+    for (unsigned i = 0U; i < CIA402_UNKNOWN; i++) {
+        TEST_ASSERT_GREATER_THAN_UINT(0U, counts[i]);
+    }
+}
+
+// A drive by the book; faults end in FAULT after one step of reaction.
+static cia402_state_t obey(const cia402_state_t state, const uint16_t word, const uint16_t before)
+{
+    const bool is_reset      = ((word & 0x80U) != 0U) && ((before & 0x80U) == 0U);
+    const unsigned command   = word & 0x0FU;
+    const bool is_no_voltage = (command & 0x2U) == 0U;
+    const bool is_quick_stop = (command & 0x6U) == 0x2U;
+    switch (state) {
+    case CIA402_NOT_READY:
+        return CIA402_SWITCH_ON_DISABLED;
+    case CIA402_FAULT_REACTION:
+        return CIA402_FAULT;
+    case CIA402_FAULT:
+        return is_reset ? CIA402_SWITCH_ON_DISABLED : CIA402_FAULT;
+    case CIA402_SWITCH_ON_DISABLED:
+        return ((command & 0x7U) == 0x6U) ? CIA402_READY : state;
+    case CIA402_QUICK_STOP_ACTIVE:
+        return CIA402_SWITCH_ON_DISABLED; // Has come to rest.
+    default:
+        break;
+    }
+    if (is_no_voltage) {
+        return CIA402_SWITCH_ON_DISABLED;
+    }
+    if (is_quick_stop) {
+        return (state == CIA402_OPERATION_ENABLED) ? CIA402_QUICK_STOP_ACTIVE : CIA402_SWITCH_ON_DISABLED;
+    }
+    if ((command & 0x7U) == 0x6U) {
+        return CIA402_READY;
+    }
+    if (state == CIA402_READY) {
+        return CIA402_SWITCHED_ON;
+    }
+    return ((command & 0x8U) != 0U) ? CIA402_OPERATION_ENABLED : CIA402_SWITCHED_ON;
+}
+
+static void every_goal_is_reached_from_every_state(void)
+{
+    for (int start = CIA402_NOT_READY; start <= CIA402_FAULT; start++) {
+        for (int goal = CIA402_GOAL_DISABLED; goal <= CIA402_GOAL_QUICK_STOP; goal++) {
+            for (unsigned may_reset = 0U; may_reset <= 1U; may_reset++) {
+                cia402_state_t state = (cia402_state_t)start;
+                uint16_t word        = 0U;
+                unsigned steps       = 0U;
+                while (!cia402_is_at_goal(state, (cia402_goal_t)goal) && (steps < 10U)) {
+                    const uint16_t before = word;
+                    word  = cia402_controlword(state, (cia402_goal_t)goal, may_reset == 1U, before);
+                    state = obey(state, word, before);
+                    steps++;
+                }
+                const bool is_up     = (goal == CIA402_GOAL_STANDBY) || (goal == CIA402_GOAL_ENABLED);
+                const bool is_barred = is_up && (may_reset == 0U) &&
+                                       ((start == CIA402_FAULT) || (start == CIA402_FAULT_REACTION));
+                TEST_ASSERT_EQUAL(!is_barred, cia402_is_at_goal(state, (cia402_goal_t)goal));
+                TEST_ASSERT_TRUE(is_barred || (steps <= 6U));
+            }
+        }
+    }
+}
+
+static void no_way_passes_operation_but_the_one_to_it(void)
+{
+    const cia402_goal_t goals[] = {CIA402_GOAL_DISABLED, CIA402_GOAL_STANDBY, CIA402_GOAL_QUICK_STOP};
+    for (unsigned g = 0U; g < 3U; g++) {
+        for (int state = CIA402_NOT_READY; state <= CIA402_UNKNOWN; state++) {
+            const uint16_t word = cia402_controlword((cia402_state_t)state, goals[g], true, 0U);
+            TEST_ASSERT_NOT_EQUAL(CIA402_CONTROL_ENABLE, word & 0x8FU);
+        }
+    }
+    TEST_ASSERT_EQUAL_HEX16(
+        CIA402_CONTROL_QUICK_STOP,
+        cia402_controlword(CIA402_OPERATION_ENABLED, CIA402_GOAL_QUICK_STOP, false, 0x0FU));
+    TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_SWITCH_ON,
+                            cia402_controlword(CIA402_OPERATION_ENABLED, CIA402_GOAL_STANDBY, false, 0x0FU));
+    TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_DISABLE_VOLTAGE,
+                            cia402_controlword(CIA402_UNKNOWN, CIA402_GOAL_ENABLED, true, 0x0FU));
+}
+
+static void cycle(const cia402_state_t state)
+{
+    axis.statusword = (uint16_t)(status_bits[state] | 0x0210U);
+    cia402_axis_observe(&axis);
+    cia402_axis_step(&axis);
+}
+
+static void an_axis_that_drops_out_is_not_enabled_again(void)
+{
+    cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
+    cycle(CIA402_SWITCHED_ON);
+    TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_ENABLE, axis.controlword);
+    TEST_ASSERT_FALSE(cia402_axis_is_at_goal(&axis));
+    cycle(CIA402_OPERATION_ENABLED);
+    TEST_ASSERT_TRUE(cia402_axis_is_at_goal(&axis));
+    cycle(CIA402_SWITCH_ON_DISABLED);
+    TEST_ASSERT_TRUE(axis.has_dropped);
+    TEST_ASSERT_FALSE(cia402_axis_is_at_goal(&axis));
+    for (unsigned i = 0U; i < 10U; i++) {
+        cycle(CIA402_SWITCH_ON_DISABLED);
+        TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_DISABLE_VOLTAGE, axis.controlword);
+    }
+    cia402_axis_set_goal(&axis, CIA402_GOAL_STANDBY, true);
+    TEST_ASSERT_FALSE(axis.has_dropped);
+    cycle(CIA402_SWITCH_ON_DISABLED);
+    TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_SHUTDOWN, axis.controlword);
+}
+
+static void an_axis_told_to_leave_has_not_dropped(void)
+{
+    cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
+    cycle(CIA402_OPERATION_ENABLED);
+    cia402_axis_set_goal(&axis, CIA402_GOAL_STANDBY, false);
+    cycle(CIA402_OPERATION_ENABLED);
+    cycle(CIA402_SWITCHED_ON);
+    TEST_ASSERT_FALSE(axis.has_dropped);
+    TEST_ASSERT_TRUE(cia402_axis_is_at_goal(&axis));
+}
+
+static void values_are_scaled_and_rounded(void)
+{
+    axis.position = -1570796;
+    axis.torque   = -1234;
+    EXPECT_WITHIN(-1.570796, 1.0e-12, cia402_axis_position_rad(&axis));
+    EXPECT_WITHIN(-12.34, 1.0e-12, cia402_axis_torque_nm(&axis));
+    cia402_axis_command_position(&axis, 1.2345674, -5.678);
+    TEST_ASSERT_EQUAL_INT32(1234567, axis.target_position);
+    TEST_ASSERT_EQUAL_INT16(-568, axis.torque_offset);
+    cia402_axis_command_torque(&axis, 0.004);
+    TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
+    cia402_axis_command_torque(&axis, -0.006);
+    TEST_ASSERT_EQUAL_INT16(-1, axis.target_torque);
+    TEST_ASSERT_EQUAL_UINT32(0U, axis.limited);
+}
+
+static void commands_never_pass_the_limits(void)
+{
+    const double wild[] = {40.001, 1.0e9, 1.0e300, (double)INFINITY};
+    for (unsigned i = 0U; i < 4U; i++) {
+        cia402_axis_command_torque(&axis, wild[i]);
+        TEST_ASSERT_EQUAL_INT16(4000, axis.target_torque);
+        cia402_axis_command_torque(&axis, -wild[i]);
+        TEST_ASSERT_EQUAL_INT16(-4000, axis.target_torque);
+    }
+    TEST_ASSERT_EQUAL_UINT32(8U, axis.limited);
+    cia402_axis_command_torque(&axis, (double)NAN);
+    TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
+    cia402_axis_command_position(&axis, 0.5, 0.0);
+    cia402_axis_command_position(&axis, (double)NAN, (double)NAN);
+    TEST_ASSERT_EQUAL_INT32(500000, axis.target_position);
+    TEST_ASSERT_EQUAL_INT16(0, axis.torque_offset);
+    cia402_axis_command_position(&axis, 1.0e9, 0.0);
+    TEST_ASSERT_EQUAL_INT32(2147483646, axis.target_position);
+    cia402_axis_command_position(&axis, -(double)INFINITY, 0.0);
+    TEST_ASSERT_EQUAL_INT32(-2147483646, axis.target_position);
+    // A maximum beyond the word is cut at the word.
+    axis.scale.torque_max_nm = 1000.0;
+    cia402_axis_command_torque(&axis, 999.0);
+    TEST_ASSERT_EQUAL_INT16(32766, axis.target_torque);
+    // Before the device has told its units nothing goes through.
+    axis.scale.torque_max_nm = 0.0;
+    cia402_axis_command_torque(&axis, 1.0);
+    TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(every_statusword_is_read_as_its_masks_say);
+    RUN_TEST(every_goal_is_reached_from_every_state);
+    RUN_TEST(no_way_passes_operation_but_the_one_to_it);
+    RUN_TEST(an_axis_that_drops_out_is_not_enabled_again);
+    RUN_TEST(an_axis_told_to_leave_has_not_dropped);
+    RUN_TEST(values_are_scaled_and_rounded);
+    RUN_TEST(commands_never_pass_the_limits);
+    return UNITY_END();
+}

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/canopen/master.h"
+#include "test/support/scripted_bus.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+#define CYCLE_NS 500000U
+
+static scripted_bus_t bus;
+static flow_can_t flow;
+static canopen_master_t master;
+static uint64_t now_ns;
+static unsigned taken;
+static uint8_t last_octets[8];
+
+static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
+                        endnode_address_t* const out_address)
+{
+    (void)context;
+    (void)kind;
+    (void)name;
+    (void)strcpy(out_address->address, bus.address);
+    out_address->is_fd = true;
+    return STATUS_OK;
+}
+
+static const flow_resolver_t resolver = {NULL, resolve};
+static const master_config_t config   = {
+      .node_id = 1U, .heartbeat_ns = 20000000U, .heartbeat_timeout_ns = 60000000U, .sdo_timeout_ns = 50000000U};
+
+void setUp(void)
+{
+    uint8_t index = 0U;
+    scripted_bus_open(&bus, "test-master");
+    (void)scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
+    flow_can_init(&flow);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, "robot"));
+    master_init(&master, &config, &flow);
+    TEST_ASSERT_EQUAL(STATUS_OK, master_add_node(&master, 0x11U, &index));
+    TEST_ASSERT_EQUAL_UINT8(0U, index);
+    now_ns = 0U;
+    taken  = 0U;
+}
+
+void tearDown(void)
+{
+    flow_can_close(&flow);
+    scripted_bus_close(&bus);
+}
+
+static void take(void* const context, const uint16_t cob, const uint8_t* const octets, const uint8_t length)
+{
+    TEST_ASSERT_EQUAL_PTR(&master, context);
+    TEST_ASSERT_EQUAL_HEX16(0x191U, cob);
+    memcpy(last_octets, octets, (length <= 8U) ? length : 8U);
+    taken++;
+}
+
+static void cycle(void)
+{
+    master_receive(&master, now_ns);
+    master_emit(&master, now_ns);
+    scripted_bus_run(&bus);
+    now_ns += CYCLE_NS;
+}
+
+static void nodes_and_routes_have_their_limits(void)
+{
+    uint8_t index = 0U;
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, master_add_node(&master, 0x11U, &index));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, master_add_node(&master, 0U, &index));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, master_add_node(&master, 128U, &index));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, master_add_node(&master, 1U, &index)); // The master itself.
+    for (uint8_t id = 2U; id < (1U + MASTER_NODES_MAX); id++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, master_add_node(&master, id, &index));
+    }
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, master_add_node(&master, 100U, &index));
+    for (uint16_t cob = 0x180U; cob < (0x180U + MASTER_ROUTES_MAX); cob++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, master_route(&master, cob, take, &master));
+    }
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, master_route(&master, 0x180U, take, &master));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, master_route(&master, 0x300U, take, &master));
+    master_unroute(&master, 0x181U);
+    master_unroute(&master, 0x7FFU);
+    TEST_ASSERT_EQUAL(STATUS_OK, master_route(&master, 0x300U, take, &master));
+}
+
+static void sync_is_the_last_frame_of_a_cycle(void)
+{
+    const uint8_t pdo[8] = {1U};
+    master_set_sync(&master, true);
+    TEST_ASSERT_EQUAL(STATUS_OK, master_send_process_data(&master, 0x211U, pdo, 8U));
+    TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_upload(&master.nodes[0].sdo, 0x1000U, 0U));
+    cycle();
+    TEST_ASSERT_EQUAL_UINT(4U, bus.seen_count);
+    TEST_ASSERT_EQUAL_HEX32(0x211U, bus.seen[0].id);
+    TEST_ASSERT_EQUAL_HEX8(OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS, bus.seen[0].flags);
+    TEST_ASSERT_EQUAL_HEX32(0x611U, bus.seen[1].id);
+    TEST_ASSERT_EQUAL_HEX8(0U, bus.seen[1].flags); // Everything but process data is classic.
+    TEST_ASSERT_EQUAL_HEX32(0x701U, bus.seen[2].id);
+    TEST_ASSERT_EQUAL_HEX32(0x080U, bus.seen[3].id);
+    TEST_ASSERT_EQUAL_UINT8(0U, bus.seen[3].length);
+    TEST_ASSERT_EQUAL_UINT32(1U, master.sync_count);
+    master_set_sync(&master, false);
+    cycle();
+    TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus, 0x080U));
+}
+
+static void its_heartbeat_comes_every_20_ms(void)
+{
+    unsigned beats = 0U;
+    for (unsigned i = 0U; i < 400U; i++) {
+        cycle();
+        beats += scripted_bus_count(&bus, 0x701U);
+    }
+    TEST_ASSERT_EQUAL_UINT(10U, beats);
+}
+
+static void boot_up_and_heartbeats_tell_the_state(void)
+{
+    TEST_ASSERT_EQUAL(NMT_STATE_UNKNOWN, master.nodes[0].state);
+    TEST_ASSERT_EQUAL(STATUS_OK, master_command(&master, 0x11U, NMT_RESET_NODE));
+    cycle();
+    cycle();
+    TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].boots);
+    TEST_ASSERT_EQUAL(NMT_STATE_PRE_OPERATIONAL, master.nodes[0].state);
+    TEST_ASSERT_EQUAL(STATUS_OK, master_command(&master, 0U, NMT_START));
+    cycle();
+    scripted_bus_heartbeat(&bus);
+    cycle();
+    TEST_ASSERT_EQUAL(NMT_STATE_OPERATIONAL, master.nodes[0].state);
+    TEST_ASSERT_EQUAL(STATUS_OK, master_command(&master, 0x11U, NMT_STOP));
+    cycle();
+    scripted_bus_heartbeat(&bus);
+    cycle();
+    TEST_ASSERT_EQUAL(NMT_STATE_STOPPED, master.nodes[0].state);
+    TEST_ASSERT_EQUAL_HEX8(0x04U, bus.nodes[0].nmt);
+}
+
+static void a_heartbeat_is_missed_after_60_ms_and_not_before_the_first(void)
+{
+    for (unsigned i = 0U; i < 300U; i++) {
+        cycle();
+        TEST_ASSERT_FALSE(master.nodes[0].is_heartbeat_lost);
+    }
+    scripted_bus_heartbeat(&bus);
+    const uint64_t heard_ns = now_ns;
+    do {
+        cycle();
+        TEST_ASSERT_EQUAL((now_ns - CYCLE_NS - heard_ns) > 60000000U, master.nodes[0].is_heartbeat_lost);
+    } while ((now_ns - heard_ns) < 70000000U);
+    scripted_bus_heartbeat(&bus);
+    cycle();
+    TEST_ASSERT_FALSE(master.nodes[0].is_heartbeat_lost);
+}
+
+static void process_data_reach_their_taker(void)
+{
+    const uint8_t octets[8] = {9U, 8U, 7U};
+    TEST_ASSERT_EQUAL(STATUS_OK, master_route(&master, 0x191U, take, &master));
+    scripted_bus_deliver(&bus, 0x191U, octets, 8U);
+    scripted_bus_deliver(&bus, 0x192U, octets, 8U);
+    cycle();
+    TEST_ASSERT_EQUAL_UINT(1U, taken);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, last_octets, 8U);
+    TEST_ASSERT_EQUAL_UINT32(1U, master.counters.unknown);
+    master_unroute(&master, 0x191U);
+    scripted_bus_deliver(&bus, 0x191U, octets, 8U);
+    cycle();
+    TEST_ASSERT_EQUAL_UINT(1U, taken);
+    TEST_ASSERT_EQUAL_UINT32(2U, master.counters.unknown);
+}
+
+static void emergencies_are_queued_and_counted_when_they_do_not_fit(void)
+{
+    emergency_t emergency;
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, master_take_emergency(&master, &emergency));
+    for (uint16_t i = 0U; i < (MASTER_EMERGENCIES_MAX + 3U); i++) {
+        scripted_bus_emergency(&bus, 0x11U, (uint16_t)(0x1000U + i));
+    }
+    cycle();
+    TEST_ASSERT_EQUAL_UINT32(MASTER_EMERGENCIES_MAX, master.counters.emergencies);
+    TEST_ASSERT_EQUAL_UINT32(3U, master.counters.emergencies_lost);
+    for (uint16_t i = 0U; i < MASTER_EMERGENCIES_MAX; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, master_take_emergency(&master, &emergency));
+        TEST_ASSERT_EQUAL_HEX16(0x1000U + i, emergency.code);
+        TEST_ASSERT_EQUAL_HEX8(0x11U, emergency.node);
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, master_take_emergency(&master, &emergency));
+}
+
+static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
+{
+    const uint8_t octets[8] = {0x05U, 0x02U};
+    TEST_ASSERT_EQUAL(STATUS_OK, master_route(&master, 0x191U, take, &master));
+    scripted_bus_deliver(&bus, 0x191U | OSAL_CAN_REMOTE, NULL, 0U);
+    scripted_bus_deliver(&bus, 0x191U | OSAL_CAN_EXTENDED, octets, 8U);
+    scripted_bus_deliver(&bus, 0x712U, octets, 1U);     // Heartbeat of a node we do not know,
+    scripted_bus_deliver(&bus, 0x711U, octets, 2U);     // one that is too long,
+    scripted_bus_deliver(&bus, 0x711U, NULL, 0U);       // too short,
+    scripted_bus_deliver(&bus, 0x711U, &octets[1], 1U); // of a state that does not exist.
+    scripted_bus_deliver(&bus, 0x091U, octets, 7U);     // Emergency, too short.
+    scripted_bus_deliver(&bus, 0x080U, octets, 0U);     // SYNC of somebody else.
+    scripted_bus_deliver(&bus, 0x611U, octets, 8U);     // A second SDO client.
+    scripted_bus_deliver(&bus, 0x000U, octets, 2U);     // A second NMT master.
+    scripted_bus_deliver(&bus, 0x591U, octets, 8U);     // An SDO answer nobody asked for.
+    cycle();
+    TEST_ASSERT_EQUAL_UINT(0U, taken);
+    TEST_ASSERT_EQUAL_UINT32(1U, master.counters.remote);
+    TEST_ASSERT_EQUAL_UINT32(4U, master.counters.malformed);
+    TEST_ASSERT_EQUAL_UINT32(5U, master.counters.unknown);
+    TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].sdo.counters.unasked);
+    TEST_ASSERT_EQUAL(NMT_STATE_UNKNOWN, master.nodes[0].state);
+}
+
+static void nothing_is_queued_while_nobody_acknowledges(void)
+{
+    const uint8_t pdo[8] = {1U};
+    master_set_sync(&master, true);
+    cycle();
+    scripted_bus_error(&bus, OSAL_CAN_ERROR_NO_ACK, 0U);
+    for (unsigned i = 0U; i < 1000U; i++) {
+        master_receive(&master, now_ns);
+        TEST_ASSERT_EQUAL(STATUS_CLOSED, master_send_process_data(&master, 0x211U, pdo, 8U));
+        master_emit(&master, now_ns);
+        now_ns += CYCLE_NS;
+        scripted_bus_run(&bus);
+        TEST_ASSERT_EQUAL_UINT(0U, bus.seen_count);
+    }
+    scripted_bus_heartbeat(&bus);
+    cycle();
+    TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus, 0x080U));
+    TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus, 0x701U));
+}
+
+static void a_full_queue_is_counted_and_is_no_sync(void)
+{
+    const uint8_t pdo[8] = {1U};
+    while (master_send_process_data(&master, 0x211U, pdo, 8U) == STATUS_OK) {
+        TEST_ASSERT_TRUE(flow.counters.sent <= OSAL_CAN_RING_FRAMES);
+    }
+    master_set_sync(&master, true);
+    master_emit(&master, now_ns);
+    TEST_ASSERT_EQUAL_UINT32(0U, master.sync_count);
+    TEST_ASSERT_EQUAL_UINT32(3U, master.counters.refused);
+    TEST_ASSERT_EQUAL(STATUS_FULL, master_command(&master, 0x11U, NMT_START));
+}
+
+static void a_flood_is_taken_in_piecewise_and_does_not_hold_us(void)
+{
+    const uint8_t octets[8] = {0U};
+    for (unsigned i = 0U; i < (OSAL_CAN_RING_FRAMES - 1U); i++) {
+        scripted_bus_deliver(&bus, 0x000U, octets, 8U);
+    }
+    cycle();
+    TEST_ASSERT_EQUAL_UINT32(OSAL_CAN_RING_FRAMES - 1U, master.counters.unknown);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(nodes_and_routes_have_their_limits);
+    RUN_TEST(sync_is_the_last_frame_of_a_cycle);
+    RUN_TEST(its_heartbeat_comes_every_20_ms);
+    RUN_TEST(boot_up_and_heartbeats_tell_the_state);
+    RUN_TEST(a_heartbeat_is_missed_after_60_ms_and_not_before_the_first);
+    RUN_TEST(process_data_reach_their_taker);
+    RUN_TEST(emergencies_are_queued_and_counted_when_they_do_not_fit);
+    RUN_TEST(frames_of_the_wrong_kind_are_counted_and_dropped);
+    RUN_TEST(nothing_is_queued_while_nobody_acknowledges);
+    RUN_TEST(a_full_queue_is_counted_and_is_no_sync);
+    RUN_TEST(a_flood_is_taken_in_piecewise_and_does_not_hold_us);
+    return UNITY_END();
+}

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything that may go wrong in the life of two drives.
+#include "test/unit/fsw/canopen/two_drives.h"
+
+#include "unity.h"
+
+void setUp(void)
+{
+    two_drives_open();
+}
+
+void tearDown(void)
+{
+    two_drives_close();
+}
+
+// ---- Faults -------------------------------------------------------------------------------------
+
+static void three_missing_answers_are_a_lost_device(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    joints[1]->is_pdo_mute = true;
+    idle(3U);
+    expect_no_fault();
+    idle(1U);
+    expect_fault(NETWORK_DEVICE_LOST, 0x12U, 0U);
+    idle(50U);
+    expect_no_fault();                              // Told once.
+    TEST_ASSERT_TRUE(network_is_at_goal(&network)); // What is lost takes no part.
+}
+
+static void two_missing_answers_are_none(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    for (unsigned i = 0U; i < 20U; i++) {
+        joints[1]->is_pdo_mute = true;
+        idle(2U);
+        joints[1]->is_pdo_mute = false;
+        idle(1U);
+    }
+    idle(1U);
+    expect_no_fault();
+    TEST_ASSERT_EQUAL_UINT32(40U, network.devices[1].missed);
+}
+
+static void process_data_of_a_wrong_length_count_as_missing(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    const uint8_t octets[8] = {0x37U, 0x02U};
+    joints[0]->is_pdo_mute  = true;
+    for (unsigned i = 0U; i < 4U; i++) {
+        scripted_bus_deliver(&bus, 0x191U, octets, (uint8_t)(i + 4U));
+        idle(1U);
+    }
+    expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
+    TEST_ASSERT_EQUAL_UINT32(4U, network.devices[0].device.malformed);
+}
+
+static void a_dead_bus_loses_every_device_in_that_cycle(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    scripted_bus_error(&bus, OSAL_CAN_ERROR_BUS_OFF, 0U);
+    idle(1U);
+    expect_fault(NETWORK_BUS_WARNING, 0U, FLOW_CAN_BUS_OFF);
+    expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
+    expect_fault(NETWORK_DEVICE_LOST, 0x12U, 0U);
+    expect_no_fault();
+}
+
+static void nobody_there_is_every_device_lost(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    joints[0]->is_plugged = false;
+    joints[1]->is_plugged = false;
+    idle(2U);
+    expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
+    expect_fault(NETWORK_DEVICE_LOST, 0x12U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+}
+
+static void error_states_of_the_bus_are_told_once_each(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    scripted_bus_error(&bus, OSAL_CAN_ERROR_CONTROLLER, 0x08U);
+    idle(3U);
+    expect_fault(NETWORK_BUS_WARNING, 0U, FLOW_CAN_WARNING);
+    scripted_bus_error(&bus, OSAL_CAN_ERROR_CONTROLLER, 0x20U);
+    idle(3U);
+    expect_fault(NETWORK_BUS_WARNING, 0U, FLOW_CAN_PASSIVE);
+    scripted_bus_error(&bus, OSAL_CAN_ERROR_CONTROLLER, 0x40U);
+    idle(3U);
+    expect_no_fault();
+    scripted_bus_error(&bus, OSAL_CAN_ERROR_CONTROLLER, 0x08U);
+    idle(3U);
+    expect_fault(NETWORK_BUS_WARNING, 0U, FLOW_CAN_WARNING);
+}
+
+static void a_node_that_boots_again_is_lost(void)
+{
+    const uint8_t zero = 0U;
+    run_to(CIA402_GOAL_ENABLED);
+    scripted_bus_deliver(&bus, 0x711U, &zero, 1U);
+    idle(1U);
+    expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
+}
+
+static void heartbeats_watch_where_no_process_data_flow(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_boot));
+    idle(300U);
+    expect_no_fault();
+    joints[1]->is_plugged = false;
+    idle(161U);
+    expect_fault(NETWORK_DEVICE_LOST, 0x12U, 0U);
+}
+
+static void a_fault_is_told_once_with_its_code(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    scripted_bus_emergency(&bus, 0x12U, 0x2310U);
+    joints[1]->status[0] = 0x0218U;
+    idle(10U);
+    expect_fault(NETWORK_DRIVE_FAULT, 0x12U, 0x2310U);
+    expect_no_fault();
+}
+
+static void leaving_operation_by_itself_is_a_fault(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    joints[0]->status[0] = 0x0250U;
+    idle(2U);
+    expect_fault(NETWORK_DRIVE_FAULT, 0x11U, 0x0250U);
+    idle(20U);
+    expect_no_fault();
+    TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]); // It is not switched on again.
+}
+
+static void emergencies_go_by_their_class(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    scripted_bus_emergency(&bus, 0x11U, 0x4310U);
+    scripted_bus_emergency(&bus, 0x11U, 0x8120U);
+    scripted_bus_emergency(&bus, 0x11U, 0x0000U);
+    scripted_bus_emergency(&bus, 0x13U, 0x2310U); // Not ours.
+    idle(1U);
+    expect_fault(NETWORK_DRIVE_WARNING, 0x11U, 0x4310U);
+    expect_fault(NETWORK_BUS_WARNING, 0x11U, 0x8120U);
+    expect_no_fault();
+}
+
+static void what_was_before_the_reset_does_not_matter(void)
+{
+    scripted_bus_emergency(&bus, 0x11U, 0x8130U);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_boot));
+    expect_no_fault();
+    idle(10U);
+    expect_no_fault();
+}
+
+static void a_fault_is_reset_on_the_way_to_standby_only(void)
+{
+    run_to(CIA402_GOAL_DISABLED);
+    joints[0]->status[0] = 0x0218U;
+    idle(2U);
+    expect_fault(NETWORK_DRIVE_FAULT, 0x11U, 0x0218U);
+    network_set_goal(&network, CIA402_GOAL_ENABLED, false);
+    idle(20U);
+    TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]);
+    go(CIA402_GOAL_STANDBY);
+    TEST_ASSERT_EQUAL_HEX16(0x0233U, joints[0]->status[0]);
+}
+
+static void a_flood_of_faults_is_counted(void)
+{
+    run_to(CIA402_GOAL_DISABLED);
+    for (unsigned k = 0U; k < 2U; k++) {
+        for (unsigned i = 0U; i < 12U; i++) {
+            scripted_bus_emergency(&bus, 0x11U, 0x4310U);
+        }
+        idle(1U);
+    }
+    TEST_ASSERT_EQUAL_UINT32(24U - NETWORK_FAULTS_MAX, network.faults_lost);
+}
+
+// ---- Safe state ---------------------------------------------------------------------------------
+
+static void securing_brakes_then_takes_the_voltage(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_secure));
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[0]->control[0]); // Quick stop in the very cycle.
+    TEST_ASSERT_EQUAL_HEX16(0x0217U, joints[0]->status[0]);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_secure));
+    joints[0]->status[0] = 0x0250U; // The drives have come to rest.
+    joints[1]->status[0] = 0x0250U;
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    idle(10U);
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, joints[0]->control[0]);
+    expect_no_fault();
+}
+
+static void braking_does_not_last_for_ever(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    const uint64_t begun_ns = now_ns;
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure)); // The drives stay in quick stop until told otherwise.
+    TEST_ASSERT_UINT64_WITHIN(5000000U, 200000000U, now_ns - begun_ns);
+    TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[1]->status[0]);
+}
+
+static void securing_works_with_one_drive_mute(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    joints[0]->is_plugged = false;
+    idle(4U);
+    expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_secure));
+    TEST_ASSERT_EQUAL_HEX16(0x0217U, joints[1]->status[0]);
+    joints[1]->status[0] = 0x0250U;
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+}
+
+static void securing_from_every_goal(void)
+{
+    run_to(CIA402_GOAL_DISABLED);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    go(CIA402_GOAL_STANDBY);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]);
+    joints[0]->status[0] = 0x0218U;
+    idle(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]); // A fault is as safe, and stays for the record.
+}
+
+static void an_unplugged_bus_comes_back_by_commissioning(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    joints[0]->is_plugged = false;
+    joints[1]->is_plugged = false;
+    idle(10U);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    network_reset_nodes(&network);
+    idle(1U);
+    network_close(&network);
+    joints[0]->is_plugged = true;
+    joints[1]->is_plugged = true;
+    network_clear(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x12U));
+    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot"));
+    run_to(CIA402_GOAL_ENABLED);
+    idle(10U);
+    expect_no_fault();
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(three_missing_answers_are_a_lost_device);
+    RUN_TEST(two_missing_answers_are_none);
+    RUN_TEST(process_data_of_a_wrong_length_count_as_missing);
+    RUN_TEST(a_dead_bus_loses_every_device_in_that_cycle);
+    RUN_TEST(nobody_there_is_every_device_lost);
+    RUN_TEST(error_states_of_the_bus_are_told_once_each);
+    RUN_TEST(a_node_that_boots_again_is_lost);
+    RUN_TEST(heartbeats_watch_where_no_process_data_flow);
+    RUN_TEST(a_fault_is_told_once_with_its_code);
+    RUN_TEST(leaving_operation_by_itself_is_a_fault);
+    RUN_TEST(emergencies_go_by_their_class);
+    RUN_TEST(what_was_before_the_reset_does_not_matter);
+    RUN_TEST(a_fault_is_reset_on_the_way_to_standby_only);
+    RUN_TEST(a_flood_of_faults_is_counted);
+    RUN_TEST(securing_brakes_then_takes_the_voltage);
+    RUN_TEST(braking_does_not_last_for_ever);
+    RUN_TEST(securing_works_with_one_drive_mute);
+    RUN_TEST(securing_from_every_goal);
+    RUN_TEST(an_unplugged_bus_comes_back_by_commissioning);
+    return UNITY_END();
+}

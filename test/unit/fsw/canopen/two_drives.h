@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A network of two scripted drives, and what is done with it in every test: cycles, settings, goals, faults.
+#ifndef TEST_UNIT_FSW_CANOPEN_TWO_DRIVES_H
+#define TEST_UNIT_FSW_CANOPEN_TWO_DRIVES_H
+
+#include "fsw/canopen/network.h"
+#include "test/support/scripted_bus.h"
+
+#include <stdint.h>
+
+#define CYCLE_NS 500000U
+
+extern scripted_bus_t bus;
+extern canopen_network_t network;
+extern scripted_node_t* joints[2];
+extern uint64_t now_ns;
+extern const flow_resolver_t resolver;
+extern const network_config_t config;
+
+/// One cycle's part of going somewhere: STATUS_BUSY until it is done.
+typedef status_t (*action_t)(canopen_network_t* network, uint64_t now_ns);
+
+/// Both drives on the bus and in the network, nothing sent yet.
+void two_drives_open(void);
+void two_drives_close(void);
+
+status_t cycle(action_t action);
+/// Cycles until the action ends; its status.
+status_t walk(action_t action);
+void idle(unsigned cycles);
+void set(uint8_t index, uint16_t object, uint8_t subindex, uint8_t octets, uint32_t value);
+/// Settings of torque mode, as a descriptor gives them.
+void set_torque_mode(void);
+status_t at_goal(canopen_network_t* self, uint64_t time_ns);
+void go(cia402_goal_t goal);
+void run_to(cia402_goal_t goal);
+void expect_no_fault(void);
+void expect_fault(network_fault_kind_t kind, uint8_t node, uint16_t code);
+
+#endif // TEST_UNIT_FSW_CANOPEN_TWO_DRIVES_H

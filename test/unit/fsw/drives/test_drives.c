@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+// What goes wrong between a descriptor and a bus; the good life is tested with the subsystems that use it.
+#include "fsw/drives/drives.h"
+#include "test/support/scripted_bus.h"
+#include "test/support/subsystem_double.h"
+
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static const char document[] =
+    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+    "<Subsystem name=\"ARM\" id=\"20\" samplingTime=\"500us\">\n"
+    "  <Parameters/>\n"
+    "  <Events>\n"
+    "    <Event name=\"DEVICE_LOST\" id=\"1\" severity=\"HIGH\"><ParamRef name=\"NODE\" "
+    "type=\"UINT8\"/></Event>\n"
+    "    <Event name=\"DRIVE_FAULT\" id=\"2\" severity=\"HIGH\">\n"
+    "      <ParamRef name=\"NODE\" type=\"UINT8\"/><ParamRef name=\"CODE\" type=\"UINT16\"/></Event>\n"
+    "  </Events>\n"
+    "  <Functions/>\n"
+    "  <Configuration name=\"ONE\" id=\"1\" priority=\"80\" samplingTime=\"500us\">\n"
+    "    <Devices>\n"
+    "      <Device name=\"A\" type=\"cia402-drive\">\n"
+    "        <Setting object=\"0x6060:00\" type=\"INT8\" value=\"-3\"/>\n"
+    "        <Endnode type=\"CAN\" bus=\"robot\" node=\"0x11\"/>\n"
+    "      </Device>\n"
+    "    </Devices>\n"
+    "  </Configuration>\n"
+    "  <Configuration name=\"TWO\" id=\"2\" priority=\"80\" samplingTime=\"500us\">\n"
+    "    <Devices>\n"
+    "      <Device name=\"B\" type=\"cia402-drive\">\n"
+    "        <Setting object=\"0x6065:00\" type=\"UINT32\" value=\"0x12345678\"/>\n"
+    "        <Endnode type=\"CAN\" bus=\"robot\" node=\"0x12\"/>\n"
+    "      </Device>\n"
+    "      <Device name=\"A\" type=\"cia402-drive\">\n"
+    "        <Endnode type=\"CAN\" bus=\"robot\" node=\"0x11\"/>\n"
+    "      </Device>\n"
+    "    </Devices>\n"
+    "  </Configuration>\n"
+    "</Subsystem>\n";
+
+static descriptor_loader_t loader;
+static subsystem_descriptor_t descriptor;
+static scripted_bus_t bus;
+static scripted_node_t* nodes[2];
+static subsystem_t generic;
+static drives_t drives;
+
+static status_t software_init(void* const self)
+{
+    (void)self;
+    return STATUS_OK;
+}
+
+static void sense(void* const self)
+{
+    drives_sense(self);
+}
+
+static void emit(void* const self)
+{
+    drives_emit(self);
+}
+
+static status_t secure(void* const self)
+{
+    return drives_secure(self);
+}
+
+static const subsystem_callbacks_t callbacks = {
+    .software_init = software_init, .sense = sense, .emit = emit, .secure = secure};
+
+static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
+                        endnode_address_t* const out_address)
+{
+    (void)context;
+    (void)kind;
+    if (strcmp(name, "robot") != 0) {
+        return STATUS_NOT_FOUND;
+    }
+    (void)strcpy(out_address->address, bus.address);
+    return STATUS_OK;
+}
+
+static const flow_resolver_t resolver = {NULL, resolve};
+
+static void load(void)
+{
+    const status_t status =
+        descriptor_parse_subsystem(&loader, "test", document, sizeof document - 1U, &descriptor);
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, status, descriptor_error(&loader));
+}
+
+void setUp(void)
+{
+    load();
+    scripted_bus_open(&bus, "test-drives");
+    nodes[0] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
+    nodes[1] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
+    double_init(&generic, &descriptor, &callbacks, &drives);
+    drives_init(&drives, &generic, &resolver);
+}
+
+void tearDown(void)
+{
+    network_close(&drives.network);
+    scripted_bus_close(&bus);
+}
+
+typedef status_t (*action_t)(void* self);
+
+static status_t cycle(const action_t action)
+{
+    const status_t status = double_cycle(&generic, action, false);
+    scripted_bus_run(&bus);
+    generic.now_ns += generic.period_ns;
+    if ((generic.now_ns % 20000000U) == 0U) {
+        scripted_bus_heartbeat(&bus);
+    }
+    return status;
+}
+
+static status_t walk(const action_t action)
+{
+    status_t status = STATUS_BUSY;
+    for (unsigned i = 0U; (status == STATUS_BUSY) && (i < 1000U); i++) {
+        status = cycle(action);
+    }
+    return status;
+}
+
+static status_t hardware_init(void* const self)
+{
+    return drives_hardware_init(self);
+}
+
+static status_t configure(void* const self)
+{
+    return drives_configure(self, generic.configuration);
+}
+
+static status_t standby(void* const self)
+{
+    return drives_go(self, CIA402_GOAL_STANDBY);
+}
+
+static status_t enable(void* const self)
+{
+    return drives_go(self, CIA402_GOAL_ENABLED);
+}
+
+static status_t deinit(void* const self)
+{
+    return drives_hardware_deinit(self);
+}
+
+static void select(const uint16_t id)
+{
+    generic.configuration = descriptor_find_configuration(&descriptor, id);
+}
+
+static void devices_of_all_configurations_are_brought_up_once(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL_UINT8(2U, drives.network.device_count);
+    TEST_ASSERT_NULL(drives_device(&drives, 0U));
+    TEST_ASSERT_FALSE(drives_are_running(&drives));
+    TEST_ASSERT_EQUAL_UINT(1U, nodes[0]->boots);
+    TEST_ASSERT_EQUAL_UINT(1U, nodes[1]->boots);
+}
+
+static void devices_are_known_by_their_place_in_the_configuration(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    select(2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_TRUE(drives_are_running(&drives));
+    TEST_ASSERT_EQUAL_HEX8(0x12U, drives_device(&drives, 0U)->node);
+    TEST_ASSERT_EQUAL_HEX8(0x11U, drives_device(&drives, 1U)->node);
+    TEST_ASSERT_NULL(drives_device(&drives, 2U));
+    TEST_ASSERT_EQUAL_HEX32(0x12345678U, scripted_object(nodes[1], 0x6065U, 0U)->value);
+    select(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL_HEX8(0x11U, drives_device(&drives, 0U)->node);
+    TEST_ASSERT_NULL(drives_device(&drives, 1U));
+    TEST_ASSERT_EQUAL_HEX32(0xFDU, scripted_object(nodes[0], 0x6060U, 0U)->value); // One octet of -3.
+    TEST_ASSERT_EQUAL_INT(-3,
+                          drives_mode(&descriptor, &descriptor.devices[generic.configuration->first_device]));
+    select(2U);
+    TEST_ASSERT_EQUAL_INT(0,
+                          drives_mode(&descriptor, &descriptor.devices[generic.configuration->first_device]));
+    TEST_ASSERT_EQUAL(STATUS_OK, drives_post(&drives));
+    TEST_ASSERT_NULL(drives_device(&drives, 0U));
+    TEST_ASSERT_EQUAL_UINT32(0U, drives_missed(&drives, 0U));
+}
+
+static void a_device_without_a_can_endnode_is_refused(void)
+{
+    descriptor.endnodes[descriptor.devices[0].first_endnode].type = DESCRIPTOR_ENDNODE_UDP;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, cycle(hardware_init));
+}
+
+static void devices_on_two_buses_are_refused(void)
+{
+    descriptor.endnodes[descriptor.devices[1].first_endnode].bus = "other";
+    TEST_ASSERT_EQUAL(STATUS_INVALID, cycle(hardware_init));
+}
+
+static void an_unknown_class_and_no_device_at_all_are_refused(void)
+{
+    descriptor.devices[1].type = "toaster";
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, cycle(hardware_init));
+    descriptor.device_count = 0U;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, cycle(hardware_init));
+}
+
+static void a_device_that_was_not_brought_up_cannot_be_configured(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    select(1U);
+    descriptor.endnodes[descriptor.devices[generic.configuration->first_device].first_endnode].node = 0x33U;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, walk(configure));
+}
+
+static void a_configuration_that_was_given_up_begins_anew(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    select(2U);
+    nodes[1]->is_pdo_mute = true;
+    for (unsigned i = 0U; i < 50U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure)); // The generic subsystem times out,
+    }
+    nodes[1]->is_pdo_mute = false;
+    for (unsigned i = 0U; i < 100U; i++) {
+        (void)cycle(NULL); // and some time later
+    }
+    const unsigned writes = nodes[1]->writes;
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure)); // the operator tries again.
+    TEST_ASSERT_EQUAL_UINT(writes + 1U, nodes[1]->writes);
+}
+
+static void a_drive_that_drops_out_raises_an_event_with_its_statusword(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    select(2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(standby));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(enable));
+    generic.state        = STATE_OPERATIONAL;
+    nodes[0]->status[0]  = 0x0218U;
+    const uint8_t told[] = {0x11U, 0x02U, 0x18U};
+    (void)cycle(NULL);
+    (void)cycle(NULL);
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, 2U));
+    TEST_ASSERT_EQUAL_UINT64(3U, generic.events[0].size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(told, generic.events[0].octets, 3U);
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, generic.state);
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, nodes[1]->control[0]); // The other one brakes in the same cycle.
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(secure));
+}
+
+static void an_event_the_descriptor_does_not_have_is_left_out(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    scripted_bus_emergency(&bus, 0x11U, 0x4310U); // DRIVE_WARNING is not in this descriptor.
+    (void)cycle(NULL);
+    TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
+}
+
+static void going_down_works_from_anywhere(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, cycle(deinit));
+    for (unsigned i = 0U; i < 20U; i++) { // In the middle of commissioning.
+        (void)cycle(hardware_init);
+        if (i == 10U) {
+            TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(deinit));
+            TEST_ASSERT_EQUAL(STATUS_OK, cycle(deinit));
+        }
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    nodes[0]->is_plugged = false;
+    nodes[1]->is_plugged = false;
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(deinit));
+    nodes[0]->is_plugged = true;
+    nodes[1]->is_plugged = true;
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+}
+
+int main(void)
+{
+    descriptor_loader_init(&loader);
+    UNITY_BEGIN();
+    RUN_TEST(devices_of_all_configurations_are_brought_up_once);
+    RUN_TEST(devices_are_known_by_their_place_in_the_configuration);
+    RUN_TEST(a_device_without_a_can_endnode_is_refused);
+    RUN_TEST(devices_on_two_buses_are_refused);
+    RUN_TEST(an_unknown_class_and_no_device_at_all_are_refused);
+    RUN_TEST(a_device_that_was_not_brought_up_cannot_be_configured);
+    RUN_TEST(a_configuration_that_was_given_up_begins_anew);
+    RUN_TEST(a_drive_that_drops_out_raises_an_event_with_its_statusword);
+    RUN_TEST(an_event_the_descriptor_does_not_have_is_left_out);
+    RUN_TEST(going_down_works_from_anywhere);
+    return UNITY_END();
+}

@@ -1,0 +1,481 @@
+// SPDX-License-Identifier: Apache-2.0
+// The partners are real: the far end of a pseudo-terminal, a listening socket, a FIFO, a file. Time is that
+// of the test: a step is never waited for.
+#define _GNU_SOURCE
+#include "fsw/framework/dataflow/flow_stream.h"
+
+#include "fsw/framework/dataflow/record.h"
+#include "test/support/assertion.h"
+#include "unity.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define FIRST_NS 10U
+#define LONGEST_NS 80U
+#define OUTBOX 64U
+
+static char folder[] = "/tmp/flow-stream-XXXXXX";
+static char path[ENDNODE_ADDRESS_MAX];
+static flow_stream_t flow;
+static quota_t quota;
+static uint8_t frame[32];
+static uint8_t outbox[OUTBOX];
+static uint64_t now_ns;
+static int far; ///< The partner's end.
+static osal_socket_t listener = OSAL_SOCKET_CLOSED;
+
+static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
+                        endnode_address_t* const out_address)
+{
+    (void)context;
+    (void)kind;
+    if (strcmp(name, "moon") == 0) {
+        return STATUS_NOT_FOUND;
+    }
+    (void)strcpy(out_address->address, path);
+    return STATUS_OK;
+}
+
+static const flow_resolver_t resolver = {NULL, resolve};
+
+void setUp(void)
+{
+    far    = -1;
+    now_ns = 0U;
+    quota_init(&quota, 2U);
+    (void)snprintf(path, sizeof path, "%s/device", folder);
+}
+
+void tearDown(void)
+{
+    flow_stream_close(&flow);
+    TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
+    if (far >= 0) {
+        (void)close(far);
+    }
+    osal_socket_close(&listener);
+    if (strncmp(path, folder, strlen(folder)) == 0) { // A device of the machine is not ours to remove.
+        (void)unlink(path);
+    }
+}
+
+static void begin(const endnode_kind_t kind, const char* const name, const flow_format_t format)
+{
+    const flow_stream_setup_t setup = {.kind             = kind,
+                                       .name             = name,
+                                       .format           = format,
+                                       .frame            = frame,
+                                       .frame_octets     = sizeof frame,
+                                       .outbox           = outbox,
+                                       .outbox_octets    = OUTBOX,
+                                       .retry_first_ns   = FIRST_NS,
+                                       .retry_longest_ns = LONGEST_NS,
+                                       .quota            = &quota};
+    flow_stream_init(&flow, &setup, &resolver);
+}
+
+/// Step until the flow is connected, or has waited long enough for any delay.
+static status_t step_on(void)
+{
+    status_t status = STATUS_CLOSED;
+    for (unsigned i = 0U; (i < 1000U) && (status != STATUS_OK); i++) {
+        status = flow_stream_step(&flow, now_ns);
+        now_ns += (status == STATUS_BUSY) ? 0U : 1U;
+    }
+    return status;
+}
+
+/// The next frame, however long the system takes to hand it over.
+static void expect(const void* const octets, const size_t size)
+{
+    const uint8_t* payload = NULL;
+    size_t held            = 0U;
+    status_t status        = STATUS_EMPTY;
+    for (unsigned i = 0U; (i < 20000U) && (status == STATUS_EMPTY); i++) {
+        status = flow_stream_receive(&flow, &payload, &held);
+        if (status == STATUS_EMPTY) {
+            (void)poll(NULL, 0U, 1);
+        }
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
+    TEST_ASSERT_EQUAL_UINT64(size, held);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, payload, size);
+}
+
+static void expect_nothing(const status_t expected)
+{
+    const uint8_t* payload = NULL;
+    size_t held            = 1U;
+    status_t status        = STATUS_EMPTY;
+    for (unsigned i = 0U; (i < 20U) && (status == STATUS_EMPTY) && (expected != STATUS_EMPTY); i++) {
+        (void)poll(NULL, 0U, 5);
+        status = flow_stream_receive(&flow, &payload, &held);
+    }
+    TEST_ASSERT_EQUAL(expected, flow_stream_receive(&flow, &payload, &held));
+    TEST_ASSERT_EQUAL_UINT64(0U, held);
+}
+
+/// What the partner hears.
+static void expect_far(const void* const octets, const size_t size)
+{
+    uint8_t seen[256];
+    size_t held = 0U;
+    while (held < size) {
+        struct pollfd watched = {.fd = far, .events = POLLIN};
+        TEST_ASSERT_EQUAL(1, poll(&watched, 1U, 20000));
+        const ssize_t some = read(far, &seen[held], size - held);
+        TEST_ASSERT_TRUE(some > 0);
+        held += (size_t)some;
+    }
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, seen, size);
+}
+
+static void say_far(const void* const octets, const size_t size)
+{
+    TEST_ASSERT_EQUAL((ssize_t)size, write(far, octets, size));
+}
+
+static status_t say(const void* const octets, const size_t size)
+{
+    return flow_stream_send(&flow, octets, size);
+}
+
+// ---- Serial line ----
+
+static void begin_line(void)
+{
+    far = posix_openpt(O_RDWR | O_NOCTTY);
+    TEST_ASSERT_TRUE(far >= 0);
+    TEST_ASSERT_EQUAL(0, grantpt(far));
+    TEST_ASSERT_EQUAL(0, unlockpt(far));
+    TEST_ASSERT_EQUAL(0, ptsname_r(far, path, sizeof path));
+}
+
+static void a_serial_line_carries_frames_both_ways(void)
+{
+    begin_line();
+    begin(ENDNODE_SERIAL, "imu", (flow_format_t){.framing = FLOW_FRAMING_SLIP, .baud = 115200U});
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, say("x", 1U)); // Not yet.
+    expect_nothing(STATUS_CLOSED);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_step(&flow, now_ns));
+    TEST_ASSERT_TRUE(flow_stream_is_connected(&flow));
+    TEST_ASSERT_EQUAL(STATUS_OK, say("a\300b", 3U));
+    expect_far("\300a\333\334b\300", 6U);
+    expect_nothing(STATUS_EMPTY);
+    say_far("\300one\300two\300th", 11U);
+    expect("one", 3U);
+    expect("two", 3U);
+    say_far("ree\300", 4U);
+    expect("three", 5U);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.refused);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.sent);
+    TEST_ASSERT_EQUAL_UINT32(3U, flow.counters.received);
+    TEST_ASSERT_EQUAL_UINT32(6U, flow.counters.octets_out);
+    TEST_ASSERT_EQUAL_UINT32(15U, flow.counters.octets_in);
+    TEST_ASSERT_EQUAL_UINT16(1U, quota.stats.used);
+}
+
+static void a_line_that_hangs_up_is_opened_again(void)
+{
+    begin_line();
+    begin(ENDNODE_SERIAL, "imu", (flow_format_t){.framing = FLOW_FRAMING_LINE, .baud = 9600U});
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    say_far("whole\nhal", 9U);
+    expect("whole", 5U);
+    expect_nothing(STATUS_EMPTY);
+    (void)close(far);
+    expect_nothing(STATUS_CLOSED);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow.failure);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.assembler.counters.cut);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.reconnect.lost);
+    TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, step_on()); // Nobody there, tried with longer and longer delays.
+    TEST_ASSERT_TRUE(flow.reconnect.failed > 5U);
+    TEST_ASSERT_TRUE(flow.reconnect.failed < 20U);
+    begin_line(); // The system may give it another name: the address is asked for anew.
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    say_far("f\n", 2U);
+    expect("f", 1U); // Not "half".
+}
+
+static void a_line_is_refused_for_a_reason(void)
+{
+    static const struct {
+        const char* path;
+        uint32_t baud;
+        status_t failure;
+    } cases[] = {{"/dev/no-such-line", 9600U, STATUS_NOT_FOUND},
+                 {"/dev/null", 9600U, STATUS_INVALID},
+                 {"/dev/null", 1U, STATUS_OUT_OF_RANGE}};
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        (void)strcpy(path, cases[i].path);
+        begin(ENDNODE_SERIAL, "imu", (flow_format_t){.baud = cases[i].baud});
+        TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_stream_step(&flow, 0U));
+        TEST_ASSERT_EQUAL(cases[i].failure, flow.failure);
+        TEST_ASSERT_EQUAL_UINT32(1U, flow.reconnect.failed);
+    }
+    begin(ENDNODE_SERIAL, "moon", (flow_format_t){.baud = 9600U});
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_stream_step(&flow, 0U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow.failure);
+    TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
+}
+
+static void a_line_of_other_octet_order(void)
+{
+    typedef struct {
+        uint16_t number;
+        double angle_rad;
+    } sample_t;
+    static const record_field_t fields[] = {RECORD_FIELD(sample_t, number, VALUE_UINT16, 1U),
+                                            RECORD_FIELD(sample_t, angle_rad, VALUE_DOUBLE, 1U)};
+    static const record_layout_t layout  = {fields, 2U};
+    const flow_format_t format           = {
+                  .framing = FLOW_FRAMING_LENGTH, .order = FLOW_ORDER_LITTLE, .baud = 230400U};
+    const sample_t sent = {0x1234U, 1.0};
+    uint8_t octets[16];
+    size_t size = 0U;
+    begin_line();
+    begin(ENDNODE_SERIAL, "imu", format);
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    TEST_ASSERT_EQUAL(STATUS_OK, record_encode(&layout, format.order, &sent, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, say(octets, size));
+    expect_far("\012\000\064\022\000\000\000\000\000\000\360\077", 12U);
+    say_far("\012\000\001\000\000\000\000\000\000\000\000\300", 12U);
+    const uint8_t* payload = NULL;
+    sample_t seen          = {0U, 0.0};
+    (void)poll(NULL, 0U, 20);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_receive(&flow, &payload, &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_decode(&layout, format.order, payload, size, &seen));
+    TEST_ASSERT_EQUAL_UINT16(1U, seen.number);
+    TEST_ASSERT_TRUE(seen.angle_rad == -2.0);
+}
+
+// ---- TCP, as client ----
+
+static void listen_at(const uint16_t port)
+{
+    osal_address_t local = {OSAL_IPV4_LOOPBACK, port};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_listen(&listener, local));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&listener, &local));
+    (void)snprintf(path, sizeof path, "127.0.0.1:%u", (unsigned)local.port);
+}
+
+static void accept_far(void)
+{
+    osal_socket_t arrived;
+    osal_address_t from;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&listener, 20000U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_accept(&listener, &arrived, &from));
+    far = osal_socket_descriptor(&arrived);
+}
+
+static void a_server_that_vanishes_is_called_until_it_is_back(void)
+{
+    listen_at(0U);
+    char* const port = strchr(path, ':') + 1;
+    begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LENGTH});
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    accept_far();
+    TEST_ASSERT_EQUAL(STATUS_OK, say("hello", 5U));
+    expect_far("\000\005hello", 7U);
+    say_far("\000\002me\000", 5U);
+    expect("me", 2U);
+    osal_socket_close(&listener);
+    (void)close(far);
+    expect_nothing(STATUS_CLOSED);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, say("lost", 4U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, step_on());
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow.failure); // Refused.
+    TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
+    listen_at((uint16_t)atoi(port));
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    accept_far();
+    say_far("\000\001x", 3U);
+    expect("x", 1U);
+    TEST_ASSERT_EQUAL_UINT32(2U, flow.reconnect.connected);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.assembler.counters.cut);
+}
+
+static void a_server_that_does_not_read_fills_the_outbox(void)
+{
+    uint8_t payload[32] = {0U};
+    status_t status     = STATUS_OK;
+    listen_at(0U);
+    begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LENGTH});
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    accept_far();
+    uint32_t count = 0U;
+    while (status == STATUS_OK) {
+        status = say(payload, sizeof payload);
+        count += (status == STATUS_OK) ? 1U : 0U;
+    }
+    TEST_ASSERT_EQUAL(STATUS_FULL, status);
+    TEST_ASSERT_EQUAL(STATUS_FULL, say(payload, sizeof payload));
+    TEST_ASSERT_EQUAL_UINT32(2U, flow.counters.refused);
+    TEST_ASSERT_EQUAL_UINT32(count, flow.counters.sent);
+    for (uint64_t left = (uint64_t)count * 34U; left > 0U;) { // Every frame arrives, whole.
+        uint8_t octets[4096];
+        const ssize_t some = read(far, octets, (left < sizeof octets) ? left : sizeof octets);
+        if (some > 0) {
+            left -= (uint64_t)some;
+        }
+        (void)flow_stream_step(&flow, now_ns);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, say("x", 1U));
+    expect_far("\000\001x", 3U);
+    flow_stream_close(&flow);
+    TEST_ASSERT_FALSE(flow_stream_is_connected(&flow));
+}
+
+static void what_lies_in_the_outbox_ends_with_its_connection(void)
+{
+    uint8_t payload[32] = {0U};
+    listen_at(0U);
+    begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LENGTH});
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    accept_far();
+    while (say(payload, sizeof payload) == STATUS_OK) {
+    }
+    (void)close(far);
+    far = -1;
+    for (unsigned i = 0U; (i < 1000U) && flow_stream_is_connected(&flow); i++) {
+        (void)flow_stream_step(&flow, now_ns);
+        (void)poll(NULL, 0U, 1);
+    }
+    TEST_ASSERT_FALSE(flow_stream_is_connected(&flow));
+    TEST_ASSERT_TRUE(flow.counters.discarded > 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    accept_far();
+    TEST_ASSERT_EQUAL(STATUS_OK, say("x", 1U));
+    expect_far("\000\001x", 3U); // The new connection begins with a frame.
+}
+
+static void frames_that_cannot_be_sent_are_refused(void)
+{
+    uint8_t payload[OUTBOX] = {0U};
+    listen_at(0U);
+    begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LINE});
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    TEST_ASSERT_EQUAL(STATUS_INVALID, say("a\nb", 3U));
+    TEST_ASSERT_EQUAL(STATUS_FULL, say(payload, sizeof payload)); // With its line end it never fits.
+    TEST_ASSERT_EQUAL_UINT32(2U, flow.counters.refused);
+    flow_stream_close(&flow);
+    (void)strcpy(path, "here");
+    begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LINE});
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_stream_step(&flow, 0U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow.failure);
+}
+
+static void a_quota_that_is_used_up_is_a_refusal(void)
+{
+    listen_at(0U);
+    begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LINE});
+    quota_init(&quota, 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_stream_step(&flow, now_ns));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, flow.failure);
+    TEST_ASSERT_EQUAL_UINT32(1U, quota.stats.refused);
+    quota_give(&quota);
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+}
+
+// ---- Files and devices ----
+
+static void a_file_is_read_as_it_grows(void)
+{
+    far = open(path, O_CREAT | O_WRONLY | O_APPEND, 0600);
+    say_far("one\ntw", 6U);
+    begin(ENDNODE_FILE, "sensor",
+          (flow_format_t){.framing = FLOW_FRAMING_LINE, .direction = FLOW_DIRECTION_READ});
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    expect("one", 3U);
+    expect_nothing(STATUS_EMPTY);
+    say_far("o\n", 2U);
+    expect("two", 3U);
+    TEST_ASSERT_TRUE(flow_stream_is_connected(&flow));
+}
+
+static void a_fifo_waits_for_its_reader(void)
+{
+    TEST_ASSERT_EQUAL(0, mkfifo(path, 0600));
+    begin(ENDNODE_FILE, "actuator",
+          (flow_format_t){.framing = FLOW_FRAMING_LINE, .direction = FLOW_DIRECTION_WRITE});
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, step_on());
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow.failure);
+    far = open(path, O_RDONLY | O_NONBLOCK);
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    TEST_ASSERT_EQUAL(STATUS_OK, say("on", 2U));
+    expect_far("on\n", 3U);
+    (void)close(far);
+    far = -1;
+    TEST_ASSERT_EQUAL(STATUS_OK, say("off", 3U)); // Taken, and lost with the connection.
+    TEST_ASSERT_FALSE(flow_stream_is_connected(&flow));
+    TEST_ASSERT_EQUAL_UINT32(4U, flow.counters.discarded);
+}
+
+static void raw_octets_of_a_device(void)
+{
+    (void)strcpy(path, "/dev/zero");
+    begin(ENDNODE_FILE, "zeros", (flow_format_t){.framing = FLOW_FRAMING_RAW});
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    const uint8_t* payload = NULL;
+    size_t size            = 0U;
+    for (unsigned i = 0U; i < 1000U; i++) { // As much as asked for, never more than fits.
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_receive(&flow, &payload, &size));
+        TEST_ASSERT_EQUAL_UINT64(sizeof frame, size);
+    }
+}
+
+static void endless_garbage_does_not_hold_up_a_cycle(void)
+{
+    (void)strcpy(path, "/dev/zero");
+    begin(ENDNODE_FILE, "zeros", (flow_format_t){.framing = FLOW_FRAMING_SLIP});
+    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+    const uint8_t* payload = NULL;
+    size_t size            = 0U;
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_stream_receive(&flow, &payload, &size));
+    TEST_ASSERT_EQUAL_UINT32(16U * FLOW_STREAM_CHUNK, flow.counters.octets_in);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.assembler.counters.oversize);
+}
+
+static void wrong_kind(void)
+{
+    begin(ENDNODE_CAN, "robot", (flow_format_t){.baud = 0U});
+}
+
+static void a_kind_that_is_no_stream_is_a_coding_error(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(wrong_kind));
+}
+
+int main(void)
+{
+    if (mkdtemp(folder) == NULL) {
+        return 1;
+    }
+    UNITY_BEGIN();
+    begin(ENDNODE_FILE, "nothing", (flow_format_t){.baud = 0U});
+    RUN_TEST(a_serial_line_carries_frames_both_ways);
+    RUN_TEST(a_line_that_hangs_up_is_opened_again);
+    RUN_TEST(a_line_is_refused_for_a_reason);
+    RUN_TEST(a_line_of_other_octet_order);
+    RUN_TEST(a_server_that_vanishes_is_called_until_it_is_back);
+    RUN_TEST(a_server_that_does_not_read_fills_the_outbox);
+    RUN_TEST(what_lies_in_the_outbox_ends_with_its_connection);
+    RUN_TEST(frames_that_cannot_be_sent_are_refused);
+    RUN_TEST(a_quota_that_is_used_up_is_a_refusal);
+    RUN_TEST(a_file_is_read_as_it_grows);
+    RUN_TEST(a_fifo_waits_for_its_reader);
+    RUN_TEST(raw_octets_of_a_device);
+    RUN_TEST(endless_garbage_does_not_hold_up_a_cycle);
+    RUN_TEST(a_kind_that_is_no_stream_is_a_coding_error);
+    const int failures = UNITY_END();
+    (void)rmdir(folder);
+    return failures;
+}

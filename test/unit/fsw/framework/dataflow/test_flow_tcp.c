@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames of this test: one octet of length, then as many octets; length 0xFF is malformed.
+#include "fsw/framework/dataflow/flow_tcp.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+#define CLIENTS 2U
+#define BUFFER 32U
+
+static flow_tcp_t flow;
+static flow_tcp_client_t clients[CLIENTS];
+static uint8_t buffers[CLIENTS][BUFFER];
+static osal_address_t address;
+static osal_socket_t peers[4];
+
+static struct {
+    unsigned connected;
+    unsigned disconnected;
+    unsigned frames[CLIENTS];
+    uint8_t last[BUFFER];
+    bool ends_inside; ///< The framer ends the connection itself.
+} seen;
+
+static void on_connected(void* const context, const unsigned client)
+{
+    TEST_ASSERT_EQUAL_PTR(&seen, context);
+    TEST_ASSERT_TRUE(client < CLIENTS);
+    seen.connected++;
+}
+
+static void on_disconnected(void* const context, const unsigned client)
+{
+    (void)context;
+    TEST_ASSERT_FALSE(flow_tcp_is_connected(&flow, client));
+    seen.disconnected++;
+}
+
+static size_t on_frame(void* const context, const unsigned client, const uint8_t* const octets,
+                       const size_t size);
+static const flow_tcp_user_t user = {&seen, on_connected, on_disconnected, on_frame, NULL};
+
+static size_t on_frame(void* const context, const unsigned client, const uint8_t* const octets,
+                       const size_t size)
+{
+    (void)context;
+    if (octets[0] == 0xFFU) {
+        return FLOW_TCP_MALFORMED;
+    }
+    const size_t frame = (size_t)octets[0] + 1U;
+    if (size < frame) {
+        return 0U;
+    }
+    seen.frames[client]++;
+    memcpy(seen.last, octets, frame);
+    if (seen.ends_inside) {
+        flow_tcp_end(&flow, &user, client);
+    }
+    return frame;
+}
+
+static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
+                        endnode_address_t* const out_address)
+{
+    (void)context;
+    if ((kind != ENDNODE_TCP) || (strcmp(name, "moon") == 0)) {
+        return STATUS_NOT_FOUND;
+    }
+    (void)strcpy(out_address->address, (strcmp(name, "text") == 0) ? "here" : "127.0.0.1:0");
+    return STATUS_OK;
+}
+
+static const flow_resolver_t resolver = {NULL, resolve};
+
+void setUp(void)
+{
+    memset(&seen, 0, sizeof seen);
+    flow_tcp_init(&flow, clients, CLIENTS, &buffers[0][0], BUFFER);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_open(&flow, &resolver, "ground"));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_local_address(&flow, &address));
+    for (unsigned i = 0U; i < 4U; i++) {
+        peers[i].descriptor = -1;
+    }
+}
+
+void tearDown(void)
+{
+    for (unsigned i = 0U; i < 4U; i++) {
+        if (osal_socket_is_open(&peers[i])) {
+            osal_socket_close(&peers[i]);
+        }
+    }
+    flow_tcp_close(&flow, &user);
+}
+
+/// Give the kernel time to hand the octets over.
+static void wait(osal_socket_t* const socket)
+{
+    const status_t status = osal_socket_wait_readable(socket, 50U);
+    TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_TIMEOUT));
+}
+
+/// Step once something has come, or after a while; octets taken in.
+static size_t step(const size_t limit)
+{
+    size_t octets = 0U;
+    for (unsigned i = 0U; i < CLIENTS; i++) {
+        if (flow_tcp_is_connected(&flow, i)) {
+            wait(&clients[i].socket);
+        }
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &user, limit, &octets));
+    return octets;
+}
+
+static void join(const unsigned peer)
+{
+    size_t octets = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&peers[peer], address));
+    wait(&flow.listener);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &user, FLOW_TCP_UNLIMITED, &octets));
+}
+
+static void say(const unsigned peer, const void* const octets, const size_t size)
+{
+    size_t sent = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_send(&peers[peer], octets, size, &sent));
+    TEST_ASSERT_EQUAL_UINT64(size, sent);
+}
+
+static void frames_are_found_however_they_are_cut(void)
+{
+    join(0U);
+    TEST_ASSERT_EQUAL_UINT(1U, seen.connected);
+    say(0U, "\003abc\002de\004fg", 10U);
+    TEST_ASSERT_EQUAL_UINT64(10U, step(FLOW_TCP_UNLIMITED));
+    TEST_ASSERT_EQUAL_UINT(2U, seen.frames[0]);
+    say(0U, "h", 1U);
+    (void)step(FLOW_TCP_UNLIMITED);
+    TEST_ASSERT_EQUAL_UINT(2U, seen.frames[0]);
+    say(0U, "i", 1U);
+    (void)step(FLOW_TCP_UNLIMITED);
+    TEST_ASSERT_EQUAL_UINT(3U, seen.frames[0]);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY("\004fghi", seen.last, 5U);
+    TEST_ASSERT_EQUAL_UINT32(12U, flow.counters.octets_in);
+}
+
+static void no_more_is_taken_in_than_allowed(void)
+{
+    join(0U);
+    say(0U, "\003abc\003abc", 8U);
+    TEST_ASSERT_EQUAL_UINT64(5U, step(5U));
+    TEST_ASSERT_EQUAL_UINT(1U, seen.frames[0]);
+    TEST_ASSERT_EQUAL_UINT64(0U, step(0U));
+    TEST_ASSERT_EQUAL_UINT64(3U, step(FLOW_TCP_UNLIMITED));
+    TEST_ASSERT_EQUAL_UINT(2U, seen.frames[0]);
+}
+
+static size_t allow(void* const context, const unsigned client)
+{
+    (void)context;
+    return (client == 0U) ? 2U : FLOW_TCP_UNLIMITED;
+}
+
+static void each_client_has_its_own_allowance(void)
+{
+    const flow_tcp_user_t strict = {&seen, on_connected, on_disconnected, on_frame, allow};
+    size_t octets                = 0U;
+    osal_address_t peer          = {0U, 0U};
+    join(0U);
+    join(1U);
+    say(0U, "\001a\001a", 4U);
+    say(1U, "\001b\001b", 4U);
+    wait(&clients[0].socket);
+    wait(&clients[1].socket);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &strict, FLOW_TCP_UNLIMITED, &octets));
+    TEST_ASSERT_EQUAL_UINT(1U, seen.frames[0]);
+    TEST_ASSERT_EQUAL_UINT(2U, seen.frames[1]);
+    TEST_ASSERT_EQUAL_UINT32(2U, flow_tcp_octets_in(&flow, 0U));
+    TEST_ASSERT_EQUAL_UINT32(4U, flow_tcp_octets_in(&flow, 1U));
+    TEST_ASSERT_EQUAL_UINT32(0U, flow_tcp_octets_in(&flow, 7U));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_peer(&flow, 0U, &peer));
+    TEST_ASSERT_EQUAL_HEX32(OSAL_IPV4_LOOPBACK, peer.ipv4);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_tcp_peer(&flow, 7U, &peer));
+}
+
+static void everyone_gets_a_turn_and_no_more_than_there_are_places(void)
+{
+    osal_socket_t* sockets[8];
+    TEST_ASSERT_EQUAL_UINT64(1U, flow_tcp_sockets(&flow, sockets, 8U));
+    join(0U);
+    join(1U);
+    join(2U);
+    TEST_ASSERT_EQUAL_UINT32(2U, flow.counters.accepted);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.turned_away);
+    TEST_ASSERT_EQUAL_UINT64(3U, flow_tcp_sockets(&flow, sockets, 8U));
+    TEST_ASSERT_EQUAL_UINT64(2U, flow_tcp_sockets(&flow, sockets, 2U));
+    say(0U, "\001a", 2U);
+    say(1U, "\001b", 2U);
+    (void)step(FLOW_TCP_UNLIMITED);
+    TEST_ASSERT_EQUAL_UINT(1U, seen.frames[0]);
+    TEST_ASSERT_EQUAL_UINT(1U, seen.frames[1]);
+    osal_socket_close(&peers[0]);
+    (void)step(FLOW_TCP_UNLIMITED);
+    TEST_ASSERT_EQUAL_UINT(1U, seen.disconnected);
+    TEST_ASSERT_FALSE(flow_tcp_is_connected(&flow, 0U));
+    join(3U); // The place is free again.
+    TEST_ASSERT_EQUAL_UINT32(3U, flow.counters.accepted);
+    TEST_ASSERT_EQUAL_UINT32(2U, clients[0].epoch);
+}
+
+static void malformed_and_endless_frames_end_the_connection(void)
+{
+    uint8_t endless[BUFFER];
+    join(0U);
+    say(0U, "\001a\377zzz", 6U);
+    (void)step(FLOW_TCP_UNLIMITED);
+    TEST_ASSERT_EQUAL_UINT(1U, seen.frames[0]);
+    TEST_ASSERT_EQUAL_UINT(1U, seen.disconnected);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.malformed);
+    memset(endless, 0xFE, sizeof endless); // A frame of 255 octets does not fit the buffer.
+    join(1U);
+    say(1U, endless, sizeof endless);
+    (void)step(FLOW_TCP_UNLIMITED);
+    TEST_ASSERT_EQUAL_UINT(2U, seen.disconnected);
+    TEST_ASSERT_EQUAL_UINT32(2U, flow.counters.malformed);
+}
+
+static void a_frame_as_long_as_the_buffer_still_fits(void)
+{
+    uint8_t frame[BUFFER] = {BUFFER - 1U};
+    join(0U);
+    for (unsigned i = 0U; i < 5U; i++) {
+        say(0U, frame, sizeof frame);
+        (void)step(FLOW_TCP_UNLIMITED);
+    }
+    TEST_ASSERT_EQUAL_UINT(5U, seen.frames[0]);
+    TEST_ASSERT_EQUAL_UINT(0U, seen.disconnected);
+}
+
+static void the_user_may_end_a_connection_inside_its_framer(void)
+{
+    join(0U);
+    seen.ends_inside = true;
+    say(0U, "\001a\001b", 4U);
+    (void)step(FLOW_TCP_UNLIMITED);
+    TEST_ASSERT_EQUAL_UINT(1U, seen.frames[0]);
+    TEST_ASSERT_EQUAL_UINT(1U, seen.disconnected);
+    TEST_ASSERT_EQUAL_UINT32(0U, flow.counters.malformed);
+}
+
+static void sending_takes_what_the_kernel_takes(void)
+{
+    static const uint8_t octets[65536] = {0U};
+    size_t sent                        = 0U;
+    uint8_t taken[4];
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_tcp_send(&flow, 0U, octets, 1U, &sent));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_tcp_send(&flow, 7U, octets, 1U, &sent));
+    join(0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_send(&flow, 0U, octets, 4U, &sent));
+    TEST_ASSERT_EQUAL_UINT64(4U, sent);
+    wait(&peers[0]);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_receive(&peers[0], taken, sizeof taken, &sent));
+    status_t status = STATUS_OK;
+    for (unsigned i = 0U; (i < 1000U) && (status == STATUS_OK); i++) { // A reader that sleeps.
+        status = flow_tcp_send(&flow, 0U, octets, sizeof octets, &sent);
+    }
+    TEST_ASSERT_EQUAL(STATUS_FULL, status);
+    TEST_ASSERT_TRUE(flow_tcp_is_connected(&flow, 0U));
+}
+
+static void sockets_are_counted_where_a_quota_is_given(void)
+{
+    quota_t quota;
+    size_t octets = 0U;
+    quota_init(&quota, 2U);
+    flow_tcp_close(&flow, &user);
+    flow_tcp_set_quota(&flow, &quota);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_tcp_adopt(&flow, 9999));
+    TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_open(&flow, &resolver, "ground"));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_local_address(&flow, &address));
+    flow_tcp_t second;
+    flow_tcp_client_t places[1];
+    uint8_t room[BUFFER];
+    join(0U);
+    TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.used);
+    join(1U); // There is a place, but no socket more.
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.turned_away);
+    TEST_ASSERT_EQUAL_UINT32(1U, quota.stats.refused);
+    flow_tcp_init(&second, places, 1U, room, BUFFER);
+    flow_tcp_set_quota(&second, &quota);
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, flow_tcp_open(&second, &resolver, "ground"));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, flow_tcp_adopt(&second, 0));
+    osal_socket_close(&peers[0]);
+    wait(&clients[0].socket);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &user, FLOW_TCP_UNLIMITED, &octets));
+    TEST_ASSERT_EQUAL_UINT16(1U, quota.stats.used);
+    flow_tcp_close(&flow, &user);
+    TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
+    TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.peak);
+}
+
+static void closing_tells_everyone(void)
+{
+    size_t octets = 0U;
+    join(0U);
+    join(1U);
+    flow_tcp_close(&flow, &user);
+    TEST_ASSERT_EQUAL_UINT(2U, seen.disconnected);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_tcp_step(&flow, &user, FLOW_TCP_UNLIMITED, &octets));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_tcp_local_address(&flow, &address));
+    flow_tcp_close(&flow, &user);
+    TEST_ASSERT_EQUAL_UINT(2U, seen.disconnected);
+}
+
+static void opening_is_refused_for_a_reason(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_tcp_open(&flow, &resolver, "ground"));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_tcp_adopt(&flow, 0));
+    flow_tcp_close(&flow, &user);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_tcp_open(&flow, &resolver, "moon"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_tcp_open(&flow, &resolver, "text"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_tcp_adopt(&flow, 9999));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(frames_are_found_however_they_are_cut);
+    RUN_TEST(no_more_is_taken_in_than_allowed);
+    RUN_TEST(each_client_has_its_own_allowance);
+    RUN_TEST(everyone_gets_a_turn_and_no_more_than_there_are_places);
+    RUN_TEST(malformed_and_endless_frames_end_the_connection);
+    RUN_TEST(a_frame_as_long_as_the_buffer_still_fits);
+    RUN_TEST(the_user_may_end_a_connection_inside_its_framer);
+    RUN_TEST(sending_takes_what_the_kernel_takes);
+    RUN_TEST(sockets_are_counted_where_a_quota_is_given);
+    RUN_TEST(closing_tells_everyone);
+    RUN_TEST(opening_is_refused_for_a_reason);
+    return UNITY_END();
+}

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/dataflow/framing.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+#define CAPACITY 8U
+#define STREAM 256U
+
+typedef struct {
+    uint8_t octets[STREAM];
+    size_t size;
+} octets_t;
+
+static const flow_format_t formats[] = {
+    {.framing = FLOW_FRAMING_LENGTH, .order = FLOW_ORDER_BIG},
+    {.framing = FLOW_FRAMING_LENGTH, .order = FLOW_ORDER_LITTLE},
+    {.framing = FLOW_FRAMING_SLIP},
+    {.framing = FLOW_FRAMING_LINE},
+};
+#define FORMATS (sizeof formats / sizeof formats[0])
+
+static frame_assembler_t assembler;
+static uint8_t buffer[CAPACITY];
+static octets_t seen; ///< Each frame as its size and its octets.
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void add(octets_t* const all, const void* const octets, const size_t size)
+{
+    TEST_ASSERT_TRUE((all->size + size) <= STREAM);
+    memcpy(&all->octets[all->size], octets, size);
+    all->size += size;
+}
+
+static void add_frame(octets_t* const all, const void* const payload, const size_t size)
+{
+    const uint8_t length = (uint8_t)size;
+    add(all, &length, 1U);
+    add(all, payload, size);
+}
+
+/// Feed a piece; what the frames were goes to `seen`.
+static void feed(const uint8_t* const octets, const size_t size)
+{
+    size_t used = 0U;
+    for (;;) {
+        size_t taken   = 0U;
+        size_t payload = 0U;
+        const status_t status =
+            frame_assembler_feed(&assembler, &octets[used], size - used, &taken, &payload);
+        used += taken;
+        if (status == STATUS_EMPTY) {
+            TEST_ASSERT_EQUAL_UINT64(size, used);
+            return;
+        }
+        TEST_ASSERT_EQUAL(STATUS_OK, status);
+        add_frame(&seen, buffer, payload);
+    }
+}
+
+static void begin(const flow_format_t* const format)
+{
+    seen.size = 0U;
+    frame_assembler_init(&assembler, format, buffer, CAPACITY);
+}
+
+static void put(octets_t* const stream, const flow_format_t* const format, const void* const payload,
+                const size_t size)
+{
+    size_t octets = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, frame_encode(format, payload, size, &stream->octets[stream->size],
+                                              STREAM - stream->size, &octets));
+    stream->size += octets;
+}
+
+static void frames_are_as_written_down(void)
+{
+    static const struct {
+        flow_format_t format;
+        const char* octets;
+        size_t size;
+    } cases[] = {
+        {{.framing = FLOW_FRAMING_RAW}, "a\300\333", 3U},
+        {{.framing = FLOW_FRAMING_LENGTH, .order = FLOW_ORDER_BIG}, "\000\003a\300\333", 5U},
+        {{.framing = FLOW_FRAMING_LENGTH, .order = FLOW_ORDER_LITTLE}, "\003\000a\300\333", 5U},
+        {{.framing = FLOW_FRAMING_SLIP}, "\300a\333\334\333\335\300", 7U},
+        {{.framing = FLOW_FRAMING_LINE}, "a\300\333\n", 4U},
+    };
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        octets_t stream = {.size = 0U};
+        put(&stream, &cases[i].format, "a\300\333", 3U);
+        TEST_ASSERT_EQUAL_UINT64(cases[i].size, stream.size);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(cases[i].octets, stream.octets, stream.size);
+        for (size_t capacity = 0U; capacity < cases[i].size; capacity++) {
+            size_t size = 1U;
+            TEST_ASSERT_EQUAL(STATUS_FULL, frame_encode(&cases[i].format, (const uint8_t*)"a\300\333", 3U,
+                                                        stream.octets, capacity, &size));
+            TEST_ASSERT_EQUAL_UINT64(0U, size);
+        }
+    }
+}
+
+/// Two cuts at every pair of places, and every octet by itself.
+static void frames_may_be_cut_anywhere(void)
+{
+    for (size_t f = 0U; f < FORMATS; f++) {
+        octets_t stream   = {.size = 0U};
+        octets_t expected = {.size = 0U};
+        static const struct {
+            const char* payload;
+            size_t size;
+        } payloads[] = {{"one", 3U}, {"x", 1U}, {"\300\333\334\335", 4U}, {"12345678", 8U}};
+        for (size_t i = 0U; i < 4U; i++) {
+            put(&stream, &formats[f], payloads[i].payload, payloads[i].size);
+            add_frame(&expected, payloads[i].payload, payloads[i].size);
+        }
+        for (size_t first = 0U; first <= stream.size; first++) {
+            for (size_t second = first; second <= stream.size; second++) {
+                begin(&formats[f]);
+                feed(stream.octets, first);
+                feed(&stream.octets[first], second - first);
+                feed(&stream.octets[second], stream.size - second);
+                TEST_ASSERT_EQUAL_UINT64(expected.size, seen.size);
+                TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, seen.size);
+                TEST_ASSERT_EQUAL_UINT32(4U, assembler.counters.complete);
+            }
+        }
+        begin(&formats[f]);
+        for (size_t i = 0U; i < stream.size; i++) {
+            feed(&stream.octets[i], 1U);
+        }
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, expected.size);
+    }
+}
+
+static void what_is_too_long_is_passed_over(void)
+{
+    for (size_t f = 0U; f < FORMATS; f++) {
+        octets_t stream   = {.size = 0U};
+        octets_t expected = {.size = 0U};
+        put(&stream, &formats[f], "first", 5U);
+        put(&stream, &formats[f], "123456789", CAPACITY + 1U);
+        put(&stream, &formats[f], "a very long one that does not fit at all", 40U);
+        put(&stream, &formats[f], "last", 4U);
+        add_frame(&expected, "first", 5U);
+        add_frame(&expected, "last", 4U);
+        for (size_t piece = 1U; piece <= stream.size; piece++) {
+            begin(&formats[f]);
+            for (size_t i = 0U; i < stream.size; i += piece) {
+                feed(&stream.octets[i], ((stream.size - i) < piece) ? (stream.size - i) : piece);
+            }
+            TEST_ASSERT_EQUAL_UINT64(expected.size, seen.size);
+            TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, seen.size);
+            TEST_ASSERT_EQUAL_UINT32(2U, assembler.counters.oversize);
+        }
+    }
+}
+
+static void slip_recovers_from_garbage(void)
+{
+    octets_t expected = {.size = 0U};
+    begin(&formats[2]);
+    feed((const uint8_t*)"noise\300\300\300", 8U);         // Looks like a frame, and is one for who reads it.
+    feed((const uint8_t*)"a\333xb\300good\300", 10U);      // Wrong escape.
+    feed((const uint8_t*)"a\333\300good\300", 8U);         // Escape of an end.
+    feed((const uint8_t*)"123456789\333x\300ok\300", 15U); // Too long, and then wrong: counted once.
+    add_frame(&expected, "noise", 5U);
+    add_frame(&expected, "good", 4U);
+    add_frame(&expected, "good", 4U);
+    add_frame(&expected, "ok", 2U);
+    TEST_ASSERT_EQUAL_UINT64(expected.size, seen.size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, seen.size);
+    TEST_ASSERT_EQUAL_UINT32(2U, assembler.counters.malformed);
+    TEST_ASSERT_EQUAL_UINT32(1U, assembler.counters.oversize);
+}
+
+static void lines_end_as_any_instrument_ends_them(void)
+{
+    octets_t expected = {.size = 0U};
+    size_t size       = 0U;
+    uint8_t octets[8];
+    begin(&formats[3]);
+    feed((const uint8_t*)"one\ntwo\r\n\n\r\na\rb\r\r\n", 18U);
+    add_frame(&expected, "one", 3U);
+    add_frame(&expected, "two", 3U);
+    add_frame(&expected, "", 0U);
+    add_frame(&expected, "", 0U);
+    add_frame(&expected, "a\rb\r", 4U);
+    TEST_ASSERT_EQUAL_UINT64(expected.size, seen.size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, seen.size);
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      frame_encode(&formats[3], (const uint8_t*)"a\nb", 3U, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      frame_encode(&formats[3], (const uint8_t*)"a\r", 2U, octets, sizeof octets, &size));
+}
+
+static void lengths_at_their_ends(void)
+{
+    static uint8_t payload[FRAMING_LENGTH_MAX + 1U];
+    static uint8_t octets[FRAMING_LENGTH_MAX + 8U];
+    static uint8_t large[FRAMING_LENGTH_MAX];
+    for (size_t f = 0U; f < 2U; f++) {
+        size_t size = 0U;
+        size_t held = 0U;
+        begin(&formats[f]);
+        feed((const uint8_t*)"\000\000", 2U);
+        TEST_ASSERT_EQUAL_UINT64(1U, seen.size); // A frame of no octets.
+        TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, frame_encode(&formats[f], payload, FRAMING_LENGTH_MAX + 1U,
+                                                         octets, sizeof octets, &size));
+        memset(payload, 0x5A, sizeof payload);
+        TEST_ASSERT_EQUAL(
+            STATUS_OK, frame_encode(&formats[f], payload, FRAMING_LENGTH_MAX, octets, sizeof octets, &size));
+        frame_assembler_init(&assembler, &formats[f], large, sizeof large);
+        size_t taken = 0U;
+        TEST_ASSERT_EQUAL(STATUS_OK, frame_assembler_feed(&assembler, octets, size, &taken, &held));
+        TEST_ASSERT_EQUAL_UINT64(size, taken);
+        TEST_ASSERT_EQUAL_UINT64(FRAMING_LENGTH_MAX, held);
+        TEST_ASSERT_EACH_EQUAL_HEX8(0x5A, large, held);
+    }
+}
+
+static void raw_octets_are_handed_on_as_they_come(void)
+{
+    static const flow_format_t raw = {.framing = FLOW_FRAMING_RAW};
+    octets_t expected              = {.size = 0U};
+    begin(&raw);
+    feed((const uint8_t*)"0123456789", 10U);
+    feed(NULL, 0U);
+    add_frame(&expected, "01234567", 8U);
+    add_frame(&expected, "89", 2U);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, expected.size);
+}
+
+static void a_stream_that_ends_cuts_the_frame_it_had_begun(void)
+{
+    for (size_t f = 0U; f < FORMATS; f++) {
+        octets_t stream   = {.size = 0U};
+        octets_t expected = {.size = 0U};
+        put(&stream, &formats[f], "abc\333", 4U);
+        add_frame(&expected, "abc\333", 4U);
+        for (size_t cut = 0U; cut < stream.size; cut++) {
+            begin(&formats[f]);
+            feed(stream.octets, cut);
+            frame_assembler_reset(&assembler);
+            feed(stream.octets, stream.size);
+            TEST_ASSERT_EQUAL_UINT64(expected.size, seen.size);
+            TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, seen.size);
+            TEST_ASSERT_TRUE(assembler.counters.cut <= 1U);
+        }
+        TEST_ASSERT_EQUAL_UINT32(1U, assembler.counters.cut);
+        frame_assembler_reset(&assembler); // After a whole frame nothing is cut.
+        TEST_ASSERT_EQUAL_UINT32(1U, assembler.counters.cut);
+    }
+}
+
+/// Whatever comes: never more than fits, and after an end the next frame is found.
+static void garbage_never_ends_a_flow(void)
+{
+    uint32_t random = 12345U;
+    begin(&formats[2]);
+    for (unsigned round = 0U; round < 20000U; round++) {
+        uint8_t noise[16];
+        for (size_t i = 0U; i < sizeof noise; i++) {
+            random   = (random * 1664525U) + 1013904223U;
+            noise[i] = ((random >> 28U) < 4U) ? (uint8_t)(0xC0U + ((random >> 24U) % 0x20U))
+                                              : (uint8_t)(random >> 16U);
+        }
+        seen.size = 0U;
+        feed(noise, sizeof noise);
+    }
+    feed((const uint8_t*)"\300", 1U);
+    seen.size = 0U;
+    feed((const uint8_t*)"ok\300", 3U);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY("\002ok", seen.octets, 3U);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(frames_are_as_written_down);
+    RUN_TEST(frames_may_be_cut_anywhere);
+    RUN_TEST(what_is_too_long_is_passed_over);
+    RUN_TEST(slip_recovers_from_garbage);
+    RUN_TEST(lines_end_as_any_instrument_ends_them);
+    RUN_TEST(lengths_at_their_ends);
+    RUN_TEST(raw_octets_are_handed_on_as_they_come);
+    RUN_TEST(a_stream_that_ends_cuts_the_frame_it_had_begun);
+    RUN_TEST(garbage_never_ends_a_flow);
+    return UNITY_END();
+}

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/descriptor/descriptor.h"
+#include "osal/include/osal/file.h"
+#include "test/unit/fsw/framework/descriptor/documents.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static descriptor_loader_t loader;
+static subsystem_descriptor_t scratch;
+static mission_descriptor_t mission;
+static char folder[] = "/tmp/mission_descriptor.XXXXXX";
+static char path[64];
+
+static void write_file(const char* const name, const char* const document)
+{
+    osal_file_t file;
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create(&file, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, document, strlen(document)));
+    osal_file_close(&file);
+}
+
+void setUp(void)
+{
+    descriptor_loader_init(&loader);
+    write_file("arm.xml", arm_document);
+    write_file("hand.xml", hand_document);
+}
+
+void tearDown(void)
+{
+}
+
+static status_t load(const char* const document)
+{
+    write_file("flight.xml", document);
+    return descriptor_load_mission(&loader, path, &mission, &scratch);
+}
+
+static void load_the_good_one(void)
+{
+    const status_t status = load(flight_document);
+    TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
+}
+
+static void reads_mission_and_subsystems(void)
+{
+    load_the_good_one();
+    TEST_ASSERT_EQUAL_STRING("flight", mission.name);
+    TEST_ASSERT_EQUAL_UINT32(2159006400U, mission.epoch_s); // date -d: 1780315200 + 378691200.
+    TEST_ASSERT_EQUAL_UINT32(200U, mission.power_available_w);
+    TEST_ASSERT_EQUAL_UINT16(2U, mission.subsystem_count);
+    const mission_subsystem_t* const arm = mission_find_subsystem(&mission, 16U);
+    TEST_ASSERT_EQUAL_STRING("ARM", arm->name);
+    TEST_ASSERT_EQUAL_STRING("arm", arm->executable);
+    TEST_ASSERT_TRUE(arm->is_autostart);
+    TEST_ASSERT_EQUAL_UINT32(4096U, arm->memory_kib);
+    TEST_ASSERT_EQUAL_UINT8(3U, arm->restart_budget);
+    TEST_ASSERT_EQUAL_UINT32(120U, arm->power_w[5]);
+    TEST_ASSERT_EQUAL_UINT32(0U, arm->power_w[4]);
+    TEST_ASSERT_EQUAL_UINT16(2U, arm->configuration_count);
+    TEST_ASSERT_EQUAL_UINT16(2U, arm->port_count);
+    TEST_ASSERT_EQUAL_UINT16(2U, arm->ports[1].configuration);
+    TEST_ASSERT_TRUE(arm->ports[1].is_required);
+    TEST_ASSERT_EQUAL_PTR(&mission.subsystems[1], mission_find_subsystem_name(&mission, "HAND"));
+    TEST_ASSERT_NULL(mission_find_subsystem(&mission, 1U));
+    TEST_ASSERT_NULL(mission_find_subsystem_name(&mission, "LEG"));
+}
+
+static void reads_modes_log_buses_and_ground(void)
+{
+    load_the_good_one();
+    TEST_ASSERT_EQUAL_UINT16(3U, mission.initial_mode);
+    TEST_ASSERT_EQUAL_STRING("NOMINAL", mission_find_mode(&mission, 3U)->name);
+    TEST_ASSERT_NULL(mission_find_mode(&mission, 1U));
+    TEST_ASSERT_EQUAL(MISSION_LOG_SQLITE, mission.log_strategy);
+    TEST_ASSERT_EQUAL_UINT32(100U, mission.log_ring_records);
+    TEST_ASSERT_EQUAL_UINT32(5000000U, mission.buses[0].data_bit_rate);
+    TEST_ASSERT_EQUAL_UINT8(DESCRIPTOR_TIPC, mission.message_method);
+    TEST_ASSERT_EQUAL_UINT8(DESCRIPTOR_UDP, mission.link_method);
+    TEST_ASSERT_EQUAL_STRING("127.0.0.1", mission.ground_address);
+    TEST_ASSERT_EQUAL_UINT16(10015U, mission.ground_port);
+    TEST_ASSERT_EQUAL_UINT16(1U, mission.users[0].id);
+}
+
+static void resolves_links_to_the_ids_of_ports(void)
+{
+    load_the_good_one();
+    const mission_link_t* const back = mission_find_link(&mission, 17U, 4U, 16U, 2U);
+    TEST_ASSERT_EQUAL_STRING("BACK", back->name);
+    TEST_ASSERT_EQUAL_UINT16(2U, back->number);
+    TEST_ASSERT_TRUE(back->is_required);
+    const mission_link_t* const forth = mission_find_link(&mission, 16U, 1U, 17U, 3U);
+    TEST_ASSERT_EQUAL_STRING("FORTH", forth->name);
+    TEST_ASSERT_FALSE(forth->is_required);
+    TEST_ASSERT_NULL(mission_find_link(&mission, 16U, 2U, 17U, 4U));
+}
+
+static void resolves_plans_and_finds_the_first_that_matches(void)
+{
+    load_the_good_one();
+    const mission_plan_t* const lost = mission_find_plan(&mission, DESCRIPTOR_HIGH, 17U, 9U);
+    TEST_ASSERT_EQUAL_STRING("HAND_LOST", lost->name);
+    TEST_ASSERT_EQUAL(MISSION_ACTION_LOG, mission.actions[lost->first_action].kind);
+    const mission_plan_t* const down = mission_find_plan(&mission, DESCRIPTOR_HIGH, 17U, 8U);
+    TEST_ASSERT_EQUAL_STRING("DOWN", down->name);
+    TEST_ASSERT_EQUAL_PTR(down, mission_find_plan(&mission, DESCRIPTOR_HIGH, 16U, 9U));
+    TEST_ASSERT_EQUAL_UINT16(2U, down->action_count);
+    const mission_action_t* const first = &mission.actions[down->first_action];
+    TEST_ASSERT_EQUAL_UINT16(MISSION_NETWORK, first->target);
+    TEST_ASSERT_EQUAL_UINT8(0U, first->state);
+    TEST_ASSERT_EQUAL_UINT32(500000U, first->after_us);
+    TEST_ASSERT_EQUAL(MISSION_ACTION_MODE, mission.actions[down->first_action + 1U].kind);
+    TEST_ASSERT_EQUAL_UINT8(0U, mission.actions[down->first_action + 1U].mode);
+    TEST_ASSERT_NULL(mission_find_plan(&mission, DESCRIPTOR_MEDIUM, 17U, 9U));
+}
+
+typedef struct {
+    const char* find;
+    const char* replacement;
+    unsigned line;
+    const char* says;
+} damage_t;
+
+static const damage_t damages[] = {
+    {"name='flight'", "name='Flight'", 1U, "a lower-case identifier"},
+    {"2026-06-01T12:00:00", "2026-06-01 12:00:00", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2026-02-29T12:00:00", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2026-06-01T24:00:00", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "1957-12-31T23:59:59", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2O26-06-01T12:00:00", 1U, "a TAI time"},
+    {"name='HAND' id='17'", "name='HAND' id='16'", 5U, "id 16 is taken in line 3"},
+    {"name='HAND' id='17'", "name='ARM' id='17'", 5U, "name ARM is taken in line 3"},
+    {"name='HAND' id='17'", "name='HAND' id='18'", 5U, "HAND 18: its descriptor says HAND 17"},
+    {"descriptor='hand.xml'", "descriptor='arm.xml'", 5U, "HAND 17: its descriptor says ARM 16"},
+    {"<Power state='OPERATIONAL'", "<Power state='RUNNING'", 4U, "the name of a state"},
+    {"<Power state='OPERATIONAL' watts='120'/>",
+     "<Power state='OPERATIONAL' watts='120'/><Power state='OPERATIONAL' watts='1'/>", 4U, "each state once"},
+    {" initial='true'", "", 7U, "exactly one <Mode>"},
+    {"name='SAFE' id='0'", "name='SAFE' id='0' initial='true'", 7U, "exactly one <Mode>"},
+    {"name='NOMINAL' id='3'", "name='NOMINAL' id='0'", 8U, "id 0 is taken in line 7"},
+    {"name='NOMINAL' id='3'", "name='NOMINAL' id='8'", 8U, "a number from 0 to 7"},
+    {"tc='8,1'", "tc='8.1'", 11U, "service and subtype like 8,1"},
+    {"tc='8,1'", "tc='8,256'", 11U, "service and subtype like 8,1"},
+    {"tc='8,1'", "tc='0,1'", 11U, "service and subtype like 8,1"},
+    {"tc='8,1'", "tc='8,1,1'", 11U, "service and subtype like 8,1"},
+    {"select='MOVE_TO'", "select='FLY_TO'", 11U, "expected a function of its target"},
+    {"to='ARM' modes='NOMINAL' states='OPERATIONAL'", "to='HAND' modes='NOMINAL' states='OPERATIONAL'", 11U,
+     "expected a function of its target"},
+    {"to='ARM' modes", "to='LEG' modes", 11U, "one of ARM HAND *"},
+    {"modes='NOMINAL' states='OPERATIONAL'", "modes='WILD' states='OPERATIONAL'", 11U, "of SAFE NOMINAL"},
+    {"modes='NOMINAL' states='OPERATIONAL'", "modes='NOMINAL' states='RUNNING'", 11U, "of OFFLINE"},
+    {"select='PRE_OPERATIONAL'", "select='SOFTWARE_INIT'", 13U, "one of OFFLINE PRE_OPERATIONAL"},
+    {"select='COUPLED'", "select='ALONE'", 14U, "expected a configuration of its target"},
+    {"select='COUPLED' to='HAND'", "select='COUPLED' to='*'", 14U, "each subsystem numbers"},
+    {"select='BACK'", "select='SIDEWAYS'", 15U, "expected a link of the mission"},
+    {"tc='20,3'", "tc='20,3' select='X'", 16U, "* for this telecommand"},
+    {"from='ARM.ARM_STATE'", "from='ARM.STATE'", 18U, "expected SUBSYSTEM.PORT that it provides"},
+    {"from='ARM.ARM_STATE'", "from='ARM.HAND'", 18U, "expected SUBSYSTEM.PORT that it provides"},
+    {"from='ARM.ARM_STATE'", "from='ARM'", 18U, "expected SUBSYSTEM.PORT that it provides"},
+    {"to='HAND.ARM'", "to='ARM.HAND'", 18U, "the layouts of the two ports differ"},
+    {"name='BACK'", "name='FORTH'", 19U, "name FORTH is taken in line 18"},
+    {"event='LOST'", "event='LATE'", 21U, "expected an event of that severity"},
+    {"severity='HIGH' subsystem='HAND'", "severity='LOW' subsystem='HAND'", 21U,
+     "expected an event of that severity"},
+    {" subsystem='HAND' event", " event", 21U, "needs a subsystem"},
+    {"<Action do='LOG'/>", "", 21U, "<Plan> has no <Action>"},
+    {"target='NETWORK'", "target='NOBODY'", 22U, "one of ARM HAND SELF NETWORK"},
+    {" state='OFFLINE' after", " after", 22U, "needs attribute state"},
+    {"mode='SAFE'/", "mode='SAFE' state='OFFLINE'/", 23U, "has no attribute state"},
+    {"mode='SAFE'/", "mode='MILD'/", 23U, "one of SAFE NOMINAL"},
+    {"strategy='SQLITE'", "strategy='PAPER'", 25U, "one of ASCII SQLITE POSTGRESQL RING"},
+    {"bitRate='1000000'", "bitRate='9999'", 26U, "a number from 10000"},
+    {"<Bus name='robot'", "<Bus name='other'", 47U, "expected a bus of the mission"}, // In arm.xml.
+    {"<Ground address='127.0.0.1' port='10015'/>\n", "", 1U, "<Mission> has no <Ground>"},
+    {"<Users>", "<Users/><Users>", 9U, "a second <Users>"},
+};
+
+static void tells_file_line_and_cause_of_each_error(void)
+{
+    for (size_t i = 0U; i < (sizeof damages / sizeof damages[0]); i++) {
+        const damage_t* const damage = &damages[i];
+        char place[32];
+        (void)snprintf(place, sizeof place, ".xml:%u: ", damage->line);
+        TEST_ASSERT_EQUAL_MESSAGE(
+            STATUS_INVALID, load(damaged(flight_document, damage->find, damage->replacement)), damage->says);
+        if ((strstr(descriptor_error(&loader), place) == NULL) ||
+            (strstr(descriptor_error(&loader), damage->says) == NULL)) {
+            char message[512];
+            (void)snprintf(message, sizeof message, "expected line %u, \"%s\"; got \"%s\"", damage->line,
+                           damage->says, descriptor_error(&loader));
+            TEST_FAIL_MESSAGE(message);
+        }
+        TEST_ASSERT_EQUAL_UINT16(0U, mission.subsystem_count);
+    }
+}
+
+static void an_error_in_a_subsystem_names_its_file(void)
+{
+    write_file("hand.xml", damaged(hand_document, "id='9'", "id='0'"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, load(flight_document));
+    TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "/hand.xml:3: id=\"0\""));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, load(damaged(flight_document, "hand.xml", "foot.xml")));
+    TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "/foot.xml:0: cannot read: not found"));
+}
+
+static void ports_that_share_no_method_make_no_link(void)
+{
+    write_file("hand.xml", damaged(hand_document, "methods='SHARED_MEMORY UDP'", "methods='SHARED_MEMORY'"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, load(flight_document));
+    TEST_ASSERT_NOT_NULL(
+        strstr(descriptor_error(&loader), "flight.xml:19: the two ports share no transfer method"));
+}
+
+static void its_hashes_see_every_subsystem(void)
+{
+    load_the_good_one();
+    const uint64_t interface_hash     = mission.interface_hash;
+    const uint64_t configuration_hash = mission.configuration_hash;
+    write_file("hand.xml", damaged(hand_document, "priority='90'", "priority='91'"));
+    load_the_good_one();
+    TEST_ASSERT_TRUE(mission.interface_hash == interface_hash);
+    TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);
+    write_file("hand.xml", damaged(hand_document, "name='TORQUE'", "name='FORCE'"));
+    load_the_good_one();
+    TEST_ASSERT_TRUE(mission.interface_hash != interface_hash);
+    write_file("hand.xml", hand_document);
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "watts='120'", "watts='121'")));
+    TEST_ASSERT_TRUE(mission.interface_hash == interface_hash);
+    TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);
+}
+
+static void a_mission_cut_at_every_octet_is_an_error(void)
+{
+    const size_t end = strlen(flight_document) - 1U;
+    static char document[8192];
+    for (size_t size = 0U; size < end; size++) {
+        memcpy(document, flight_document, size);
+        document[size]        = '\0';
+        const status_t status = load(document);
+        TEST_ASSERT_TRUE((status == STATUS_TRUNCATED) || (status == STATUS_INVALID));
+    }
+}
+
+int main(void)
+{
+    if (mkdtemp(folder) == NULL) {
+        return 1;
+    }
+    UNITY_BEGIN();
+    RUN_TEST(reads_mission_and_subsystems);
+    RUN_TEST(reads_modes_log_buses_and_ground);
+    RUN_TEST(resolves_links_to_the_ids_of_ports);
+    RUN_TEST(resolves_plans_and_finds_the_first_that_matches);
+    RUN_TEST(tells_file_line_and_cause_of_each_error);
+    RUN_TEST(an_error_in_a_subsystem_names_its_file);
+    RUN_TEST(ports_that_share_no_method_make_no_link);
+    RUN_TEST(its_hashes_see_every_subsystem);
+    RUN_TEST(a_mission_cut_at_every_octet_is_an_error);
+    static const char* const names[] = {"arm.xml", "hand.xml", "flight.xml"};
+    for (size_t i = 0U; i < 3U; i++) {
+        (void)snprintf(path, sizeof path, "%s/%s", folder, names[i]);
+        (void)unlink(path);
+    }
+    (void)rmdir(folder);
+    return UNITY_END();
+}

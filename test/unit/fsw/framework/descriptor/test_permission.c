@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/descriptor/mission_descriptor.h"
+#include "unity.h"
+
+static mission_descriptor_t mission;
+
+static const mission_rule_t rules[] = {
+    {.service = 8U, .subtype = 1U, .select = "MOVE_TO", .target = 16U, .modes = 2U, .states = 1U << 5U},
+    {.service = 8U,
+     .subtype = 1U,
+     .select  = "STOP",
+     .target  = MISSION_ANY_TARGET,
+     .modes   = UINT8_MAX,
+     .states  = UINT16_MAX},
+    {.service     = 129U,
+     .subtype     = 1U,
+     .number      = 4U,
+     .is_numbered = true,
+     .target      = 16U,
+     .modes       = 2U,
+     .states      = 1U << 3U},
+    {.service = 20U, .subtype = 3U, .is_any = true, .target = 16U, .modes = 3U, .states = 1U << 4U},
+};
+
+void setUp(void)
+{
+    mission.rule_count = 0U;
+    for (size_t i = 0U; i < (sizeof rules / sizeof rules[0]); i++) {
+        mission.rules[i] = rules[i];
+        mission.rule_count++;
+    }
+}
+
+void tearDown(void)
+{
+}
+
+static int rule_for(const permission_request_t request)
+{
+    int rule              = 99;
+    const status_t status = permission_check(&mission, &request, &rule);
+    TEST_ASSERT_EQUAL((rule == PERMISSION_RULE_NONE) ? STATUS_FORBIDDEN : STATUS_OK, status);
+    return rule;
+}
+
+static permission_request_t move_to(void)
+{
+    return (permission_request_t){
+        .service = 8U, .subtype = 1U, .select = "MOVE_TO", .target = 16U, .mode = 1U, .state = 5U};
+}
+
+static void allows_what_a_rule_says_and_tells_which(void)
+{
+    TEST_ASSERT_EQUAL(0, rule_for(move_to()));
+    permission_request_t request = move_to();
+    request.select               = "STOP";
+    request.state                = 3U;
+    request.target               = 99U;
+    TEST_ASSERT_EQUAL(1, rule_for(request));
+}
+
+/// Each part of the key alone is enough to deny.
+static void denies_when_any_part_of_the_key_differs(void)
+{
+    permission_request_t request = move_to();
+    request.select               = "TARE";
+    TEST_ASSERT_EQUAL(PERMISSION_RULE_NONE, rule_for(request));
+    request        = move_to();
+    request.select = NULL;
+    TEST_ASSERT_EQUAL(PERMISSION_RULE_NONE, rule_for(request));
+    request        = move_to();
+    request.target = 17U;
+    TEST_ASSERT_EQUAL(PERMISSION_RULE_NONE, rule_for(request));
+    request         = move_to();
+    request.subtype = 2U;
+    TEST_ASSERT_EQUAL(PERMISSION_RULE_NONE, rule_for(request));
+    request         = move_to();
+    request.service = 9U;
+    TEST_ASSERT_EQUAL(PERMISSION_RULE_NONE, rule_for(request));
+    for (unsigned mode = 0U; mode < 256U; mode++) {
+        request      = move_to();
+        request.mode = (uint8_t)mode;
+        TEST_ASSERT_EQUAL((mode == 1U) ? 0 : PERMISSION_RULE_NONE, rule_for(request));
+    }
+    for (unsigned state = 0U; state < 256U; state++) {
+        request       = move_to();
+        request.state = (uint8_t)state;
+        TEST_ASSERT_EQUAL((state == 5U) ? 0 : PERMISSION_RULE_NONE, rule_for(request));
+    }
+}
+
+static bool is_in(const uint8_t service, const uint8_t subtype)
+{
+    const unsigned key = (service * 1000U) + subtype;
+    switch (key) {
+    case 3009U:
+    case 3027U:
+    case 3033U:
+    case 5007U:
+    case 20001U:
+    case 129004U:
+    case 130001U:
+    case 130007U:
+    case 130008U:
+    case 131005U:
+    case 131008U:
+    case 131010U:
+        return true;
+    default:
+        return service == 17U;
+    }
+}
+
+/// Every service, subtype, state and selector without any rule: only what is built in.
+static void without_rules_only_the_built_in_set_is_allowed(void)
+{
+    mission.rule_count = 0U;
+    for (unsigned service = 1U; service < 256U; service++) {
+        for (unsigned subtype = 1U; subtype < 256U; subtype++) {
+            for (unsigned state = 0U; state < 10U; state++) {
+                if ((service == 129U) && (subtype == 1U)) {
+                    continue; // The next test.
+                }
+                const permission_request_t request = {.service = (uint8_t)service,
+                                                      .subtype = (uint8_t)subtype,
+                                                      .select  = "STOP",
+                                                      .number  = (uint16_t)(state % 7U),
+                                                      .target  = 16U,
+                                                      .state   = (uint8_t)state};
+                int rule                           = 0;
+                const bool is_allowed              = permission_check(&mission, &request, &rule) == STATUS_OK;
+                if (is_allowed != is_in(request.service, request.subtype)) {
+                    TEST_FAIL();
+                }
+            }
+        }
+    }
+}
+
+/// Downwards and to ERROR_OPERATIONAL always; upwards never without a rule. Rows: present state, columns:
+/// target.
+static void requests_for_a_state_are_free_downwards_only(void)
+{
+    static const char* const expected[10] = {
+        // 0123456789
+        "y.....y...", // OFFLINE
+        "y.....y...", // SOFTWARE_INIT
+        "y.....y...", // HARDWARE_INIT
+        "y..y..y...", // PRE_OPERATIONAL
+        "y..yy.y...", // SAFE_OPERATIONAL
+        "y..yyyy...", // OPERATIONAL
+        "y.....y...", // ERROR_OPERATIONAL
+        "y.....y...", // POST_OPERATIONAL
+        "y.....y...", // HARDWARE_DEINIT
+        "y.....y...", // SOFTWARE_DEINIT
+    };
+    mission.rule_count = 0U;
+    for (uint8_t state = 0U; state < 10U; state++) {
+        for (uint8_t target = 0U; target < 10U; target++) {
+            const permission_request_t request = {
+                .service = 129U, .subtype = 1U, .number = target, .target = 16U, .state = state};
+            const int wanted =
+                (expected[state][target] == 'y') ? PERMISSION_RULE_ALWAYS : PERMISSION_RULE_NONE;
+            TEST_ASSERT_EQUAL(wanted, rule_for(request));
+        }
+    }
+}
+
+static void a_rule_lets_a_request_upwards_pass_from_its_state_only(void)
+{
+    permission_request_t request = {
+        .service = 129U, .subtype = 1U, .number = 4U, .target = 16U, .mode = 1U, .state = 3U};
+    TEST_ASSERT_EQUAL(2, rule_for(request));
+    request.number = 5U;
+    TEST_ASSERT_EQUAL(PERMISSION_RULE_NONE, rule_for(request));
+    request.number = 4U;
+    request.state  = 0U;
+    TEST_ASSERT_EQUAL(PERMISSION_RULE_NONE, rule_for(request));
+    request.state = 3U;
+    request.mode  = 0U;
+    TEST_ASSERT_EQUAL(PERMISSION_RULE_NONE, rule_for(request));
+}
+
+static void a_selector_of_any_needs_none(void)
+{
+    permission_request_t request = {.service = 20U, .subtype = 3U, .target = 16U, .mode = 0U, .state = 4U};
+    TEST_ASSERT_EQUAL(3, rule_for(request));
+    request.number = 7U;
+    request.select = "ANYTHING";
+    TEST_ASSERT_EQUAL(3, rule_for(request));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(allows_what_a_rule_says_and_tells_which);
+    RUN_TEST(denies_when_any_part_of_the_key_differs);
+    RUN_TEST(without_rules_only_the_built_in_set_is_allowed);
+    RUN_TEST(requests_for_a_state_are_free_downwards_only);
+    RUN_TEST(a_rule_lets_a_request_upwards_pass_from_its_state_only);
+    RUN_TEST(a_selector_of_any_needs_none);
+    return UNITY_END();
+}

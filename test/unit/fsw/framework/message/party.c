@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "test/unit/fsw/framework/message/party.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+#define ARRIVAL_MS 1000U
+
+uint16_t party_id(unsigned index)
+{
+    return (uint16_t)(16U + index);
+}
+
+static void delivered(void* context, uint16_t to)
+{
+    party_t* const party = context;
+    party->members[to - party_id(0U)].announced++;
+}
+
+/// The carrier of each endpoint: counts, and lets the test decide what becomes of a frame.
+static status_t send(void* context, uint16_t to, const uint8_t* frame, size_t size)
+{
+    party_member_t* const member = context;
+    party_t* const party         = member->party;
+    const unsigned index         = to - party_id(0U);
+    const status_t fate =
+        (party->fate != NULL) ? party->fate(party, member->index, index, frame, size) : STATUS_OK;
+    if (fate == STATUS_EMPTY) {
+        return STATUS_OK;
+    }
+    const status_t status =
+        (fate == STATUS_OK) ? member->carrier.send(member->carrier.context, to, frame, size) : fate;
+    if (status == STATUS_OK) {
+        party->frames[member->index][index]++;
+    }
+    return status;
+}
+
+static void open_endpoint(party_member_t* member, uint32_t epoch)
+{
+    party_t* const party = member->party;
+    message_open(&member->endpoint, party_id(member->index), epoch, (message_carrier_t){member, send},
+                 member->inbox, sizeof member->inbox);
+    for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
+        if (i != member->index) {
+            TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&member->endpoint, party_id(i)));
+        }
+    }
+    if (party->form == PARTY_RING) {
+        member->announced = 0U;
+    }
+}
+
+static void open_udp(party_t* party)
+{
+    const delivery_notice_t notice = {party, delivered};
+    for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
+        party_member_t* const member = &party->members[i];
+        const osal_address_t any     = {OSAL_IPV4_LOOPBACK, 0U};
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&member->socket, any, 4194304U));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&member->socket, &member->address));
+        udp_carrier_init(&member->udp, &member->socket, notice);
+        member->carrier = udp_carrier_port(&member->udp);
+    }
+    for (unsigned i = 0U; i < (PARTY_MEMBERS * PARTY_MEMBERS); i++) {
+        party_member_t* const member = &party->members[i / PARTY_MEMBERS];
+        const unsigned peer          = i % PARTY_MEMBERS;
+        if (peer != member->index) {
+            TEST_ASSERT_EQUAL(
+                STATUS_OK, udp_carrier_add_peer(&member->udp, party_id(peer), party->members[peer].address));
+        }
+    }
+}
+
+void party_open(party_t* party, party_form_t form)
+{
+    (void)memset(party, 0, sizeof *party);
+    party->form = form;
+    ring_carrier_init(&party->hub, (delivery_notice_t){party, delivered});
+    for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
+        party->members[i].party             = party;
+        party->members[i].index             = i;
+        party->members[i].socket.descriptor = -1;
+        party->members[i].carrier           = ring_carrier_port(&party->hub);
+    }
+    if (form == PARTY_UDP) {
+        open_udp(party);
+    }
+    for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
+        open_endpoint(&party->members[i], 1U);
+        TEST_ASSERT_EQUAL(STATUS_OK, ring_carrier_attach(&party->hub, &party->members[i].endpoint));
+    }
+}
+
+void party_close(party_t* party)
+{
+    for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
+        TEST_ASSERT_TRUE(octet_ring_is_consistent(&party->members[i].endpoint.inbox));
+        if (osal_socket_is_open(&party->members[i].socket)) {
+            osal_socket_close(&party->members[i].socket);
+        }
+    }
+}
+
+void party_restart(party_t* party, unsigned index, uint32_t epoch)
+{
+    open_endpoint(&party->members[index], epoch);
+}
+
+status_t party_send(party_t* party, unsigned from, unsigned to, const void* octets, size_t size)
+{
+    return message_send(&party->members[from].endpoint, party_id(to), octets, size);
+}
+
+/// Take in the datagrams that were announced; on loopback they may be a moment late.
+static void pump(party_member_t* member)
+{
+    while ((member->party->form == PARTY_UDP) && (member->announced > 0U)) {
+        const status_t status = udp_carrier_pump(&member->udp, &member->endpoint);
+        if (status == STATUS_FULL) {
+            return;
+        }
+        if (status == STATUS_EMPTY) {
+            TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&member->socket, ARRIVAL_MS));
+        } else {
+            TEST_ASSERT_EQUAL(STATUS_OK, status);
+            member->announced--;
+        }
+    }
+}
+
+status_t party_receive(party_t* party, unsigned index, unsigned* out_from, uint8_t* octets, size_t capacity,
+                       size_t* out_size)
+{
+    party_member_t* const member = &party->members[index];
+    uint16_t from                = party_id(0U);
+    pump(member);
+    const status_t status = message_receive(&member->endpoint, &from, octets, capacity, out_size);
+    *out_from             = (unsigned)(from - party_id(0U));
+    return status;
+}
+
+void party_inject(party_t* party, unsigned from, unsigned to, const uint8_t* octets, size_t size)
+{
+    party_member_t* const sender = &party->members[from];
+    TEST_ASSERT_EQUAL(STATUS_OK, sender->carrier.send(sender->carrier.context, party_id(to), octets, size));
+}

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Components that talk to each other over either carrier: rings in one program, or real UDP sockets. A
+/// party takes in exactly what was announced for it, as programs in stepped time do.
+#ifndef TEST_UNIT_FSW_FRAMEWORK_MESSAGE_PARTY_H
+#define TEST_UNIT_FSW_FRAMEWORK_MESSAGE_PARTY_H
+
+#include "fsw/framework/message/message.h"
+#include "fsw/framework/message/ring_carrier.h"
+#include "fsw/framework/message/udp_carrier.h"
+#include "osal/include/osal/socket.h"
+
+#include <stdbool.h>
+
+#define PARTY_MEMBERS 3U
+#define PARTY_INBOX MESSAGE_INBOX_OCTETS(PARTY_MEMBERS, 4096U)
+
+typedef enum {
+    PARTY_RING,
+    PARTY_UDP,
+    PARTY_FORMS
+} party_form_t;
+
+typedef struct party party_t;
+
+typedef struct {
+    party_t* party;
+    unsigned index;
+    message_endpoint_t endpoint;
+    uint8_t inbox[PARTY_INBOX];
+    osal_socket_t socket;
+    osal_address_t address;
+    udp_carrier_t udp;
+    message_carrier_t carrier; // Below the interposer.
+    unsigned announced;        // Datagrams on their way to this member.
+} party_member_t;
+
+struct party {
+    party_form_t form;
+    ring_carrier_t hub;
+    party_member_t members[PARTY_MEMBERS];
+    unsigned frames[PARTY_MEMBERS][PARTY_MEMBERS]; ///< Taken by the carrier, from and to.
+    /// What becomes of a frame: STATUS_OK passes it on, STATUS_EMPTY loses it on the way, anything else is
+    /// the carrier's refusal. May be null.
+    status_t (*fate)(party_t* party, unsigned from, unsigned to, const uint8_t* frame, size_t size);
+};
+
+/// Address of a member: 16, 17, ...
+uint16_t party_id(unsigned index);
+/// All members with start count 1, each a peer of each.
+void party_open(party_t* party, party_form_t form);
+void party_close(party_t* party);
+/// The member dies and comes back: what waits in its inbox is gone, what waits in its socket is not.
+void party_restart(party_t* party, unsigned index, uint32_t epoch);
+status_t party_send(party_t* party, unsigned from, unsigned to, const void* octets, size_t size);
+/// Take in what was announced, then one block. `*out_from` is an index.
+status_t party_receive(party_t* party, unsigned index, unsigned* out_from, uint8_t* octets, size_t capacity,
+                       size_t* out_size);
+/// Bring octets to a member as if `from` had sent them.
+void party_inject(party_t* party, unsigned from, unsigned to, const uint8_t* octets, size_t size);
+
+#endif // TEST_UNIT_FSW_FRAMEWORK_MESSAGE_PARTY_H

@@ -1,0 +1,429 @@
+// SPDX-License-Identifier: Apache-2.0
+// Order, credits and losses, each over both carriers.
+#include "fsw/framework/message/message.h"
+
+#include "test/unit/fsw/framework/message/party.h"
+#include "unity.h"
+
+#include <string.h>
+
+static party_t party;
+static uint8_t block[MESSAGE_PAYLOAD_MAX + 1U];
+static uint8_t taken[MESSAGE_PAYLOAD_MAX];
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static uint32_t random_state = 7U;
+
+static uint32_t draw(uint32_t below)
+{
+    random_state = (random_state * 1664525U) + 1013904223U;
+    return (random_state >> 8U) % below;
+}
+
+static void in_each_form(void (*act)(void))
+{
+    for (unsigned form = PARTY_RING; form < PARTY_FORMS; form++) {
+        party_open(&party, (party_form_t)form);
+        act();
+        party_close(&party);
+    }
+}
+
+static message_endpoint_t* end(unsigned index)
+{
+    return &party.members[index].endpoint;
+}
+
+static uint32_t credit(unsigned from, unsigned to)
+{
+    return message_credit(end(from), party_id(to));
+}
+
+static status_t send_number(unsigned from, unsigned to, uint32_t number)
+{
+    return party_send(&party, from, to, &number, sizeof number);
+}
+
+static void expect_number(unsigned index, unsigned from, uint32_t number)
+{
+    unsigned sender = 99U;
+    size_t size     = 0U;
+    uint32_t found  = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, index, &sender, taken, sizeof taken, &size));
+    TEST_ASSERT_EQUAL(from, sender);
+    TEST_ASSERT_EQUAL(sizeof found, size);
+    (void)memcpy(&found, taken, sizeof found);
+    TEST_ASSERT_EQUAL(number, found);
+}
+
+static void expect_nothing(unsigned index)
+{
+    unsigned sender = 0U;
+    size_t size     = 99U;
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, party_receive(&party, index, &sender, taken, sizeof taken, &size));
+    TEST_ASSERT_EQUAL(0U, size);
+}
+
+// ---- Octets ----
+
+static void send_each_size(void)
+{
+    static const size_t sizes[] = {0U, 1U, 2U, 23U, 24U, 25U, 255U, 256U, 4095U, 4096U};
+    for (size_t i = 0U; i < (sizeof sizes / sizeof sizes[0]); i++) {
+        unsigned from = 99U;
+        size_t size   = 0U;
+        for (size_t k = 0U; k < sizes[i]; k++) {
+            block[k] = (uint8_t)draw(256U);
+        }
+        TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, block, sizes[i]));
+        TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &from, taken, sizeof taken, &size));
+        TEST_ASSERT_EQUAL(0U, from);
+        TEST_ASSERT_EQUAL(sizes[i], size);
+        TEST_ASSERT_EQUAL(0, memcmp(block, taken, size));
+    }
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, party_send(&party, 0U, 1U, block, 4097U));
+    expect_nothing(1U);
+}
+
+static void octets_arrive_unchanged(void)
+{
+    in_each_form(send_each_size);
+}
+
+static void know_only_peers(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, message_send(end(0U), 99U, block, 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, message_send(end(0U), party_id(0U), block, 1U));
+    TEST_ASSERT_EQUAL(0U, message_credit(end(0U), 99U));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, message_add_peer(end(0U), party_id(1U)));
+    for (uint16_t i = 0U; i < (MESSAGE_PEERS_MAX - (PARTY_MEMBERS - 1U)); i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(end(0U), (uint16_t)(100U + i)));
+    }
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, message_add_peer(end(0U), 200U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, message_send(end(0U), 100U, block, 1U));
+}
+
+static void only_peers_are_known(void)
+{
+    for (unsigned form = PARTY_RING; form < PARTY_FORMS; form++) {
+        party_open(&party, (party_form_t)form);
+        TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
+        party_close(&party);
+    }
+    // A peer that no carrier reaches; the counting carrier of the party knows its own members only.
+    party_open(&party, PARTY_RING);
+    end(0U)->carrier = ring_carrier_port(&party.hub);
+    know_only_peers();
+    TEST_ASSERT_EQUAL(1U, end(0U)->counters.unreachable);
+    party_close(&party);
+}
+
+static void read_with_too_little_room(void)
+{
+    unsigned from = 0U;
+    size_t size   = 0U;
+    for (unsigned i = 0U; i < (2U * MESSAGE_WINDOW); i++) { // Dropped blocks give their credit back, too.
+        TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, block, 10U));
+        TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, party_receive(&party, 1U, &from, taken, 9U, &size));
+        TEST_ASSERT_EQUAL(0U, size);
+        expect_nothing(0U);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 5U));
+    expect_number(1U, 0U, 5U);
+}
+
+static void a_block_too_large_for_the_reader_is_dropped_alone(void)
+{
+    in_each_form(read_with_too_little_room);
+}
+
+// ---- Credits ----
+
+static void fill_the_window(void)
+{
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        TEST_ASSERT_EQUAL(MESSAGE_WINDOW - i, credit(0U, 1U));
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
+    }
+    TEST_ASSERT_EQUAL(0U, credit(0U, 1U));
+    TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U));
+    TEST_ASSERT_EQUAL(1U, end(0U)->counters.no_credit);
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 2U, 7U)); // Each channel has credit of its own.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 8U)); // And each direction.
+    for (uint32_t i = 0U; i < (MESSAGE_WINDOW / 2U); i++) {
+        expect_number(1U, 0U, i);
+    }
+    expect_number(0U, 1U, 8U);
+    expect_nothing(0U);
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW / 2U, credit(0U, 1U));
+    for (uint32_t i = MESSAGE_WINDOW / 2U; i < MESSAGE_WINDOW; i++) {
+        expect_number(1U, 0U, i);
+    }
+    expect_nothing(1U); // The block that was refused has not gone.
+    expect_nothing(0U);
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
+    TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
+}
+
+static void a_window_is_all_that_may_be_under_way(void)
+{
+    in_each_form(fill_the_window);
+}
+
+static void answer_each(void)
+{
+    for (uint32_t i = 0U; i < 200U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
+        expect_number(1U, 0U, i);
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, i));
+        expect_number(0U, 1U, i);
+        TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
+    }
+    TEST_ASSERT_EQUAL(200U, party.frames[0][1]); // No frame was needed for credit alone.
+    TEST_ASSERT_EQUAL(200U, party.frames[1][0]);
+}
+
+static void data_carries_credit_along(void)
+{
+    in_each_form(answer_each);
+}
+
+static void push_and_pull(void)
+{
+    uint32_t sent[2] = {0U, 0U};
+    uint32_t seen[2] = {0U, 0U};
+    for (unsigned step = 0U; step < 20000U; step++) {
+        const unsigned from = draw(2U);
+        const unsigned to   = 1U - from;
+        if (draw(3U) > 0U) {
+            const uint32_t allowed = credit(from, to);
+            const status_t status  = send_number(from, to, sent[from]);
+            TEST_ASSERT_EQUAL((allowed > 0U) ? STATUS_OK : STATUS_FULL, status);
+            sent[from] += (status == STATUS_OK) ? 1U : 0U;
+        } else if (seen[from] < sent[from]) {
+            expect_number(to, from, seen[from]);
+            seen[from]++;
+        } else {
+            expect_nothing(to);
+        }
+        TEST_ASSERT_TRUE((sent[from] - seen[from]) <= MESSAGE_WINDOW);
+        TEST_ASSERT_TRUE(credit(from, to) <= (MESSAGE_WINDOW - (sent[from] - seen[from])));
+    }
+    for (unsigned from = 0U; from < 2U; from++) { // Nothing is left behind.
+        while (seen[from] < sent[from]) {
+            expect_number(1U - from, from, seen[from]);
+            seen[from]++;
+        }
+        TEST_ASSERT_EQUAL(0U, end(from)->counters.lost + end(from)->counters.stale +
+                                  end(from)->counters.malformed + end(from)->counters.unreachable);
+        TEST_ASSERT_EQUAL(sent[from], end(from)->counters.sent);
+        TEST_ASSERT_EQUAL(sent[from], end(1U - from)->counters.received);
+    }
+}
+
+static void whatever_is_accepted_arrives_in_order(void)
+{
+    in_each_form(push_and_pull);
+}
+
+// ---- Carriers that refuse or lose ----
+
+static unsigned frames_seen;
+static unsigned refused_from; // Frames [refused_from, refused_to) meet `refusal`.
+static unsigned refused_to;
+static unsigned refused_sender;
+static status_t refusal;
+
+static status_t refuse_some(party_t* self, unsigned from, unsigned to, const uint8_t* frame, size_t size)
+{
+    (void)self;
+    (void)to;
+    (void)frame;
+    (void)size;
+    if (from != refused_sender) {
+        return STATUS_OK;
+    }
+    const unsigned number = frames_seen++;
+    return ((number >= refused_from) && (number < refused_to)) ? refusal : STATUS_OK;
+}
+
+static void set_fate(unsigned sender, unsigned from, unsigned to, status_t status)
+{
+    frames_seen    = 0U;
+    refused_sender = sender;
+    refused_from   = from;
+    refused_to     = to;
+    refusal        = status;
+    party.fate     = refuse_some;
+}
+
+static void meet_a_full_carrier(void)
+{
+    set_fate(0U, 1U, 4U, STATUS_FULL);
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 0U));
+    for (unsigned i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 1U));
+        TEST_ASSERT_EQUAL(MESSAGE_WINDOW - 1U, credit(0U, 1U));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 1U));
+    expect_number(1U, 0U, 0U);
+    expect_number(1U, 0U, 1U);
+    TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
+    TEST_ASSERT_EQUAL(0U, end(0U)->counters.unreachable);
+}
+
+static void a_full_carrier_loses_nothing(void)
+{
+    in_each_form(meet_a_full_carrier);
+}
+
+static void meet_nobody(void)
+{
+    set_fate(0U, 0U, 2U, STATUS_CLOSED);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, send_number(0U, 1U, 0U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, send_number(0U, 1U, 0U));
+    TEST_ASSERT_EQUAL(2U, end(0U)->counters.unreachable);
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 1U));
+    expect_number(1U, 0U, 1U);
+    TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
+}
+
+static void nobody_there_is_told_and_counted(void)
+{
+    in_each_form(meet_nobody);
+}
+
+static void lose_some(void)
+{
+    set_fate(0U, 3U, 8U, STATUS_EMPTY);
+    for (uint32_t i = 0U; i < 20U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
+    }
+    for (uint32_t i = 0U; i < 20U; i++) {
+        if ((i < 3U) || (i >= 8U)) {
+            expect_number(1U, 0U, i);
+        }
+    }
+    TEST_ASSERT_EQUAL(5U, end(1U)->counters.lost);
+    TEST_ASSERT_EQUAL(15U, end(1U)->counters.received);
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 0U));
+    expect_number(0U, 1U, 0U);
+    TEST_ASSERT_EQUAL_MESSAGE(MESSAGE_WINDOW, credit(0U, 1U), "lost blocks keep their credit");
+}
+
+static void lost_blocks_are_counted_and_give_their_credit_back(void)
+{
+    in_each_form(lose_some);
+}
+
+static void lose_all_but_the_last(void)
+{
+    set_fate(0U, 0U, MESSAGE_WINDOW - 1U, STATUS_EMPTY);
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
+    }
+    expect_number(1U, 0U, MESSAGE_WINDOW - 1U); // As far ahead as credit allows.
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW - 1U, end(1U)->counters.lost);
+    expect_nothing(0U);
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
+}
+
+static void the_last_of_a_window_may_come_alone(void)
+{
+    in_each_form(lose_all_but_the_last);
+}
+
+static void lose_a_whole_window(void)
+{
+    set_fate(0U, 0U, MESSAGE_WINDOW, STATUS_EMPTY);
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
+    }
+    TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U));
+    // The peer knows nothing of it; what it sends is answered by credit, which tells what it missed.
+    for (uint32_t i = 0U; i < (MESSAGE_WINDOW / 2U); i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, i));
+        expect_number(0U, 1U, i);
+    }
+    expect_nothing(1U);
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW, end(1U)->counters.lost);
+    expect_nothing(0U);
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 100U));
+    expect_number(1U, 0U, 100U);
+}
+
+static void a_lost_window_does_not_silence_the_sender(void)
+{
+    in_each_form(lose_a_whole_window);
+}
+
+static void refuse_all_credit(void)
+{
+    set_fate(1U, 0U, UINT32_MAX, STATUS_FULL);
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(2U, 1U, i));
+    }
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        expect_number(1U, 2U, i);
+    }
+    expect_nothing(2U);
+    TEST_ASSERT_EQUAL(STATUS_FULL, send_number(2U, 1U, 99U));
+    TEST_ASSERT_EQUAL(0U, credit(2U, 1U));
+    set_fate(1U, 0U, 0U, STATUS_OK); // The carrier has room again: no data is needed to try again.
+    expect_nothing(1U);
+    expect_nothing(2U);
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(2U, 1U));
+}
+
+static void refused_credit_is_offered_again(void)
+{
+    in_each_form(refuse_all_credit);
+}
+
+static void a_full_inbox_keeps_datagrams_in_the_socket(void)
+{
+    party_open(&party, PARTY_UDP);
+    octet_ring_init(&end(1U)->inbox, party.members[1].inbox, 3U * (MESSAGE_FRAME_MAX + 4U));
+    for (uint32_t i = 0U; i < 20U; i++) {
+        (void)memcpy(block, &i, sizeof i);
+        TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, block, MESSAGE_PAYLOAD_MAX));
+    }
+    for (uint32_t i = 0U; i < 20U; i++) {
+        unsigned from  = 0U;
+        size_t size    = 0U;
+        uint32_t found = 99U;
+        TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &from, taken, sizeof taken, &size));
+        (void)memcpy(&found, taken, sizeof found);
+        TEST_ASSERT_EQUAL(i, found);
+    }
+    TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
+    party_close(&party);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(octets_arrive_unchanged);
+    RUN_TEST(only_peers_are_known);
+    RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
+    RUN_TEST(a_window_is_all_that_may_be_under_way);
+    RUN_TEST(data_carries_credit_along);
+    RUN_TEST(whatever_is_accepted_arrives_in_order);
+    RUN_TEST(a_full_carrier_loses_nothing);
+    RUN_TEST(nobody_there_is_told_and_counted);
+    RUN_TEST(lost_blocks_are_counted_and_give_their_credit_back);
+    RUN_TEST(the_last_of_a_window_may_come_alone);
+    RUN_TEST(a_lost_window_does_not_silence_the_sender);
+    RUN_TEST(refused_credit_is_offered_again);
+    RUN_TEST(a_full_inbox_keeps_datagrams_in_the_socket);
+    return UNITY_END();
+}

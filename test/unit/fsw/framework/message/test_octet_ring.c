@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/message/octet_ring.h"
+
+#include "test/support/assertion.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define MODEL_BLOCKS 64U
+#define MODEL_OCTETS 128U
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static uint32_t random_state = 1U;
+
+static uint32_t draw(uint32_t below)
+{
+    random_state = (random_state * 1664525U) + 1013904223U;
+    return (random_state >> 8U) % below;
+}
+
+static void a_new_ring_is_empty(void)
+{
+    uint8_t storage[16];
+    uint8_t octets[16];
+    size_t size = 99U;
+    octet_ring_t ring;
+    octet_ring_init(&ring, storage, sizeof storage);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, octet_ring_take(&ring, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL(0U, size);
+    TEST_ASSERT_EQUAL(12U, octet_ring_room(&ring));
+    TEST_ASSERT_TRUE(octet_ring_is_consistent(&ring));
+}
+
+static void a_block_fills_the_ring_to_the_last_octet(void)
+{
+    uint8_t storage[20];
+    uint8_t octets[16];
+    size_t size = 0U;
+    octet_ring_t ring;
+    octet_ring_init(&ring, storage, sizeof storage);
+    (void)memset(octets, 0xA5, sizeof octets);
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, octets, 16U));
+    TEST_ASSERT_EQUAL(0U, octet_ring_room(&ring));
+    TEST_ASSERT_EQUAL(STATUS_FULL, octet_ring_put(&ring, octets, 0U));
+    TEST_ASSERT_EQUAL(1U, ring.refused);
+    TEST_ASSERT_EQUAL(20U, ring.peak);
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_take(&ring, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL(16U, size);
+    TEST_ASSERT_EQUAL(16U, octet_ring_room(&ring));
+    TEST_ASSERT_EQUAL(STATUS_FULL, octet_ring_put(&ring, octets, 17U));
+}
+
+static void empty_blocks_count(void)
+{
+    uint8_t storage[16];
+    uint8_t octets[1];
+    size_t size = 9U;
+    octet_ring_t ring;
+    octet_ring_init(&ring, storage, sizeof storage);
+    for (unsigned i = 0U; i < 4U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, NULL, 0U));
+    }
+    TEST_ASSERT_EQUAL(STATUS_FULL, octet_ring_put(&ring, NULL, 0U));
+    for (unsigned i = 0U; i < 4U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_take(&ring, octets, sizeof octets, &size));
+        TEST_ASSERT_EQUAL(0U, size);
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, octet_ring_take(&ring, octets, sizeof octets, &size));
+}
+
+static void a_block_too_large_for_the_reader_is_dropped_alone(void)
+{
+    uint8_t storage[64];
+    uint8_t octets[8] = {1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U};
+    uint8_t out[8]    = {0};
+    size_t size       = 9U;
+    octet_ring_t ring;
+    octet_ring_init(&ring, storage, sizeof storage);
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, octets, 8U));
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, octets, 3U));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, octet_ring_take(&ring, out, 7U, &size));
+    TEST_ASSERT_EQUAL(0U, size);
+    TEST_ASSERT_EQUAL(0U, out[0]);
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_take(&ring, out, 3U, &size));
+    TEST_ASSERT_EQUAL(3U, size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, out, 3U);
+}
+
+static void the_largest_block_survives(void)
+{
+    static uint8_t storage[65600];
+    static uint8_t octets[65535];
+    static uint8_t out[65535];
+    size_t size = 0U;
+    octet_ring_t ring;
+    octet_ring_init(&ring, storage, sizeof storage);
+    for (size_t i = 0U; i < sizeof octets; i++) {
+        octets[i] = (uint8_t)draw(256U);
+    }
+    for (unsigned round = 0U; round < 3U; round++) { // The second and third go around the end.
+        TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, octets, sizeof octets));
+        TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_take(&ring, out, sizeof out, &size));
+        TEST_ASSERT_EQUAL(sizeof octets, size);
+        TEST_ASSERT_EQUAL(0, memcmp(octets, out, sizeof octets));
+    }
+}
+
+typedef struct { // The same as a plain list.
+    uint8_t octets[MODEL_BLOCKS][MODEL_OCTETS];
+    size_t sizes[MODEL_BLOCKS];
+    unsigned count;
+    size_t used;
+} model_t;
+
+static void put_into_both(octet_ring_t* ring, model_t* model, size_t capacity)
+{
+    uint8_t octets[MODEL_OCTETS];
+    const size_t size = draw(MODEL_OCTETS);
+    for (size_t i = 0U; i < size; i++) {
+        octets[i] = (uint8_t)draw(256U);
+    }
+    const bool fits = (model->used + size + 4U) <= capacity;
+    TEST_ASSERT_EQUAL(fits, (octet_ring_room(ring) >= size) && ((capacity - model->used) >= 4U));
+    TEST_ASSERT_EQUAL(fits ? STATUS_OK : STATUS_FULL, octet_ring_put(ring, octets, size));
+    if (fits) {
+        TEST_ASSERT_TRUE(model->count < MODEL_BLOCKS);
+        (void)memcpy(model->octets[model->count], octets, size);
+        model->sizes[model->count] = size;
+        model->count++;
+        model->used += size + 4U;
+    }
+}
+
+static void take_from_both(octet_ring_t* ring, model_t* model)
+{
+    uint8_t octets[MODEL_OCTETS] = {0};
+    const size_t capacity        = draw(MODEL_OCTETS);
+    size_t size                  = 0U;
+    const status_t status        = octet_ring_take(ring, octets, capacity, &size);
+    if (model->count == 0U) {
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, status);
+        return;
+    }
+    const bool fits = (model->sizes[0] <= capacity);
+    TEST_ASSERT_EQUAL(fits ? STATUS_OK : STATUS_TOO_LARGE, status);
+    TEST_ASSERT_EQUAL(fits ? model->sizes[0] : 0U, size);
+    if (fits) {
+        TEST_ASSERT_EQUAL(0, memcmp(model->octets[0], octets, size));
+    }
+    model->used -= model->sizes[0] + 4U;
+    model->count--;
+    (void)memmove(model->octets[0], model->octets[1], (MODEL_BLOCKS - 1U) * (size_t)MODEL_OCTETS);
+    (void)memmove(&model->sizes[0], &model->sizes[1], (MODEL_BLOCKS - 1U) * sizeof model->sizes[0]);
+}
+
+static void look_at_both(const octet_ring_t* ring, const model_t* model)
+{
+    uint8_t octets[MODEL_OCTETS + 1U] = {0};
+    const size_t capacity             = draw(MODEL_OCTETS);
+    size_t size                       = 99U;
+    octets[capacity]                  = 0xA5U;
+    const status_t status             = octet_ring_peek(ring, octets, capacity, &size);
+    TEST_ASSERT_EQUAL((model->count > 0U) ? STATUS_OK : STATUS_EMPTY, status);
+    TEST_ASSERT_EQUAL((model->count > 0U) ? model->sizes[0] : 0U, size);
+    TEST_ASSERT_EQUAL(0, memcmp(model->octets[0], octets, (size < capacity) ? size : capacity));
+    TEST_ASSERT_EQUAL_HEX8(0xA5U, octets[capacity]);
+}
+
+static void a_ring_behaves_like_a_list(void)
+{
+    static uint8_t storage[500];
+    static model_t model;
+    for (size_t capacity = 16U; capacity <= sizeof storage; capacity += 37U) {
+        octet_ring_t ring;
+        octet_ring_init(&ring, storage, capacity);
+        (void)memset(&model, 0, sizeof model);
+        for (unsigned step = 0U; step < 20000U; step++) {
+            if (draw(100U) < 52U) {
+                put_into_both(&ring, &model, capacity);
+            } else {
+                take_from_both(&ring, &model);
+            }
+            look_at_both(&ring, &model);
+            TEST_ASSERT_EQUAL(model.count, ring.blocks);
+            TEST_ASSERT_EQUAL(model.used, ring.used);
+            TEST_ASSERT_TRUE(ring.peak <= capacity);
+            TEST_ASSERT_TRUE(octet_ring_is_consistent(&ring));
+        }
+    }
+}
+
+static void the_self_test_sees_damage(void)
+{
+    static const uint8_t octets[6] = {0};
+    uint8_t storage[64];
+    octet_ring_t ring;
+    octet_ring_init(&ring, storage, sizeof storage);
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, octets, 5U));
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, octets, 6U));
+    storage[3]++; // Length of the first block.
+    TEST_ASSERT_FALSE(octet_ring_is_consistent(&ring));
+    storage[3]--;
+    ring.blocks++;
+    TEST_ASSERT_FALSE(octet_ring_is_consistent(&ring));
+}
+
+static void put_too_large(void)
+{
+    static uint8_t storage[70000];
+    octet_ring_t ring;
+    octet_ring_init(&ring, storage, sizeof storage);
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, storage, 65536U));
+}
+
+static void init_too_small(void)
+{
+    uint8_t storage[16];
+    octet_ring_t ring;
+    octet_ring_init(&ring, storage, 15U);
+}
+
+static void coding_errors_are_caught(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(put_too_large));
+    TEST_ASSERT_TRUE(assertion_fails(init_too_small));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_new_ring_is_empty);
+    RUN_TEST(a_block_fills_the_ring_to_the_last_octet);
+    RUN_TEST(empty_blocks_count);
+    RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
+    RUN_TEST(the_largest_block_survives);
+    RUN_TEST(a_ring_behaves_like_a_list);
+    RUN_TEST(the_self_test_sees_damage);
+    RUN_TEST(coding_errors_are_caught);
+    return UNITY_END();
+}

@@ -1,0 +1,360 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/parameter/parameter.h"
+#include "test/support/assertion.h"
+
+#include "unity.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define APID 16U
+
+typedef struct {
+    int32_t state;
+    double position[2];
+    uint16_t word;
+    bool flag;
+} values_t;
+
+static const parameter_field_t fields[] = {
+    {"STATE", VALUE_INT32, 1U, (uint32_t)offsetof(values_t, state)},
+    {"POSITION", VALUE_DOUBLE, 2U, (uint32_t)offsetof(values_t, position)},
+    {"WORD", VALUE_UINT16, 1U, (uint32_t)offsetof(values_t, word)},
+    {"FLAG", VALUE_BOOL, 1U, (uint32_t)offsetof(values_t, flag)},
+    {"TARGET", VALUE_DOUBLE, 2U, 0U},
+    {"RATE", VALUE_FLOAT, 1U, 0U},
+};
+
+static const parameter_definition_t definitions[] = {
+    {"VALUES", PARAMETER_ID(APID, VALUE_STRUCT, 0U), &fields[0], 4U, (uint32_t)sizeof(values_t), 23U},
+    {"TARGET", PARAMETER_ID(APID, VALUE_ARRAY, 1U), &fields[4], 1U, 16U, 16U},
+    {"RATE", PARAMETER_ID(APID, VALUE_FLOAT, 2U), &fields[5], 1U, 4U, 4U},
+};
+#define VALUES definitions[0].id
+#define TARGET definitions[1].id
+#define RATE definitions[2].id
+#define UNKNOWN PARAMETER_ID(APID, VALUE_FLOAT, 1U)
+
+static parameter_entry_t entries[64];
+static parameter_bounds_t bounds[64];
+static parameter_dictionary_t dictionary;
+static values_t values;
+static double target[2];
+static float rate;
+static uint8_t octets[64];
+
+void setUp(void)
+{
+    values    = (values_t){-2, {1.5, -2.5}, 0xBEEFU, true};
+    target[0] = 0.25;
+    target[1] = 0.5;
+    rate      = 1.0F;
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_init(&dictionary, entries, 64U, bounds, 64U));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &definitions[1], target));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &definitions[2], &rate));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &definitions[0], &values));
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
+    osal_mutex_destroy(&dictionary.mutex);
+}
+
+static void id_holds_apid_layout_and_number(void)
+{
+    const uint32_t id = PARAMETER_ID(2046U, VALUE_ARRAY, 65535U);
+    TEST_ASSERT_EQUAL_HEX32(0xFFD9FFFFU, id);
+    TEST_ASSERT_EQUAL_UINT16(2046U, PARAMETER_APID(id));
+    TEST_ASSERT_EQUAL_UINT8(VALUE_ARRAY, PARAMETER_LAYOUT(id));
+    TEST_ASSERT_EQUAL_UINT16(65535U, PARAMETER_NUMBER(id));
+}
+
+static void reads_a_structure_big_endian_without_padding(void)
+{
+    static const uint8_t expected[] = {0xFF, 0xFF, 0xFF, 0xFE, 0x3F, 0xF8, 0, 0, 0,    0,    0, 0,
+                                       0xC0, 0x04, 0,    0,    0,    0,    0, 0, 0xBE, 0xEF, 1};
+    octet_writer_t writer           = octet_writer(octets, sizeof octets);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_read(&dictionary, VALUES, &writer));
+    TEST_ASSERT_EQUAL_UINT64(sizeof expected, writer.position);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, octets, sizeof expected);
+}
+
+static void finds_by_id_and_by_name(void)
+{
+    const parameter_entry_t* by_id   = NULL;
+    const parameter_entry_t* by_name = NULL;
+    for (size_t i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, definitions[i].id, &by_id));
+        TEST_ASSERT_EQUAL(STATUS_OK, parameter_find_name(&dictionary, definitions[i].name, &by_name));
+        TEST_ASSERT_EQUAL_PTR(by_id, by_name);
+        TEST_ASSERT_EQUAL_PTR(&definitions[i], by_id->definition);
+    }
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find(&dictionary, UNKNOWN, &by_id));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find_name(&dictionary, "TARGETS", &by_name));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find_name(&dictionary, "", &by_name));
+    TEST_ASSERT_EQUAL_UINT32(3U, dictionary.refusals.unknown);
+}
+
+static void refuses_what_is_published_already_or_does_not_fit(void)
+{
+    static parameter_entry_t few[1];
+    static parameter_bounds_t four[4];
+    parameter_dictionary_t small;
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, parameter_publish(&dictionary, &definitions[0], &values));
+    parameter_definition_t same_name = definitions[1];
+    same_name.id                     = UNKNOWN;
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, parameter_publish(&dictionary, &same_name, target));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_init(&small, few, 1U, four, 3U));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, parameter_publish(&small, &definitions[0], &values)); // Four fields.
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&small, &definitions[1], target));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, parameter_publish(&small, &definitions[2], &rate));
+    TEST_ASSERT_EQUAL_UINT32(2U, small.refusals.no_room);
+    parameter_withdraw_all(&small);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&small, &definitions[2], &rate));
+    TEST_ASSERT_TRUE(parameter_is_consistent(&small));
+    osal_mutex_destroy(&small.mutex);
+}
+
+static void a_read_that_does_not_fit_writes_nothing(void)
+{
+    for (size_t room = 0U; room < 23U; room++) {
+        octet_writer_t writer = octet_writer(octets, room);
+        memset(octets, 0x77, sizeof octets);
+        TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, parameter_read(&dictionary, VALUES, &writer));
+        TEST_ASSERT_EQUAL_UINT64(0U, writer.position);
+        TEST_ASSERT_FALSE(writer.failed);
+        TEST_ASSERT_EACH_EQUAL_HEX8(0x77, octets, sizeof octets);
+    }
+    octet_writer_t exact = octet_writer(octets, 23U);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_read(&dictionary, VALUES, &exact));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_read(&dictionary, UNKNOWN, &exact));
+    TEST_ASSERT_EQUAL_UINT32(23U, dictionary.refusals.no_room);
+}
+
+static octet_reader_t target_value(const double first, const double second)
+{
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_f64(&writer, first);
+    octet_write_f64(&writer, second);
+    return octet_reader(octets, writer.position);
+}
+
+static void writes_only_what_is_settable(void)
+{
+    octet_reader_t reader = target_value(-0.5, 1.0);
+    TEST_ASSERT_EQUAL(STATUS_READ_ONLY, parameter_write(&dictionary, TARGET, &reader));
+    TEST_ASSERT_EQUAL_DOUBLE(0.25, target[0]);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, TARGET, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_write(&dictionary, TARGET, &reader));
+    TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
+    TEST_ASSERT_EQUAL_DOUBLE(-0.5, target[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, target[1]);
+    const parameter_entry_t* entry = NULL;
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, TARGET, &entry));
+    TEST_ASSERT_EQUAL_UINT32(1U, entry->writes);
+    TEST_ASSERT_EQUAL_UINT32(1U, dictionary.refusals.read_only);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_set_settable(&dictionary, UNKNOWN, true));
+}
+
+static void a_write_changes_all_fields_or_none(void)
+{
+    static const double bad[] = {1.0001, -1.0001, NAN, INFINITY, -INFINITY, DBL_MAX};
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, TARGET, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_bounds(&dictionary, TARGET, "TARGET", -1.0, 1.0));
+    for (size_t i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
+        octet_reader_t reader = target_value(0.75, bad[i]);
+        TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, parameter_write(&dictionary, TARGET, &reader));
+        TEST_ASSERT_EQUAL_UINT64(0U, reader.position);
+        TEST_ASSERT_EQUAL_DOUBLE(0.25, target[0]);
+    }
+    for (size_t size = 0U; size < 16U; size++) {
+        octet_reader_t reader = target_value(0.75, 0.75);
+        reader.size           = size;
+        TEST_ASSERT_EQUAL(STATUS_TRUNCATED, parameter_write(&dictionary, TARGET, &reader));
+        TEST_ASSERT_EQUAL_DOUBLE(0.25, target[0]);
+    }
+    octet_reader_t reader = target_value(-1.0, 1.0);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_write(&dictionary, TARGET, &reader));
+    TEST_ASSERT_EQUAL_UINT32(6U, dictionary.refusals.out_of_range);
+    TEST_ASSERT_EQUAL_UINT32(16U, dictionary.refusals.malformed);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_set_bounds(&dictionary, TARGET, "OTHER", 0.0, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_set_bounds(&dictionary, UNKNOWN, "TARGET", 0.0, 1.0));
+}
+
+/// NaN and infinity are refused without any bounds in the descriptor too; a BOOL is 0 or 1.
+static void refuses_what_is_no_value_of_the_type(void)
+{
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, VALUES, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, RATE, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_read(&dictionary, VALUES, &writer));
+    octets[22]            = 2U;
+    octet_reader_t reader = octet_reader(octets, writer.position);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, parameter_write(&dictionary, VALUES, &reader));
+    static const uint8_t nan32[] = {0x7F, 0xC0, 0, 0};
+    reader                       = octet_reader(nan32, sizeof nan32);
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, parameter_write(&dictionary, RATE, &reader));
+    TEST_ASSERT_EQUAL_FLOAT(1.0F, rate);
+}
+
+/// Every structure read can be written and reads back the same.
+static void a_read_written_back_reads_the_same(void)
+{
+    uint8_t first[23];
+    uint8_t second[23];
+    uint32_t random = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, VALUES, true));
+    for (unsigned i = 0U; i < 10000U; i++) {
+        random = (random * 1664525U) + 1013904223U;
+        values = (values_t){(int32_t)random, {(double)random / 7.0, -(double)i}, (uint16_t)i, (i % 2U) == 0U};
+        octet_writer_t writer = octet_writer(first, sizeof first);
+        TEST_ASSERT_EQUAL(STATUS_OK, parameter_read(&dictionary, VALUES, &writer));
+        values                = (values_t){0};
+        octet_reader_t reader = octet_reader(first, sizeof first);
+        TEST_ASSERT_EQUAL(STATUS_OK, parameter_write(&dictionary, VALUES, &reader));
+        writer = octet_writer(second, sizeof second);
+        TEST_ASSERT_EQUAL(STATUS_OK, parameter_read(&dictionary, VALUES, &writer));
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(first, second, sizeof first);
+    }
+}
+
+static octet_reader_t group_of_two(const double first, const float second, const uint32_t second_id)
+{
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_u32(&writer, TARGET);
+    octet_write_f64(&writer, first);
+    octet_write_f64(&writer, first);
+    octet_write_u32(&writer, second_id);
+    octet_write_f32(&writer, second);
+    return octet_reader(octets, writer.position);
+}
+
+static void a_group_is_written_whole_or_not_at_all(void)
+{
+    uint16_t index = 99U;
+    uint32_t id    = 0U;
+    size_t offset  = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, TARGET, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_bounds(&dictionary, RATE, "RATE", 0.0, 2.0));
+    octet_reader_t reader = group_of_two(0.1, 1.5F, RATE);
+    TEST_ASSERT_EQUAL(STATUS_READ_ONLY,
+                      parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset));
+    TEST_ASSERT_EQUAL_UINT16(1U, index);
+    TEST_ASSERT_EQUAL_HEX32(RATE, id);
+    TEST_ASSERT_EQUAL_UINT64(20U, offset);
+    TEST_ASSERT_EQUAL_DOUBLE(0.25, target[0]);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, RATE, true));
+    reader = group_of_two(0.1, 2.5F, RATE);
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE,
+                      parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset));
+    reader = group_of_two(0.1, 1.5F, UNKNOWN);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
+                      parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset));
+    for (size_t size = 0U; size < 28U; size++) {
+        reader      = group_of_two(0.1, 1.5F, RATE);
+        reader.size = size;
+        TEST_ASSERT_EQUAL(STATUS_TRUNCATED,
+                          parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset));
+        TEST_ASSERT_EQUAL_DOUBLE(0.25, target[0]);
+        TEST_ASSERT_EQUAL_FLOAT(1.0F, rate);
+    }
+    reader = group_of_two(0.1, 1.5F, RATE);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset));
+    TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
+    TEST_ASSERT_EQUAL_DOUBLE(0.1, target[1]);
+    TEST_ASSERT_EQUAL_FLOAT(1.5F, rate);
+}
+
+static void sets_initial_values_from_text(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_initial(&dictionary, TARGET, "TARGET", "-1.5 2e-3"));
+    TEST_ASSERT_EQUAL_DOUBLE(-1.5, target[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(0.002, target[1]);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_initial(&dictionary, VALUES, "FLAG", "false"));
+    TEST_ASSERT_FALSE(values.flag);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_initial(&dictionary, VALUES, "WORD", "0x1234"));
+    TEST_ASSERT_EQUAL_HEX16(0x1234U, values.word);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_initial(&dictionary, VALUES, "POSITION", NULL));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, values.position[1]);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, parameter_set_initial(&dictionary, TARGET, "TARGET", "1"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, parameter_set_initial(&dictionary, TARGET, "TARGET", "1 2 3"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, parameter_set_initial(&dictionary, TARGET, "TARGET", "1 x"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, parameter_set_initial(&dictionary, TARGET, "TARGET", ""));
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, parameter_set_initial(&dictionary, VALUES, "WORD", "65536"));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_set_initial(&dictionary, VALUES, "SPEED", "1"));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_set_initial(&dictionary, UNKNOWN, "RATE", "1"));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_bounds(&dictionary, TARGET, "TARGET", -1.0, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, parameter_set_initial(&dictionary, TARGET, "TARGET", "0 1.5"));
+    TEST_ASSERT_EQUAL_DOUBLE(-1.5, target[0]); // All or nothing.
+}
+
+/// Any order of publishing gives the same order of finding.
+static void finds_all_of_many_in_any_order(void)
+{
+    static char names[64][4];
+    static parameter_definition_t many[64];
+    static double storage[64];
+    uint32_t random = 7U;
+    for (unsigned round = 0U; round < 50U; round++) {
+        parameter_withdraw_all(&dictionary);
+        for (unsigned i = 0U; i < 64U; i++) {
+            random           = (random * 1664525U) + 1013904223U;
+            const unsigned n = (i * (2U * (round % 32U) + 1U)) % 64U; // A permutation: odd steps.
+            names[n][0]      = (char)('A' + (n % 26U));
+            names[n][1]      = (char)('A' + (n / 26U));
+            many[n]          = (parameter_definition_t){
+                         names[n], PARAMETER_ID(APID, VALUE_DOUBLE, 999U - n), &fields[4], 1U, 16U, 16U};
+            TEST_ASSERT_EQUAL(STATUS_OK,
+                              parameter_publish(&dictionary, &many[n], (round % 2U) ? storage : target));
+        }
+        const parameter_entry_t* entry = NULL;
+        for (unsigned i = 0U; i < 64U; i++) {
+            TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, many[i].id, &entry));
+            TEST_ASSERT_EQUAL_PTR(&many[i], entry->definition);
+            TEST_ASSERT_EQUAL(STATUS_OK, parameter_find_name(&dictionary, names[i], &entry));
+            TEST_ASSERT_EQUAL_PTR(&many[i], entry->definition);
+        }
+        TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
+    }
+}
+
+static void publish_with_a_wrong_wire_size(void)
+{
+    parameter_definition_t wrong = definitions[0];
+    wrong.wire_size--;
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &wrong, &values));
+}
+
+static void publish_beyond_the_storage(void)
+{
+    parameter_definition_t wrong = definitions[0];
+    wrong.memory_size            = 20U;
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &wrong, &values));
+}
+
+static void asserts_on_definitions_that_contradict_themselves(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(publish_with_a_wrong_wire_size));
+    TEST_ASSERT_TRUE(assertion_fails(publish_beyond_the_storage));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(id_holds_apid_layout_and_number);
+    RUN_TEST(reads_a_structure_big_endian_without_padding);
+    RUN_TEST(finds_by_id_and_by_name);
+    RUN_TEST(refuses_what_is_published_already_or_does_not_fit);
+    RUN_TEST(a_read_that_does_not_fit_writes_nothing);
+    RUN_TEST(writes_only_what_is_settable);
+    RUN_TEST(a_write_changes_all_fields_or_none);
+    RUN_TEST(refuses_what_is_no_value_of_the_type);
+    RUN_TEST(a_read_written_back_reads_the_same);
+    RUN_TEST(a_group_is_written_whole_or_not_at_all);
+    RUN_TEST(sets_initial_values_from_text);
+    RUN_TEST(finds_all_of_many_in_any_order);
+    RUN_TEST(asserts_on_definitions_that_contradict_themselves);
+    return UNITY_END();
+}

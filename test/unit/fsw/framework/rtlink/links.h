@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Names and routes for links under test: shared memories of this process, and one UDP socket to itself.
+#ifndef TEST_UNIT_FSW_FRAMEWORK_RTLINK_LINKS_H
+#define TEST_UNIT_FSW_FRAMEWORK_RTLINK_LINKS_H
+
+#include "fsw/framework/rtlink/link_channel.h"
+
+#define LINK_UNKNOWN 99U ///< A link that has neither name nor route.
+
+extern const link_resolver_t links;
+/// Terms of a link of `octets` over one method.
+rtlink_terms_t links_terms(rtlink_method_t method, uint32_t octets);
+/// Name of the shared memory of a link.
+void links_name(uint16_t link, char out_name[64]);
+/// Frames sent by UDP and not read yet.
+unsigned links_under_way(void);
+/// Take the next datagram (waits for it). Returns its size.
+size_t links_receive(uint8_t frame[LINK_FRAME_MAX]);
+/// Send octets to the socket as they are.
+void links_send(const uint8_t* octets, size_t size);
+void links_open(void);
+void links_close(void);
+
+#endif // TEST_UNIT_FSW_FRAMEWORK_RTLINK_LINKS_H

@@ -1,0 +1,468 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/rtlink/link_channel.h"
+
+#include "test/unit/fsw/framework/rtlink/links.h"
+#include "unity.h"
+
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define LINK 1U
+#define OCTETS 20U
+#define MS 1000000ULL
+
+static link_producer_t producer;
+static link_consumer_t consumer;
+static rtlink_method_t method;
+
+void setUp(void)
+{
+    links_open();
+}
+
+void tearDown(void)
+{
+    link_consumer_close(&consumer);
+    link_producer_close(&producer);
+    links_close();
+}
+
+static void open_both(uint32_t epoch)
+{
+    const rtlink_terms_t terms = links_terms(method, OCTETS);
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &terms, epoch));
+    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&consumer, &links, LINK, &terms, epoch));
+}
+
+static void write_number(uint32_t number, uint64_t now_ns)
+{
+    uint8_t payload[OCTETS];
+    (void)memset(payload, (int)(number & 0xFFU), sizeof payload);
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_write(&producer, (uint8_t)(number % 10U), now_ns, payload));
+}
+
+/// Hand over what came by UDP, then read.
+static status_t read_at(uint64_t now_ns)
+{
+    while (links_under_way() > 0U) {
+        uint8_t frame[LINK_FRAME_MAX];
+        const size_t size = links_receive(frame);
+        (void)link_consumer_deliver(&consumer, frame, size);
+    }
+    return link_consumer_read(&consumer, now_ns);
+}
+
+static void expect_number(uint32_t number)
+{
+    for (size_t i = 0U; i < OCTETS; i++) {
+        TEST_ASSERT_EQUAL_HEX8(number & 0xFFU, consumer.payload[i]);
+    }
+    TEST_ASSERT_EQUAL(number % 10U, consumer.peer_state);
+}
+
+static void over_each_method(void (*act)(void))
+{
+    static const rtlink_method_t methods[] = {RTLINK_METHOD_SHARED_MEMORY, RTLINK_METHOD_UDP};
+    for (unsigned i = 0U; i < 2U; i++) {
+        method = methods[i];
+        act();
+        link_consumer_close(&consumer);
+        link_producer_close(&producer);
+        while (links_under_way() > 0U) {
+            uint8_t frame[LINK_FRAME_MAX];
+            (void)links_receive(frame);
+        }
+    }
+}
+
+// ---- Samples ----
+
+static void live_and_die(void)
+{
+    const uint8_t payload[OCTETS] = {0U};
+    link_producer_close(&producer);
+    link_consumer_close(&consumer);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_producer_write(&producer, 3U, 0U, payload));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_read(&consumer, 0U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_deliver(&consumer, payload, sizeof payload));
+    open_both(1U);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(100U * MS));
+    write_number(5U, 100U * MS);
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(100U * MS));
+    expect_number(5U);
+    TEST_ASSERT_EQUAL(100U * MS, consumer.sample_time_ns);
+    link_producer_close(&producer);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_producer_write(&producer, 3U, 0U, payload));
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(101U * MS)); // What is known stays known until it is old.
+    TEST_ASSERT_EQUAL(STATUS_STALE, read_at(103U * MS));
+    link_consumer_close(&consumer);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_read(&consumer, 0U));
+}
+
+static void a_link_lives_from_open_to_close(void)
+{
+    over_each_method(live_and_die);
+}
+
+static void overwrite(void)
+{
+    open_both(1U);
+    for (uint32_t i = 0U; i < 100U; i++) {
+        write_number(i, i * MS);
+        if ((i % 7U) == 6U) {
+            TEST_ASSERT_EQUAL(STATUS_OK, read_at(i * MS));
+            expect_number(i);
+            TEST_ASSERT_EQUAL(i, consumer.counters.last_sequence);
+        }
+    }
+    TEST_ASSERT_EQUAL(100U, producer.counters.frames);
+    TEST_ASSERT_EQUAL(0U, producer.counters.lost + consumer.counters.torn + consumer.counters.refused);
+}
+
+static void the_latest_sample_is_read(void)
+{
+    over_each_method(overwrite);
+}
+
+static void age(void)
+{
+    open_both(1U);
+    write_number(1U, 50U * MS);
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(50U * MS));
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(52U * MS)); // max_age_us is 2000.
+    TEST_ASSERT_EQUAL(0U, consumer.counters.late);
+    TEST_ASSERT_EQUAL(STATUS_STALE, read_at((52U * MS) + 1U));
+    TEST_ASSERT_EQUAL(STATUS_STALE, read_at(UINT64_MAX));
+    TEST_ASSERT_EQUAL(2U, consumer.counters.late);
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U)); // A producer whose clock is ahead is not old.
+    expect_number(1U);
+    write_number(2U, 60U * MS);
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(61U * MS));
+    expect_number(2U);
+}
+
+static void a_sample_is_stale_beyond_its_age_and_not_at_it(void)
+{
+    over_each_method(age);
+}
+
+static void skip(uint32_t decimation, const uint32_t* steps, uint32_t count, uint32_t expected_lost)
+{
+    method                     = RTLINK_METHOD_SHARED_MEMORY; // By UDP every frame is delivered.
+    const rtlink_terms_t terms = links_terms(method, OCTETS);
+    rtlink_terms_t own         = terms;
+    own.decimation             = decimation;
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&consumer, &links, LINK, &own, 1U));
+    uint32_t number = 0U;
+    for (uint32_t i = 0U; i < count; i++) {
+        for (uint32_t k = 0U; k < steps[i]; k++) {
+            write_number(number++, 0U);
+        }
+        TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
+        TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U)); // The same again is no news.
+    }
+    TEST_ASSERT_EQUAL(expected_lost, consumer.counters.lost);
+    TEST_ASSERT_EQUAL(count, consumer.counters.frames);
+    link_consumer_close(&consumer);
+    link_producer_close(&producer);
+}
+
+static void losses_are_counted_per_sample_that_should_have_come(void)
+{
+    static const uint32_t each[] = {1U, 1U, 1U, 1U};
+    static const uint32_t gaps[] = {5U, 1U, 3U, 1U, 2U}; // What was written before the first read counts not.
+    static const uint32_t fourths[]  = {4U, 4U, 4U};
+    static const uint32_t missing[]  = {4U, 8U, 12U, 4U};
+    static const uint32_t wavering[] = {4U, 5U, 3U, 4U, 7U, 1U, 2U, 6U};
+    skip(1U, each, 4U, 0U);
+    skip(1U, gaps, 5U, 3U);
+    skip(4U, fourths, 3U, 0U);
+    skip(4U, missing, 4U, 3U);
+    skip(4U, wavering, 8U, 0U);
+    skip(0U, gaps, 5U, 3U); // An agreement without decimation is one of every sample.
+}
+
+static void wrap(void)
+{
+    open_both(1U);
+    producer.sequence = UINT32_MAX - 2U;
+    for (uint32_t i = 0U; i < 6U; i++) {
+        write_number(i, i);
+        TEST_ASSERT_EQUAL(STATUS_OK, read_at(i));
+        expect_number(i);
+    }
+    TEST_ASSERT_EQUAL(0U, consumer.counters.lost);
+    TEST_ASSERT_EQUAL(6U, consumer.counters.frames);
+}
+
+static void the_sequence_goes_around(void)
+{
+    over_each_method(wrap);
+}
+
+// ---- Epochs ----
+
+static void reopen(void)
+{
+    open_both(1U);
+    write_number(1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
+    link_consumer_close(&consumer);
+    link_producer_close(&producer);
+    open_both(2U);
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_EMPTY, read_at(0U), "a sample of the earlier opening");
+    write_number(2U, 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(1U));
+    expect_number(2U);
+}
+
+static void an_earlier_opening_is_forgotten(void)
+{
+    over_each_method(reopen);
+}
+
+static void meet_an_old_producer(void)
+{
+    const rtlink_terms_t terms = links_terms(method, OCTETS);
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &terms, 1U));
+    write_number(1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&consumer, &links, LINK, &terms, 2U));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
+    TEST_ASSERT_TRUE(consumer.counters.refused > 0U);
+    link_producer_t successor = {0};
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&successor, &links, LINK, &terms, 2U));
+    write_number(2U, 0U); // The old one does not know that it is.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
+    link_producer_close(&successor);
+}
+
+static void an_old_producer_is_not_believed(void)
+{
+    over_each_method(meet_an_old_producer);
+}
+
+static void an_old_reader_of_replaced_memory_goes_stale(void)
+{
+    method = RTLINK_METHOD_SHARED_MEMORY;
+    open_both(1U);
+    write_number(1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
+    link_producer_t successor  = {0};
+    const rtlink_terms_t terms = links_terms(method, OCTETS);
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&successor, &links, LINK, &terms, 2U));
+    const uint8_t payload[OCTETS] = {0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_write(&successor, 3U, 100U * MS, payload));
+    TEST_ASSERT_EQUAL(STATUS_STALE, read_at(100U * MS));
+    expect_number(1U);
+    link_producer_close(&successor);
+}
+
+// ---- What cannot be opened ----
+
+static void nothing_to_open_is_said(void)
+{
+    rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_consumer_open(&consumer, &links, LINK_UNKNOWN, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_consumer_open(&consumer, &links, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_read(&consumer, 0U));
+    terms = links_terms(RTLINK_METHOD_UDP, OCTETS);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
+    static const uint8_t others[] = {0x0U, 0x2U, 0x3U, 0x5U, 0x8U}; // None, TIPC, two at once, unknown.
+    for (unsigned i = 0U; i < (sizeof others / sizeof others[0]); i++) {
+        terms.methods = others[i];
+        TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &links, LINK, &terms, 1U));
+        TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_consumer_open(&consumer, &links, LINK, &terms, 1U));
+    }
+}
+
+static void memory_of_another_size_is_not_read(void)
+{
+    const rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
+    osal_shm_t foreign;
+    char name[64];
+    links_name(LINK, name);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&foreign, name, 64U));
+    TEST_ASSERT_EQUAL(STATUS_IO, link_consumer_open(&consumer, &links, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_read(&consumer, 0U));
+    osal_shm_close(&foreign);
+    method = RTLINK_METHOD_SHARED_MEMORY; // What is left over is replaced by the next opening.
+    open_both(1U);
+    write_number(3U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
+}
+
+static void a_closed_link_leaves_no_name(void)
+{
+    method = RTLINK_METHOD_SHARED_MEMORY;
+    open_both(1U);
+    link_producer_close(&producer);
+    char name[64];
+    links_name(LINK, name);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_remove(name));
+}
+
+static void a_damaged_slot_is_refused(void)
+{
+    method = RTLINK_METHOD_SHARED_MEMORY;
+    open_both(1U);
+    write_number(1U, 0U);
+    uint8_t* const memory = osal_shm_address(&producer.shm);
+    memory[72] ^= 0xFFU; // Behind the line of the doorbell and the guard: the magic.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
+    TEST_ASSERT_EQUAL(1U, consumer.counters.refused);
+    memory[64] |= 1U; // A writer that died inside.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
+    TEST_ASSERT_EQUAL(1U, consumer.counters.torn);
+}
+
+// ---- Datagrams ----
+
+static void datagrams_are_checked(void)
+{
+    uint8_t payload[OCTETS]   = {0U};
+    link_frame_header_t frame = {.producer_state = 5U, .link = LINK, .epoch = 3U, .sequence = 7U};
+    uint8_t octets[LINK_FRAME_MAX];
+    method = RTLINK_METHOD_UDP;
+    open_both(3U);
+    size_t size = link_frame_encode(&frame, payload, OCTETS, true, octets);
+    for (size_t shorter = 0U; shorter < size; shorter++) {
+        TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, shorter));
+    }
+    octets[size - 1U] ^= 1U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, size));
+    frame.link = 2U;
+    size       = link_frame_encode(&frame, payload, OCTETS, true, octets);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, size));
+    frame.link = LINK;
+    for (uint32_t epoch = 2U; epoch <= 4U; epoch += 2U) {
+        frame.epoch = epoch;
+        size        = link_frame_encode(&frame, payload, OCTETS, true, octets);
+        TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, size));
+    }
+    frame.epoch = 3U;
+    size        = link_frame_encode(&frame, payload, OCTETS - 1U, true, octets);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, size));
+    TEST_ASSERT_EQUAL(LINK_FRAME_HEADER_OCTETS + OCTETS + 4U + 5U, consumer.counters.refused);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
+    size = link_frame_encode(&frame, payload, OCTETS, true, octets);
+    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_deliver(&consumer, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
+}
+
+static void an_overtaken_datagram_is_left_aside(void)
+{
+    static const uint32_t order[] = {5U, 5U, 4U, 8U, 6U, 9U};
+    link_frame_header_t frame     = {.producer_state = 5U, .link = LINK, .epoch = 1U};
+    uint8_t payload[OCTETS];
+    uint8_t octets[LINK_FRAME_MAX];
+    method = RTLINK_METHOD_UDP;
+    open_both(1U);
+    for (unsigned i = 0U; i < (sizeof order / sizeof order[0]); i++) {
+        frame.sequence = order[i];
+        (void)memset(payload, (int)order[i], sizeof payload);
+        const size_t size = link_frame_encode(&frame, payload, OCTETS, true, octets);
+        TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_deliver(&consumer, octets, size));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
+    TEST_ASSERT_EQUAL(9U, consumer.payload[0]);
+    TEST_ASSERT_EQUAL(3U, consumer.counters.frames);
+    TEST_ASSERT_EQUAL(2U, consumer.counters.lost);
+    TEST_ASSERT_EQUAL(0U, consumer.counters.refused);
+}
+
+static void no_datagram_reaches_a_link_by_memory(void)
+{
+    uint8_t octets[LINK_FRAME_MAX];
+    const uint8_t payload[OCTETS]   = {0xEEU};
+    const link_frame_header_t frame = {.producer_state = 5U, .link = LINK, .epoch = 1U, .sequence = 7U};
+    const size_t size               = link_frame_encode(&frame, payload, OCTETS, true, octets);
+    method                          = RTLINK_METHOD_SHARED_MEMORY;
+    open_both(1U);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, size));
+    TEST_ASSERT_EQUAL(1U, consumer.counters.refused);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
+}
+
+static void a_datagram_that_does_not_leave_is_counted(void)
+{
+    const uint8_t payload[OCTETS] = {0U};
+    method                        = RTLINK_METHOD_UDP;
+    open_both(1U);
+    osal_socket_t gone = OSAL_SOCKET_CLOSED;
+    producer.socket    = &gone;
+    TEST_ASSERT_EQUAL(STATUS_IO, link_producer_write(&producer, 3U, 0U, payload));
+    TEST_ASSERT_EQUAL(1U, producer.counters.lost);
+    TEST_ASSERT_EQUAL(0U, producer.counters.frames);
+    TEST_ASSERT_EQUAL(0U, links_under_way());
+}
+
+static char wanted_name[64];
+
+static bool name_as_wanted(void* context, uint16_t link, char* out_name, size_t capacity)
+{
+    (void)context;
+    (void)link;
+    (void)strncpy(out_name, wanted_name, capacity);
+    return wanted_name[0] != '\0';
+}
+
+static void a_name_that_cannot_be_is_said(void)
+{
+    link_resolver_t named      = links;
+    named.shm_name             = name_as_wanted;
+    const rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
+    (void)strcpy(wanted_name, "no/name");
+    TEST_ASSERT_EQUAL(STATUS_IO, link_producer_open(&producer, &named, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_consumer_open(&consumer, &named, LINK, &terms, 1U));
+    links_name(LINK, wanted_name); // Something else has the name and does not give it up.
+    char folder[80] = "/dev/shm";
+    (void)strcat(folder, wanted_name);
+    TEST_ASSERT_EQUAL(0, mkdir(folder, 0700));
+    TEST_ASSERT_EQUAL(STATUS_IO, link_producer_open(&producer, &named, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(0, rmdir(folder));
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &named, LINK, &terms, 1U));
+    wanted_name[0] = '\0'; // The name is known no more: the memory goes with the process.
+    link_producer_close(&producer);
+    TEST_ASSERT_FALSE(producer.is_open);
+    links_name(LINK, wanted_name);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(wanted_name));
+}
+
+static void nobody_need_know_what_was_delivered(void)
+{
+    link_resolver_t silent     = links;
+    silent.delivered           = NULL;
+    const rtlink_terms_t terms = links_terms(RTLINK_METHOD_UDP, OCTETS);
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &silent, LINK, &terms, 1U));
+    write_number(1U, 0U);
+    TEST_ASSERT_EQUAL(0U, links_under_way());
+    TEST_ASSERT_EQUAL(1U, producer.counters.frames);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_link_lives_from_open_to_close);
+    RUN_TEST(the_latest_sample_is_read);
+    RUN_TEST(a_sample_is_stale_beyond_its_age_and_not_at_it);
+    RUN_TEST(losses_are_counted_per_sample_that_should_have_come);
+    RUN_TEST(the_sequence_goes_around);
+    RUN_TEST(an_earlier_opening_is_forgotten);
+    RUN_TEST(an_old_producer_is_not_believed);
+    RUN_TEST(an_old_reader_of_replaced_memory_goes_stale);
+    RUN_TEST(nothing_to_open_is_said);
+    RUN_TEST(memory_of_another_size_is_not_read);
+    RUN_TEST(a_closed_link_leaves_no_name);
+    RUN_TEST(a_damaged_slot_is_refused);
+    RUN_TEST(datagrams_are_checked);
+    RUN_TEST(an_overtaken_datagram_is_left_aside);
+    RUN_TEST(no_datagram_reaches_a_link_by_memory);
+    RUN_TEST(a_datagram_that_does_not_leave_is_counted);
+    RUN_TEST(a_name_that_cannot_be_is_said);
+    RUN_TEST(nobody_need_know_what_was_delivered);
+    return UNITY_END();
+}

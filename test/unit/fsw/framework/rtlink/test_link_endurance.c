@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// Links at their rates for a long time: nothing lost, torn or out of order, and every read is of the latest
+// sample. In lock-step, so that simulated minutes take seconds and every figure is exact.
+#include "fsw/framework/rtlink/link_channel.h"
+
+#include "osal/include/osal/calendar.h"
+#include "test/unit/fsw/framework/rtlink/links.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define LINK 1U
+#define OCTETS 64U ///< Of a payload.
+#define WORDS (OCTETS / sizeof(uint32_t))
+#define READERS 8U
+#define DECIMATION 5U
+#define EPOCH 7U
+
+typedef struct { // Figures of all readers of one process; zero is as it should be.
+    uint32_t reads;
+    uint32_t torn;     ///< Payloads whose words do not belong together.
+    uint32_t not_last; ///< Reads of another sample than the last written.
+    uint32_t not_ok;   ///< Reads with another status.
+    uint32_t lost;     ///< What the consumers counted themselves, of every kind.
+} figures_t;
+
+static link_producer_t producer;
+static link_consumer_t readers[READERS];
+static link_consumer_t decimated;
+
+void setUp(void)
+{
+    links_open();
+}
+
+void tearDown(void)
+{
+    link_producer_close(&producer);
+    for (unsigned i = 0U; i < READERS; i++) {
+        link_consumer_close(&readers[i]);
+    }
+    link_consumer_close(&decimated);
+    links_close();
+}
+
+static rtlink_terms_t terms(rtlink_method_t method, uint32_t period_us)
+{
+    rtlink_terms_t agreed = links_terms(method, OCTETS);
+    agreed.period_us      = period_us;
+    agreed.max_age_us     = 4U * period_us;
+    return agreed;
+}
+
+/// Every word of sample `number` follows from its number and place.
+static void fill(uint32_t number, uint32_t payload[WORDS])
+{
+    for (uint32_t i = 0U; i < WORDS; i++) {
+        payload[i] = (number + i) * 2654435761U;
+    }
+}
+
+static void write_sample(uint32_t number, uint64_t now_ns)
+{
+    uint32_t payload[WORDS];
+    fill(number, payload);
+    TEST_ASSERT_EQUAL(
+        STATUS_OK, link_producer_write(&producer, (uint8_t)(number % 10U), now_ns, (const uint8_t*)payload));
+}
+
+/// What is read at `now_ns` is sample `number`, which was written at that time.
+static void read_sample(link_consumer_t* consumer, uint32_t number, uint64_t now_ns, figures_t* figures)
+{
+    uint32_t expected[WORDS];
+    fill(number, expected);
+    figures->reads++;
+    figures->not_ok += (link_consumer_read(consumer, now_ns) != STATUS_OK) ? 1U : 0U;
+    figures->torn += (memcmp(consumer->payload, expected, OCTETS) != 0) ? 1U : 0U;
+    figures->not_last += ((consumer->sequence != number) || (consumer->sample_time_ns != now_ns) ||
+                          (consumer->peer_state != (number % 10U)))
+                             ? 1U
+                             : 0U;
+}
+
+static bool open_readers(const rtlink_terms_t* agreed)
+{
+    rtlink_terms_t every_fifth = *agreed;
+    every_fifth.decimation     = DECIMATION;
+    bool is_open               = true;
+    for (unsigned i = 0U; i < READERS; i++) {
+        is_open = is_open && (link_consumer_open(&readers[i], &links, LINK, agreed, EPOCH) == STATUS_OK);
+    }
+    return is_open && (link_consumer_open(&decimated, &links, LINK, &every_fifth, EPOCH) == STATUS_OK);
+}
+
+static void read_all(uint32_t number, uint64_t now_ns, figures_t* figures)
+{
+    for (unsigned i = 0U; i < READERS; i++) {
+        read_sample(&readers[i], number, now_ns, figures);
+    }
+    if ((number % DECIMATION) == 0U) {
+        read_sample(&decimated, number, now_ns, figures);
+    }
+}
+
+/// Add up what the readers counted themselves.
+static void close_figures(uint32_t samples, figures_t* figures)
+{
+    for (unsigned i = 0U; i <= READERS; i++) {
+        const link_consumer_t* const reader   = (i < READERS) ? &readers[i] : &decimated;
+        const link_counters_t* const counters = &reader->counters;
+        const uint32_t expected               = (i < READERS) ? samples : (samples / DECIMATION);
+        figures->lost += counters->lost + counters->late + counters->torn + counters->refused;
+        figures->lost += (counters->frames != expected) ? 1U : 0U;
+    }
+}
+
+static void expect_clean(const figures_t* figures, uint32_t samples)
+{
+    TEST_ASSERT_EQUAL_UINT32((samples * READERS) + (samples / DECIMATION), figures->reads);
+    TEST_ASSERT_EQUAL_UINT32(0U, figures->not_ok);
+    TEST_ASSERT_EQUAL_UINT32(0U, figures->torn);
+    TEST_ASSERT_EQUAL_UINT32(0U, figures->not_last);
+    TEST_ASSERT_EQUAL_UINT32(0U, figures->lost);
+}
+
+static void two_kilohertz_for_thirty_minutes(void)
+{
+    static const uint32_t samples = 2000U * 60U * 30U;
+    const rtlink_terms_t agreed   = terms(RTLINK_METHOD_SHARED_MEMORY, 500U);
+    figures_t figures             = {0};
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &agreed, EPOCH));
+    TEST_ASSERT_TRUE(open_readers(&agreed));
+    for (uint32_t number = 0U; number < samples; number++) {
+        const uint64_t now_ns = (uint64_t)number * 500000U;
+        write_sample(number, now_ns);
+        read_all(number, now_ns, &figures);
+    }
+    close_figures(samples, &figures);
+    expect_clean(&figures, samples);
+}
+
+// ---- Two processes, in turn by a calendar ----
+
+#define SLOT_NS 100000U ///< 10 kHz.
+#define MINUTE 600000U  ///< Samples.
+
+typedef struct { // In shared memory.
+    uint64_t calendar[OSAL_CALENDAR_BYTES / sizeof(uint64_t)];
+    figures_t figures;
+} meeting_t;
+
+enum {
+    PRODUCER,
+    CONSUMER
+};
+
+/// The other process: everything it finds goes into the figures. Returns its exit code.
+static int consume(osal_calendar_t* calendar, figures_t* figures)
+{
+    const rtlink_terms_t agreed = terms(RTLINK_METHOD_SHARED_MEMORY, SLOT_NS / 1000U);
+    osal_grant_t grant          = {0U, 0U, 0U};
+    if (osal_calendar_wait(calendar, CONSUMER, 0U, &grant) != STATUS_OK) {
+        return 1;
+    }
+    if (!open_readers(&agreed)) { // The producer, whose turn was before, has opened it.
+        return 5;
+    }
+    for (uint32_t number = 0U; number < MINUTE; number++) {
+        if (grant.now_ns != ((uint64_t)number * SLOT_NS)) {
+            return 2;
+        }
+        read_all(number, grant.now_ns, figures);
+        if (osal_calendar_wait(calendar, CONSUMER, grant.now_ns + SLOT_NS, &grant) != STATUS_OK) {
+            return (number == (MINUTE - 1U)) ? 0 : 3;
+        }
+    }
+    return 4;
+}
+
+static void produce(osal_calendar_t* calendar)
+{
+    const rtlink_terms_t agreed = terms(RTLINK_METHOD_SHARED_MEMORY, SLOT_NS / 1000U);
+    osal_grant_t grant          = {0U, 0U, 0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &agreed, EPOCH));
+    for (uint32_t number = 0U; number < MINUTE; number++) {
+        const uint64_t wake_ns = (uint64_t)number * SLOT_NS;
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_calendar_wait(calendar, PRODUCER, wake_ns, &grant));
+        TEST_ASSERT_EQUAL_UINT64(wake_ns, grant.now_ns);
+        write_sample(number, grant.now_ns);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_calendar_wait(calendar, PRODUCER, (uint64_t)MINUTE * SLOT_NS, &grant));
+    osal_calendar_close(calendar); // The other has had its turn with the last sample.
+}
+
+static void ten_kilohertz_for_one_minute_between_processes(void)
+{
+    osal_shm_t shm;
+    char name[64];
+    links_name(2U, name);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, sizeof(meeting_t)));
+    meeting_t* const meeting        = osal_shm_address(&shm);
+    osal_calendar_t* const calendar = osal_calendar_create(meeting->calendar, SLOT_NS, true);
+    TEST_ASSERT_NOT_NULL(calendar);
+    osal_calendar_expect(calendar, PRODUCER);
+    osal_calendar_expect(calendar, CONSUMER);
+    const pid_t other = fork();
+    TEST_ASSERT_TRUE(other >= 0);
+    if (other == 0) {
+        (void)alarm(120U);
+        const int code = consume(calendar, &meeting->figures);
+        close_figures(MINUTE, &meeting->figures);
+        _exit(code);
+    }
+    produce(calendar);
+    int ended = 0;
+    TEST_ASSERT_EQUAL(other, waitpid(other, &ended, 0));
+    TEST_ASSERT_TRUE(WIFEXITED(ended));
+    TEST_ASSERT_EQUAL(0, WEXITSTATUS(ended));
+    expect_clean(&meeting->figures, MINUTE);
+    osal_shm_close(&shm);
+}
+
+// ---- UDP ----
+
+static void two_kilohertz_over_udp(void)
+{
+    static const uint32_t samples = 2000U * 30U;
+    static uint8_t frame[LINK_FRAME_MAX];
+    const rtlink_terms_t agreed = terms(RTLINK_METHOD_UDP, 500U);
+    figures_t figures           = {0};
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &agreed, EPOCH));
+    TEST_ASSERT_TRUE(open_readers(&agreed));
+    for (uint32_t number = 0U; number < samples; number++) {
+        const uint64_t now_ns = (uint64_t)number * 500000U;
+        write_sample(number, now_ns);
+        const size_t size = links_receive(frame);
+        for (unsigned i = 0U; i < READERS; i++) {
+            TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_deliver(&readers[i], frame, size));
+        }
+        if ((number % DECIMATION) == 0U) {
+            TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_deliver(&decimated, frame, size));
+        }
+        read_all(number, now_ns, &figures);
+    }
+    close_figures(samples, &figures);
+    expect_clean(&figures, samples);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(two_kilohertz_for_thirty_minutes);
+    RUN_TEST(ten_kilohertz_for_one_minute_between_processes);
+    RUN_TEST(two_kilohertz_over_udp);
+    return UNITY_END();
+}

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// One writer and several readers of the same memory, each in a task of its own: no sample is ever torn.
+#include "fsw/framework/rtlink/link_channel.h"
+
+#include "osal/include/osal/task.h"
+#include "test/unit/fsw/framework/rtlink/links.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define LINK 1U
+#define READERS 3U
+#define SAMPLES 200000U
+#define OCTETS RTLINK_PAYLOAD_MAX
+
+typedef struct {
+    link_consumer_t consumer;
+    osal_task_t task;
+    uint32_t reads;
+    uint32_t torn;      // Payloads whose octets do not belong together.
+    uint32_t backwards; // Samples older than one seen before.
+} reader_t;
+
+static link_producer_t producer;
+static reader_t readers[READERS];
+static uint32_t is_over;
+
+void setUp(void)
+{
+    links_open();
+}
+
+void tearDown(void)
+{
+    links_close();
+}
+
+/// Payload of a sample: every 32-bit word tells its number and place.
+static void fill(uint32_t number, uint8_t payload[OCTETS])
+{
+    for (uint32_t i = 0U; i < (OCTETS / 4U); i++) {
+        const uint32_t word = (number * 2654435761U) ^ i;
+        (void)memcpy(&payload[i * 4U], &word, sizeof word);
+    }
+}
+
+static void check(reader_t* reader, uint32_t* last)
+{
+    uint8_t expected[OCTETS];
+    const uint32_t number = (uint32_t)reader->consumer.sample_time_ns;
+    fill(number, expected);
+    reader->torn += (memcmp(expected, reader->consumer.payload, OCTETS) != 0) ? 1U : 0U;
+    reader->torn += (reader->consumer.sequence != number) ? 1U : 0U;
+    reader->torn += (reader->consumer.peer_state != (number % 10U)) ? 1U : 0U;
+    reader->backwards += (number < *last) ? 1U : 0U;
+    *last = number;
+    reader->reads++;
+}
+
+static void read_all(void* context)
+{
+    reader_t* const reader = context;
+    uint32_t last          = 0U;
+    while (__atomic_load_n(&is_over, __ATOMIC_ACQUIRE) == 0U) {
+        if (link_consumer_read(&reader->consumer, 0U) == STATUS_OK) {
+            check(reader, &last);
+        }
+    }
+    if (link_consumer_read(&reader->consumer, 0U) == STATUS_OK) {
+        check(reader, &last);
+    }
+}
+
+static void no_sample_is_ever_torn(void)
+{
+    const rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &terms, 1U));
+    for (unsigned i = 0U; i < READERS; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&readers[i].consumer, &links, LINK, &terms, 1U));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&readers[i].task, read_all, &readers[i], 0));
+    }
+    for (uint32_t number = 0U; number < SAMPLES; number++) {
+        uint8_t payload[OCTETS];
+        fill(number, payload);
+        (void)link_producer_write(&producer, (uint8_t)(number % 10U), number, payload);
+    }
+    __atomic_store_n(&is_over, 1U, __ATOMIC_RELEASE);
+    for (unsigned i = 0U; i < READERS; i++) {
+        osal_task_join(&readers[i].task);
+        TEST_ASSERT_EQUAL(0U, readers[i].torn);
+        TEST_ASSERT_EQUAL(0U, readers[i].backwards);
+        TEST_ASSERT_TRUE(readers[i].reads > 0U);
+        TEST_ASSERT_EQUAL(SAMPLES - 1U, readers[i].consumer.sequence);
+        // What was read and what was counted as missed are all there was behind the first.
+        TEST_ASSERT_EQUAL(0U, readers[i].consumer.counters.refused);
+        TEST_ASSERT_TRUE((readers[i].consumer.counters.frames + readers[i].consumer.counters.lost) <=
+                         SAMPLES);
+        link_consumer_close(&readers[i].consumer);
+    }
+    link_producer_close(&producer);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(no_sample_is_ever_torn);
+    return UNITY_END();
+}

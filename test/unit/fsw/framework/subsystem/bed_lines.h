@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reports as lines of text, for bed.c.
+#ifndef TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_BED_LINES_H
+#define TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_BED_LINES_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/// Add a line, as printf does.
+void bed_line(const char* format, ...) __attribute__((format(printf, 1, 2)));
+/// Add the line of a report; the test fails if the packet is malformed.
+void bed_line_of_report(const uint8_t* packet, size_t size);
+
+#endif // TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_BED_LINES_H

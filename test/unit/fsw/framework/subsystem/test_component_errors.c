@@ -1,0 +1,488 @@
+// SPDX-License-Identifier: Apache-2.0
+// What goes wrong: actions that fail or hang, events of each severity, a supervisor that is gone, a port that
+// refuses.
+#include "fsw/framework/subsystem/component.h"
+
+#include "test/unit/fsw/framework/subsystem/bed.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void setUp(void)
+{
+    bed_open(NULL);
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+/// Let an action hang for longer than its time-out, or fail at once.
+static void spoil(state_action_t action, bool hangs)
+{
+    bed.delays[action]  = hangs ? 1000U : 0U;
+    bed.results[action] = STATUS_IO;
+}
+
+// ---- Actions ----
+
+static void failing_actions_are_told(void)
+{
+    spoil(ACTION_HARDWARE_INIT, false);
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_run(2U);
+    bed_forget();
+    bed_run(4U);
+    bed_expect("129.2 8>9 ENTERING cause 1 code 0000 cfg 0\n1.5 #0 step 9\n"
+               "129.2 9>0 IDLE cause 1 code 0000 cfg 0\n1.5 #0 step 0\n1.8 #0 0301 0\n");
+    bed.results[ACTION_HARDWARE_INIT] = STATUS_OK; // It can be tried again.
+    bed_bring(STATE_PRE_OPERATIONAL, 0U);
+}
+
+static void a_failing_action_turns_the_walk(void)
+{
+    spoil(ACTION_SOFTWARE_INIT, false);
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_forget();
+    bed_run(2U);
+    bed_expect("129.2 1>9 ENTERING cause 1 code 0301 cfg 0\n1.5 #0 step 9\n"
+               "129.2 9>0 IDLE cause 1 code 0000 cfg 0\n1.5 #0 step 0\n1.8 #0 0301 0\n");
+}
+
+static void a_hanging_action_is_ended(void)
+{
+    spoil(ACTION_HARDWARE_INIT, true);
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_run(2U);
+    bed_forget();
+    bed_run(3U); // 50 ms are five cycles, two of which have passed.
+    bed_expect("");
+    bed_run(1U);
+    bed_expect("129.2 2>8 ENTERING cause 5 code 0406 cfg 0\n1.5 #0 step 8\n");
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("129.2 8>9"));
+    TEST_ASSERT_TRUE(bed_has("1.8 #0 0301 0"));
+}
+
+static void check_way_up(state_action_t action, bool hangs, state_t from, state_t target, const char* lines)
+{
+    bed_close();
+    bed_open(NULL);
+    bed_bring(from, BED_ALONE);
+    spoil(action, hangs);
+    (void)bed_state(target);
+    bed_run(1U);
+    bed_forget();
+    bed_run(12U);
+    bed_expect(lines);
+}
+
+static void controllers_that_do_not_start_are_stopped(void)
+{
+    check_way_up(ACTION_START_CONTROL, true, STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL,
+                 "129.2 4>4 LEAVING cause 5 code 0406 cfg 1\n"
+                 "129.2 4>3 CONFIGURED cause 5 code 0000 cfg 1\n1.5 #0 step 3\n1.8 #0 0301 3\n");
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, subsystem_state(&bed.component));
+    TEST_ASSERT_NOT_NULL(subsystem_configuration(&bed.component));
+}
+
+static void actuators_that_do_not_engage_are_switched_off(void)
+{
+    check_way_up(ACTION_ENGAGE, true, STATE_SAFE_OPERATIONAL, STATE_OPERATIONAL,
+                 "129.2 5>4 ENTERING cause 5 code 0406 cfg 1\n1.5 #0 step 4\n"
+                 "129.2 4>4 IDLE cause 5 code 0000 cfg 1\n1.8 #0 0301 4\n");
+    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, subsystem_state(&bed.component));
+}
+
+static void actuators_that_do_not_disengage_are_secured(void)
+{
+    check_way_up(ACTION_DISENGAGE, true, STATE_OPERATIONAL, STATE_SAFE_OPERATIONAL,
+                 "129.2 4>6 ENTERING cause 5 code 0406 cfg 1\n1.5 #0 step 6\n"
+                 "129.2 6>6 SECURED cause 5 code 0000 cfg 1\n1.8 #0 0301 6\n");
+}
+
+static void a_configuration_that_fails_is_revoked(void)
+{
+    for (unsigned hangs = 0U; hangs < 2U; hangs++) {
+        bed_close();
+        bed_open(NULL);
+        bed_bring(STATE_PRE_OPERATIONAL, 0U);
+        spoil(ACTION_CONFIGURE, hangs != 0U);
+        (void)bed_select(BED_ALONE);
+        bed_forget();
+        bed_run(60U);
+        bed_expect((hangs == 0U) ? "129.2 3>3 UNCONFIGURED cause 1 code 0301 cfg 0\n1.8 #0 0301 3\n"
+                                 : "129.2 3>3 UNCONFIGURED cause 5 code 0406 cfg 0\n1.8 #0 0301 3\n");
+        TEST_ASSERT_NULL(subsystem_configuration(&bed.component));
+        TEST_ASSERT_EQUAL(10000000U, subsystem_period_ns(&bed.component));
+    }
+}
+
+static void devices_that_cannot_be_secured_are_an_event(void)
+{
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    spoil(ACTION_SECURE, true);
+    (void)bed_state(STATE_ERROR_OPERATIONAL);
+    bed_forget();
+    bed_run(20U);
+    bed_expect("129.2 6>6 UNSECURED cause 5 code 0406 cfg 1\n1.8 #0 0301 6\n5.4 event 10 aux \n"); // Once.
+    bed_close();
+    bed_open(NULL);
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    spoil(ACTION_SECURE, false);
+    (void)subsystem_raise(&bed.component, BED_BROKEN, (const uint8_t*)"\x00\x01", 2U);
+    bed_forget();
+    bed_run(20U);
+    bed_expect("129.2 6>6 UNSECURED cause 1 code 0301 cfg 1\n5.4 event 10 aux \n");
+}
+
+static void failures_on_the_way_down_are_events_and_stop_nothing(void)
+{
+    for (unsigned hangs = 0U; hangs < 2U; hangs++) {
+        static const state_action_t actions[] = {ACTION_POST, ACTION_HARDWARE_DEINIT, ACTION_SOFTWARE_DEINIT};
+        static const char* const leavings[]   = {"129.2 7>8", "129.2 8>9", "129.2 9>0"};
+        for (unsigned i = 0U; i < 3U; i++) {
+            bed_close();
+            bed_open(NULL);
+            bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+            spoil(actions[i], hangs != 0U);
+            (void)bed_state(STATE_OFFLINE);
+            bed_run(200U);
+            TEST_ASSERT_TRUE(bed_has(leavings[i]));
+            TEST_ASSERT_TRUE(bed_has("5.4 event 10"));
+            TEST_ASSERT_TRUE(bed_has("1.8 #0 0301 0"));
+            TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+        }
+    }
+}
+
+/// Every state reported follows from the one reported before.
+static void check_chain(void)
+{
+    unsigned state = 0U;
+    for (const char* line = bed_look(); line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        unsigned previous = 99U;
+        unsigned next     = 99U;
+        if (sscanf(line, "129.2 %u>%u", &previous, &next) == 2) {
+            TEST_ASSERT_EQUAL(state, previous);
+            state = next;
+        }
+    }
+    TEST_ASSERT_EQUAL(state, subsystem_state(&bed.component));
+}
+
+static uint32_t random_state = 5U;
+
+static uint32_t draw(uint32_t below)
+{
+    random_state = (random_state * 1664525U) + 1013904223U;
+    return (random_state >> 8U) % below;
+}
+
+static void do_anything(void)
+{
+    static const status_t ends[] = {STATUS_OK, STATUS_OK, STATUS_OK, STATUS_IO};
+    const state_action_t action  = (state_action_t)draw(ACTION_COUNT);
+    bed.delays[action]           = draw(12U) * draw(2U);
+    bed.results[action]          = ends[draw(4U)];
+    switch (draw(8U)) {
+    case 0U:
+        (void)subsystem_raise(&bed.component, BED_STRAINED, NULL, 0U);
+        break;
+    case 1U:
+        if (draw(4U) == 0U) {
+            (void)subsystem_raise(&bed.component, BED_BROKEN, (const uint8_t*)"\x00\x07", 2U);
+        }
+        break;
+    case 2U:
+        (void)bed_select((uint16_t)draw(3U));
+        break;
+    case 3U:
+        (void)bed_function("WAIT", NULL, 0U);
+        break;
+    default:
+        (void)bed_state((state_t)draw(7U));
+        break;
+    }
+}
+
+/// Number of lines of verification that end requests, of all since the last look.
+static unsigned count_ends(void)
+{
+    unsigned ends = 0U;
+    for (const char* line = bed_look(); line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        static const char* const finals[] = {"1.2 ", "1.4 ", "1.7 ", "1.8 "};
+        for (unsigned i = 0U; i < 4U; i++) {
+            ends += (strncmp(line, finals[i], 4U) == 0) ? 1U : 0U;
+        }
+    }
+    return ends;
+}
+
+static void no_history_breaks_the_chain_of_states(void)
+{
+    for (unsigned history = 0U; history < 60U; history++) {
+        bed_close();
+        bed_open(NULL);
+        for (unsigned i = 0U; i < 150U; i++) {
+            do_anything();
+            bed_run(draw(8U));
+        }
+        check_chain();
+    }
+}
+
+static void every_request_ends_exactly_once(void)
+{
+    for (unsigned history = 0U; history < 60U; history++) {
+        bed_close();
+        bed_open(NULL);
+        unsigned requests = 0U;
+        bed.source        = BED_USER;
+        for (unsigned i = 0U; i < 150U; i++) {
+            const uint32_t before = bed.component.dispatcher.counters.accepted;
+            do_anything();
+            requests += bed.component.dispatcher.counters.accepted - before;
+            bed_run(draw(8U));
+        }
+        (void)memset(bed.delays, 0, sizeof bed.delays);
+        bed_run(60U);
+        TEST_ASSERT_EQUAL(requests, count_ends());
+    }
+}
+
+// ---- Events ----
+
+static unsigned raise_left;
+static uint16_t raise_id;
+
+static void raise_now(void)
+{
+    if (raise_left > 0U) {
+        raise_left--;
+        const uint8_t code[2] = {0x00U, 0x07U};
+        (void)subsystem_raise(&bed.component, raise_id, code, (raise_id == BED_BROKEN) ? 2U : 0U);
+    }
+}
+
+static void raise_in_action(state_action_t action)
+{
+    if (action == ACTION_ENGAGE) {
+        raise_now();
+    }
+}
+
+static void arm(uint16_t event)
+{
+    raise_left        = 1U;
+    raise_id          = event;
+    bed.shows_actions = true;
+    bed.shows_cycle   = true;
+}
+
+static void an_error_secures_before_anything_is_emitted(void)
+{
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    arm(BED_BROKEN);
+    bed.in_control = raise_now;
+    bed_run(1U);
+    bed_expect("* sense\n* control\n129.2 5>6 ENTERING cause 1 code 0001 cfg 1\n5.4 event 1 aux 0007\n"
+               "* secure\n129.2 6>6 SECURED cause 1 code 0000 cfg 1\n* emit\n");
+    bed_close();
+    bed_open(NULL);
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    arm(BED_BROKEN);
+    bed.in_sense = raise_now;
+    bed_run(1U);
+    bed_expect("* sense\n129.2 5>6 ENTERING cause 1 code 0001 cfg 1\n5.4 event 1 aux 0007\n"
+               "* secure\n129.2 6>6 SECURED cause 1 code 0000 cfg 1\n* control\n* emit\n");
+}
+
+static void an_error_inside_an_action_takes_over(void)
+{
+    bed_bring(STATE_SAFE_OPERATIONAL, BED_ALONE);
+    arm(BED_BROKEN);
+    bed.in_action = raise_in_action;
+    (void)bed_state(STATE_OPERATIONAL);
+    bed_forget();
+    bed_run(1U);
+    bed_expect(
+        "* sense\n* engage\n129.2 5>6 ENTERING cause 1 code 0001 cfg 1\n1.8 #0 0405 0\n"
+        "5.4 event 1 aux 0007\n* control\n* secure\n129.2 6>6 SECURED cause 1 code 0000 cfg 1\n* emit\n");
+}
+
+static void errors_turn_back_what_is_being_initialised(void)
+{
+    bed.delays[ACTION_HARDWARE_INIT] = 4U;
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_run(2U);
+    bed_forget();
+    (void)subsystem_raise(&bed.component, BED_BROKEN, (const uint8_t*)"\x00\x07", 2U);
+    bed_run(3U);
+    bed_expect("129.2 2>8 ENTERING cause 1 code 0001 cfg 0\n1.8 #0 0405 0\n5.4 event 1 aux 0007\n"
+               "129.2 8>9 ENTERING cause 1 code 0000 cfg 0\n129.2 9>0 IDLE cause 1 code 0000 cfg 0\n");
+}
+
+static void an_error_in_error_is_only_reported(void)
+{
+    bed_bring(STATE_ERROR_OPERATIONAL, BED_ALONE);
+    (void)subsystem_raise(&bed.component, BED_BROKEN, (const uint8_t*)"\x00\x07", 2U);
+    bed_run(3U);
+    bed_expect("5.4 event 1 aux 0007\n");
+}
+
+static void events_without_their_data_sample_parameters(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_raise(&bed.component, BED_NOTE, NULL, 0U));
+    bed_expect("5.2 event 3 aux 401C000000000000\n"); // LIMIT is 7.
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_raise(&bed.component, BED_BROKEN, NULL, 0U));
+    TEST_ASSERT_TRUE(bed_has("129.2 3>6"));
+    TEST_ASSERT_TRUE(bed_has("5.4 event 1 aux 0000"));
+    bed_forget();
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, subsystem_raise(&bed.component, 99U, NULL, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_raise(&bed.component, BED_INFO, NULL, 0U));
+    bed_expect("5.1 event 4 aux \n");
+}
+
+static void a_strain_waits_four_cycles_for_the_order(void)
+{
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    raise_left     = 1U;
+    raise_id       = BED_STRAINED;
+    bed.in_control = raise_now;
+    bed_run(1U);
+    bed_expect("5.3 event 2 aux \n");
+    bed_run(3U);
+    bed_expect("");
+    bed_run(1U);
+    bed_expect("129.2 5>4 ENTERING cause 1 code 0002 cfg 1\n129.2 4>4 IDLE cause 1 code 0000 cfg 1\n");
+    bed_run(20U);
+    bed_expect("");
+}
+
+static void the_order_in_time_is_followed(void)
+{
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    (void)subsystem_raise(&bed.component, BED_STRAINED, NULL, 0U);
+    bed_run(2U);
+    bed_forget();
+    bed.source = BED_SUPERVISOR;
+    bed.ack    = PUS_ACK_COMPLETION;
+    (void)bed_state(STATE_SAFE_OPERATIONAL);
+    bed_run(20U);
+    bed_expect(
+        "129.2 5>4 ENTERING cause 3 code 0000 cfg 1\n129.2 4>4 IDLE cause 3 code 0000 cfg 1\n1.7 #0\n");
+    (void)bed_state(STATE_OPERATIONAL); // It is forgotten then.
+    bed_run(20U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.component));
+}
+
+static void a_strain_below_operational_is_logged(void)
+{
+    static const state_t states[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL,
+                                     STATE_ERROR_OPERATIONAL};
+    for (unsigned i = 0U; i < 4U; i++) {
+        bed_close();
+        bed_open(NULL);
+        if (states[i] != STATE_OFFLINE) {
+            bed_bring(states[i], BED_ALONE);
+        }
+        (void)subsystem_raise(&bed.component, BED_STRAINED, NULL, 0U);
+        bed_run(20U);
+        bed_expect("5.3 event 2 aux \n");
+    }
+}
+
+// ---- Supervisor and port ----
+
+static void without_a_supervisor_nothing_stays_operational(void)
+{
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    bed_heartbeat();
+    const uint64_t heard_ns = bed.now_ns;
+    while ((bed.now_ns - heard_ns) <= COMPONENT_SUPERVISOR_TIMEOUT_NS) {
+        bed_run(1U);
+    }
+    bed_expect("");
+    bed_run(2U);
+    bed_expect("129.2 5>4 ENTERING cause 6 code 0000 cfg 1\n129.2 4>4 IDLE cause 6 code 0000 cfg 1\n");
+    for (unsigned i = 0U; i < 4000U; i++) { // Told once; what is below OPERATIONAL stays.
+        bed_run(1U);
+    }
+    bed_expect("");
+    bed_heartbeat();
+    (void)bed_state(STATE_OPERATIONAL);
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.component));
+}
+
+static void heartbeats_keep_it_operational(void)
+{
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    bed_run_until(bed.now_ns + 10000000000ULL);
+    bed_expect("");
+}
+
+static void what_a_port_refuses_comes_later_in_order(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    bed.is_port_closed = true;
+    (void)bed_state(STATE_SAFE_OPERATIONAL);
+    bed_run(2U);
+    (void)subsystem_raise(&bed.component, BED_NOTE, NULL, 0U);
+    bed_run(5U);
+    bed_expect("");
+    TEST_ASSERT_TRUE(component_step(&bed.component, bed.now_ns) <= (bed.now_ns + BED_PERIOD_NS));
+    bed.is_port_closed = false;
+    bed.now_ns += BED_PERIOD_NS;
+    bed_run(1U);
+    bed_expect("1.1 #0\n1.3 #0\n129.2 3>4 ENTERING cause 0 code 0000 cfg 1\n1.5 #0 step 4\n"
+               "129.2 4>4 IDLE cause 0 code 0000 cfg 1\n1.7 #0\n5.2 event 3 aux 401C000000000000\n");
+    TEST_ASSERT_EQUAL(0U, component_process(&bed.component)->counters.lost);
+}
+
+static void a_port_that_refuses_for_long_costs_no_cycle(void)
+{
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    bed.is_port_closed    = true;
+    const uint32_t before = subsystem_cycle(&bed.component);
+    for (unsigned i = 0U; i < 2000U; i++) {
+        (void)subsystem_raise(&bed.component, BED_NOTE, NULL, 0U);
+        bed_run(1U);
+    }
+    TEST_ASSERT_EQUAL(before + 2000U, subsystem_cycle(&bed.component));
+    TEST_ASSERT_TRUE(component_process(&bed.component)->counters.lost > 0U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.component));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(failing_actions_are_told);
+    RUN_TEST(a_failing_action_turns_the_walk);
+    RUN_TEST(a_hanging_action_is_ended);
+    RUN_TEST(controllers_that_do_not_start_are_stopped);
+    RUN_TEST(actuators_that_do_not_engage_are_switched_off);
+    RUN_TEST(actuators_that_do_not_disengage_are_secured);
+    RUN_TEST(a_configuration_that_fails_is_revoked);
+    RUN_TEST(devices_that_cannot_be_secured_are_an_event);
+    RUN_TEST(failures_on_the_way_down_are_events_and_stop_nothing);
+    RUN_TEST(no_history_breaks_the_chain_of_states);
+    RUN_TEST(every_request_ends_exactly_once);
+    RUN_TEST(an_error_secures_before_anything_is_emitted);
+    RUN_TEST(an_error_inside_an_action_takes_over);
+    RUN_TEST(errors_turn_back_what_is_being_initialised);
+    RUN_TEST(an_error_in_error_is_only_reported);
+    RUN_TEST(events_without_their_data_sample_parameters);
+    RUN_TEST(a_strain_waits_four_cycles_for_the_order);
+    RUN_TEST(the_order_in_time_is_followed);
+    RUN_TEST(a_strain_below_operational_is_logged);
+    RUN_TEST(without_a_supervisor_nothing_stays_operational);
+    RUN_TEST(heartbeats_keep_it_operational);
+    RUN_TEST(what_a_port_refuses_comes_later_in_order);
+    RUN_TEST(a_port_that_refuses_for_long_costs_no_cycle);
+    return UNITY_END();
+}

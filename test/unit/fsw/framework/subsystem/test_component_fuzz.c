@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever comes over the wire, in whatever state, fails no assertion, and the component can be used
+// afterwards.
+#include "fsw/framework/subsystem/component.h"
+
+#include "test/unit/fsw/framework/subsystem/bed.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define ROUNDS 120000U
+
+void setUp(void)
+{
+    bed_open(NULL);
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static uint32_t random_state;
+
+static uint32_t draw(uint32_t below)
+{
+    random_state = (random_state * 1664525U) + 1013904223U;
+    return (random_state >> 8U) % below;
+}
+
+/// Data that is nearly right: small counts, identifiers that exist, and names of functions.
+static size_t fill(uint8_t* octets, size_t capacity)
+{
+    static const uint8_t likely[] = {0U, 0U, 0U, 1U, 1U, 2U, 3U, 5U, 7U, 16U, 17U, 100U, 0xFFU};
+    const size_t size             = draw((uint32_t)capacity);
+    for (size_t i = 0U; i < size; i++) {
+        octets[i] = (draw(4U) == 0U) ? (uint8_t)draw(256U) : likely[draw(sizeof likely)];
+    }
+    if ((size > 16U) && (draw(3U) == 0U)) {
+        (void)memcpy(octets, (draw(2U) == 0U) ? "MOVE\0\0\0\0" : "WAIT\0\0\0\0", 8U);
+        octets[8] = (uint8_t)draw(4U);
+    }
+    if ((size > 8U) && (draw(4U) == 0U)) {
+        static const uint8_t id[5] = {1U, 0x02U, 0x09U, 0x00U, 0x01U}; // LIMIT, after a count of one.
+        (void)memcpy(octets, id, sizeof id);
+    }
+    return size;
+}
+
+static void send_one(void)
+{
+    static const uint8_t services[] = {3U,  3U,   3U,   5U,   8U, 8U,   17U, 20U,
+                                       20U, 129U, 130U, 130U, 1U, 131U, 200U};
+    uint8_t data[96];
+    const uint8_t service = services[draw(sizeof services)];
+    const size_t size     = fill(data, sizeof data);
+    bed.ack               = (uint8_t)draw(16U);
+    if ((service == 129U) && (draw(3U) > 0U)) {
+        (void)bed_command(service, (draw(3U) == 0U) ? 3U : 1U, data, (draw(3U) == 0U) ? 2U : 1U);
+    } else {
+        (void)bed_command(service, (uint8_t)draw(40U), data, size);
+    }
+}
+
+/// A packet of a stranger: any octets, or a good one with some of them changed.
+static void send_noise(void)
+{
+    uint8_t octets[64];
+    const size_t size = 1U + draw(sizeof octets);
+    for (size_t i = 0U; i < size; i++) {
+        octets[i] = (uint8_t)draw(256U);
+    }
+    octets[0] = (uint8_t)(0x18U | (octets[0] & 0x07U)); // A request, else it is a mere heartbeat.
+    bed_accept(octets, size);
+    component_link_datagram(&bed.component, octets, size);
+}
+
+static status_t any_answer(const subsystem_function_t* function)
+{
+    static const status_t answers[] = {STATUS_OK, STATUS_BUSY, STATUS_BUSY, STATUS_FORBIDDEN, STATUS_IO};
+    (void)function;
+    return answers[draw(5U)];
+}
+
+static void nothing_on_the_wire_fails_an_assertion(void)
+{
+    random_state       = 99U;
+    bed.in_perform     = any_answer;
+    bed.has_many_users = true;
+    for (unsigned round = 0U; round < ROUNDS; round++) {
+        if (draw(6U) == 0U) {
+            send_noise();
+        } else {
+            send_one();
+        }
+        if (draw(4U) == 0U) {
+            bed_run(1U + draw(3U));
+        }
+        if (draw(10U) == 0U) {
+            subsystem_function_done(&bed.component, 1U + draw(COMPONENT_TICKETS), (uint16_t)draw(2U), 0U);
+        }
+        bed.is_port_closed = (draw(200U) == 0U) ? !bed.is_port_closed : bed.is_port_closed;
+        bed_forget();
+    }
+    bed.is_port_closed = false;
+    bed.ack            = 0U;
+    (void)bed_state(STATE_OFFLINE); // Down from wherever it is,
+    bed_run(30U);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+    TEST_ASSERT_EQUAL(0U, bed.component.tickets.stats.taken);
+    TEST_ASSERT_TRUE(pool_is_consistent(&bed.component.tickets));
+    bed.in_perform = NULL;
+    bed.ack        = PUS_ACK_ALL;
+    bed_bring(STATE_OPERATIONAL, BED_ALONE); // and up again.
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(nothing_on_the_wire_fails_an_assertion);
+    return UNITY_END();
+}

@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole life of a component by telecommands: what it reports, in which order, and what each cycle does.
+#include "fsw/framework/subsystem/component.h"
+
+#include "test/unit/fsw/framework/subsystem/bed.h"
+#include "unity.h"
+
+void setUp(void)
+{
+    bed_open(NULL);
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static void go_up_to_pre_operational(void)
+{
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_expect("1.1 #0\n1.3 #0\n"
+               "129.2 0>1 ENTERING cause 0 code 0000 cfg 0\n1.5 #0 step 1\n");
+    bed_run(3U);
+    bed_expect("129.2 1>2 ENTERING cause 0 code 0000 cfg 0\n1.5 #0 step 2\n"
+               "129.2 2>3 UNCONFIGURED cause 0 code 0000 cfg 0\n1.5 #0 step 3\n1.7 #0\n");
+}
+
+static void the_whole_way_up_and_down(void)
+{
+    go_up_to_pre_operational();
+    (void)bed_select(BED_ALONE);
+    bed_expect("1.1 #1\n1.3 #1\n129.2 3>3 CONFIGURING cause 0 code 0000 cfg 1\n");
+    bed_run(2U);
+    bed_expect("129.2 3>3 CONFIGURED cause 0 code 0000 cfg 1\n1.7 #1\n");
+    (void)bed_state(STATE_SAFE_OPERATIONAL);
+    bed_run(2U);
+    bed_expect("1.1 #2\n1.3 #2\n129.2 3>4 ENTERING cause 0 code 0000 cfg 1\n1.5 #2 step 4\n"
+               "129.2 4>4 IDLE cause 0 code 0000 cfg 1\n1.7 #2\n");
+    (void)bed_state(STATE_OPERATIONAL);
+    bed_run(2U);
+    bed_expect("1.1 #3\n1.3 #3\n129.2 4>5 ENTERING cause 0 code 0000 cfg 1\n1.5 #3 step 5\n"
+               "129.2 5>5 IDLE cause 0 code 0000 cfg 1\n1.7 #3\n");
+    (void)bed_state(STATE_OFFLINE);
+    bed_run(8U);
+    bed_expect("1.1 #4\n1.3 #4\n129.2 5>4 ENTERING cause 0 code 0000 cfg 1\n1.5 #4 step 4\n"
+               "129.2 4>4 IDLE cause 0 code 0000 cfg 1\n129.2 4>4 LEAVING cause 0 code 0000 cfg 1\n"
+               "129.2 4>7 ENTERING cause 0 code 0000 cfg 1\n1.5 #4 step 7\n"
+               "129.2 7>8 ENTERING cause 0 code 0000 cfg 0\n1.5 #4 step 8\n"
+               "129.2 8>9 ENTERING cause 0 code 0000 cfg 0\n1.5 #4 step 9\n"
+               "129.2 9>0 IDLE cause 0 code 0000 cfg 0\n1.5 #4 step 0\n1.7 #4\n");
+}
+
+static void only_what_was_asked_for_is_reported(void)
+{
+    bed.ack = PUS_ACK_COMPLETION;
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_run(3U);
+    bed_expect("129.2 0>1 ENTERING cause 0 code 0000 cfg 0\n129.2 1>2 ENTERING cause 0 code 0000 cfg 0\n"
+               "129.2 2>3 UNCONFIGURED cause 0 code 0000 cfg 0\n1.7 #0\n");
+    bed.ack = 0U;
+    (void)bed_state(STATE_OFFLINE);
+    bed_run(5U);
+    TEST_ASSERT_FALSE(bed_has("1."));
+    TEST_ASSERT_TRUE(bed_has("129.2 9>0"));
+    bed_forget();
+    (void)bed_state(STATE_OPERATIONAL); // A refusal is told in any case.
+    bed_expect("1.4 #2 0204 5\n");
+}
+
+static void refused_requests_change_nothing(void)
+{
+    static const state_t refused[] = {STATE_SOFTWARE_INIT,
+                                      STATE_HARDWARE_INIT,
+                                      STATE_SAFE_OPERATIONAL,
+                                      STATE_OPERATIONAL,
+                                      STATE_ERROR_OPERATIONAL,
+                                      STATE_POST_OPERATIONAL,
+                                      STATE_SOFTWARE_DEINIT,
+                                      (state_t)10,
+                                      (state_t)255};
+    for (unsigned i = 0U; i < (sizeof refused / sizeof refused[0]); i++) {
+        bed.ack = 0U;
+        (void)bed_state(refused[i]);
+        TEST_ASSERT_TRUE(bed_has("1.4 #"));
+        TEST_ASSERT_FALSE(bed_has("129.2"));
+        TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+        bed_forget();
+    }
+    bed.ack = PUS_ACK_ALL;
+    (void)bed_state(STATE_OFFLINE);
+    bed_expect("1.1 #9\n1.3 #9\n1.7 #9\n"); // There already.
+    (void)bed_select(BED_ALONE);
+    bed_expect("1.1 #10\n1.4 #10 0204 0\n");
+    bed_bring(STATE_PRE_OPERATIONAL, 0U);
+    (void)bed_select(9U);
+    bed_expect("1.1 #0\n1.4 #0 0201 9\n");
+    (void)bed_state(STATE_SAFE_OPERATIONAL);
+    bed_expect("1.1 #1\n1.4 #1 0204 4\n");
+}
+
+static void malformed_requests_are_rejected(void)
+{
+    (void)bed_command(PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REQUEST_STATE, "ab", 2U);
+    bed_expect("1.2 #0 0108 1\n");
+    (void)bed_command(PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_SELECT, "a", 1U);
+    TEST_ASSERT_TRUE(bed_has("1.2 #1 0108"));
+    bed_forget();
+    (void)bed_command(PUS_SERVICE_MANAGEMENT, 2U, NULL, 0U);
+    bed_expect("1.2 #2 0106 8102\n");
+    (void)bed_command(99U, 1U, NULL, 0U);
+    bed_expect("1.2 #3 0105 63\n");
+    for (size_t size = 1U; size < 13U; size++) { // Cut packets, at every length.
+        static const uint8_t octets[13] = {0x18U, 0x10U, 0xC0U, 0x00U, 0x00U, 0x06U,
+                                           0x2FU, 0x11U, 0x01U, 0x00U, 0x01U};
+        bed.source =
+            (uint16_t)((size < 11U) ? PUS_USER_GROUND : BED_USER); // Whom to tell is not known earlier.
+        bed_accept(octets, size);
+        TEST_ASSERT_EQUAL(size >= 4U, bed_has("1.2 #0 0101"));
+        bed_forget();
+    }
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+}
+
+static void a_superseded_request_ends(void)
+{
+    bed.delays[ACTION_HARDWARE_INIT] = 3U;
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_run(2U);
+    bed_forget();
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_expect("1.1 #1\n1.4 #1 0204 3\n"); // Busy.
+    (void)bed_state(STATE_OFFLINE);
+    bed_expect("1.1 #2\n1.8 #0 0405 0\n1.3 #2\n129.2 2>8 ENTERING cause 0 code 0000 cfg 0\n1.5 #2 step 8\n");
+    bed_run(3U);
+    bed_expect("129.2 8>9 ENTERING cause 0 code 0000 cfg 0\n1.5 #2 step 9\n"
+               "129.2 9>0 IDLE cause 0 code 0000 cfg 0\n1.5 #2 step 0\n1.7 #2\n");
+}
+
+static void a_request_cut_short_by_an_error_ends_too(void)
+{
+    bed_bring(STATE_SAFE_OPERATIONAL, BED_ALONE);
+    bed.delays[ACTION_ENGAGE] = 3U;
+    (void)bed_state(STATE_OPERATIONAL);
+    bed_run(1U);
+    bed_forget();
+    (void)subsystem_raise(&bed.component, BED_BROKEN, (const uint8_t*)"\x00\x07", 2U);
+    bed_expect("129.2 5>6 ENTERING cause 1 code 0001 cfg 1\n1.8 #0 0405 0\n5.4 event 1 aux 0007\n");
+    bed_run(1U);
+    bed_expect("129.2 6>6 SECURED cause 1 code 0000 cfg 1\n");
+}
+
+static void causes_tell_who_asked(void)
+{
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    bed.source = BED_SUPERVISOR;
+    bed.ack    = 0U;
+    (void)bed_state(STATE_SAFE_OPERATIONAL);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("129.2 5>4 ENTERING cause 3"));
+    bed_forget();
+    (void)bed_state(STATE_ERROR_OPERATIONAL);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("129.2 4>6 ENTERING cause 2"));
+    bed_forget();
+    (void)bed_state(STATE_OFFLINE);
+    TEST_ASSERT_TRUE(bed_has("129.2 6>7 ENTERING cause 4"));
+}
+
+static void a_cycle_keeps_its_order(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    bed.shows_cycle   = true;
+    bed.shows_actions = true;
+    bed_run(1U);
+    bed_expect("* sense\n* control\n* emit\n");
+    (void)bed_state(STATE_SAFE_OPERATIONAL);
+    bed.delays[ACTION_START_CONTROL] = 1U;
+    bed_forget();
+    bed_run(2U);
+    bed_expect(
+        "* sense\n* start_control\n* control\n* emit\n"
+        "* sense\n* start_control\n129.2 4>4 IDLE cause 0 code 0000 cfg 1\n1.7 #0\n* control\n* emit\n");
+}
+
+static void nothing_runs_where_nothing_lives(void)
+{
+    bed.shows_cycle = true;
+    bed_run(5U);
+    bed_expect(""); // OFFLINE.
+    bed.delays[ACTION_SOFTWARE_INIT] = 2U;
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_forget();
+    bed_run(2U);
+    bed_expect(""); // SOFTWARE_INIT: no hardware yet.
+    bed_run(3U);
+    TEST_ASSERT_TRUE(bed_has("* sense"));
+    TEST_ASSERT_TRUE(bed_has("* emit"));
+    TEST_ASSERT_FALSE(bed_has("* control")); // Without a configuration there is nothing to control.
+}
+
+static void an_action_runs_once_a_cycle(void)
+{
+    bed.shows_actions                = true;
+    bed.delays[ACTION_SOFTWARE_INIT] = 1U;
+    bed.delays[ACTION_HARDWARE_INIT] = 2U;
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_forget();
+    unsigned cycles = 0U;
+    while ((subsystem_state(&bed.component) != STATE_PRE_OPERATIONAL) && (cycles < 20U)) {
+        bed_run(1U);
+        cycles++;
+    }
+    TEST_ASSERT_EQUAL(5U, cycles);
+    TEST_ASSERT_EQUAL(0U, bed.delays[ACTION_HARDWARE_INIT]);
+}
+
+static void the_cycle_follows_the_configuration(void)
+{
+    TEST_ASSERT_EQUAL(10000000U, subsystem_period_ns(&bed.component));
+    bed_bring(STATE_PRE_OPERATIONAL, 0U);
+    TEST_ASSERT_EQUAL(10000000U, subsystem_period_ns(&bed.component));
+    TEST_ASSERT_NULL(subsystem_configuration(&bed.component));
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    TEST_ASSERT_EQUAL(BED_PERIOD_NS, subsystem_period_ns(&bed.component));
+    TEST_ASSERT_EQUAL_STRING("ALONE", subsystem_configuration(&bed.component)->name);
+    const uint32_t before = subsystem_cycle(&bed.component);
+    bed_run(10U);
+    TEST_ASSERT_EQUAL(before + 10U, subsystem_cycle(&bed.component));
+    (void)bed_state(STATE_OFFLINE);
+    bed_run(6U);
+    TEST_ASSERT_EQUAL(10000000U, subsystem_period_ns(&bed.component));
+    TEST_ASSERT_NULL(subsystem_configuration(&bed.component));
+}
+
+static void a_component_wakes_when_something_is_due(void)
+{
+    TEST_ASSERT_EQUAL(1000000000U, component_step(&bed.component, 0U)); // OFFLINE: the next status.
+    bed.now_ns = 123456789U;
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    const uint64_t wake_ns = component_step(&bed.component, bed.now_ns);
+    TEST_ASSERT_TRUE(wake_ns > bed.now_ns);
+    TEST_ASSERT_TRUE((wake_ns - bed.now_ns) <= BED_PERIOD_NS);
+    TEST_ASSERT_EQUAL_MESSAGE(0U, wake_ns % BED_PERIOD_NS, "the cycle stands on the grid of the run");
+    const uint32_t cycle = subsystem_cycle(&bed.component);
+    (void)component_step(&bed.component, wake_ns - 1U); // Woken by a message: not a cycle.
+    TEST_ASSERT_EQUAL(cycle, subsystem_cycle(&bed.component));
+    (void)component_step(&bed.component, wake_ns);
+    TEST_ASSERT_EQUAL(cycle + 1U, subsystem_cycle(&bed.component));
+}
+
+static void status_comes_once_a_second_and_on_request(void)
+{
+    bed.shows_status = true;
+    bed_run_until(2500000000ULL);
+    bed_expect("129.5 0 IDLE target 0 cfg 0 epoch 3 cycle 0\n129.5 0 IDLE target 0 cfg 0 epoch 3 cycle 0\n"
+               "129.5 0 IDLE target 0 cfg 0 epoch 3 cycle 0\n");
+    (void)bed_command(PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REPORT_STATUS, NULL, 0U);
+    bed_expect("1.1 #0\n1.3 #0\n129.5 0 IDLE target 0 cfg 0 epoch 3 cycle 0\n1.7 #0\n");
+    bed.delays[ACTION_HARDWARE_INIT] = 1000U;
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_run(2U);
+    bed_forget();
+    (void)bed_command(PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REPORT_STATUS, NULL, 0U);
+    bed_expect("1.1 #2\n1.3 #2\n129.5 2 ENTERING target 3 cfg 0 epoch 3 cycle 2\n1.7 #2\n");
+}
+
+static void reconfiguring_revokes_the_old_configuration(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    TEST_ASSERT_EQUAL_DOUBLE(7.0, bed.limit); // Initial value of the configuration.
+    bed.shows_actions = true;
+    (void)bed_select(BED_LINKED);
+    bed_run(2U);
+    bed_expect("1.1 #0\n1.3 #0\n129.2 3>3 CONFIGURING cause 0 code 0000 cfg 2\n* configure\n"
+               "129.2 3>3 CONFIGURED cause 0 code 0000 cfg 2\n1.7 #0\n");
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    (void)bed_state(STATE_SAFE_OPERATIONAL);
+    bed_run(2U);
+    bed_forget();
+    (void)bed_state(STATE_PRE_OPERATIONAL); // Through POST_OPERATIONAL, which takes the configuration away.
+    bed_run(4U);
+    bed_expect("1.1 #1\n1.3 #1\n129.2 4>4 LEAVING cause 0 code 0000 cfg 1\n* stop_control\n"
+               "129.2 4>7 ENTERING cause 0 code 0000 cfg 1\n1.5 #1 step 7\n* post\n"
+               "129.2 7>3 UNCONFIGURED cause 0 code 0000 cfg 0\n1.5 #1 step 3\n1.7 #1\n");
+    TEST_ASSERT_NULL(subsystem_configuration(&bed.component));
+}
+
+static void a_refused_descriptor_keeps_it_offline(void)
+{
+    bed_close();
+    bed_open_invalid();
+    bed.shows_status = true;
+    bed_run(1U);
+    bed_expect("129.5 0 INVALID target 0 cfg 0 epoch 3 cycle 0\n");
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_expect("1.1 #0\n1.4 #0 0204 3\n");
+    (void)bed_command(PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_expect("1.1 #1\n1.3 #1\n17.2 \n1.7 #1\n"); // It can still be spoken to.
+    (void)bed_function("MOVE", NULL, 0U);
+    bed_expect("1.1 #2\n1.4 #2 0201 4D4F5645\n");
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_whole_way_up_and_down);
+    RUN_TEST(only_what_was_asked_for_is_reported);
+    RUN_TEST(refused_requests_change_nothing);
+    RUN_TEST(malformed_requests_are_rejected);
+    RUN_TEST(a_superseded_request_ends);
+    RUN_TEST(a_request_cut_short_by_an_error_ends_too);
+    RUN_TEST(causes_tell_who_asked);
+    RUN_TEST(a_cycle_keeps_its_order);
+    RUN_TEST(nothing_runs_where_nothing_lives);
+    RUN_TEST(an_action_runs_once_a_cycle);
+    RUN_TEST(the_cycle_follows_the_configuration);
+    RUN_TEST(a_component_wakes_when_something_is_due);
+    RUN_TEST(status_comes_once_a_second_and_on_request);
+    RUN_TEST(reconfiguring_revokes_the_old_configuration);
+    RUN_TEST(a_refused_descriptor_keeps_it_offline);
+    return UNITY_END();
+}

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+// The member side of real-time links: the handshake by telecommands, with fake other ends.
+#include "test/unit/fsw/framework/subsystem/link_bed.inc"
+
+// ---- Offers and refusals ----
+
+static void ports_are_offered_once_per_method(void)
+{
+    char expected[256];
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    (void)bed_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\x01\x00\x02", 3U);
+    (void)snprintf(expected, sizeof expected,
+                   "1.1 #0\n1.3 #0\n130.2 0001000201%08lX00000010%02X000003E800000001%08X\n1.7 #0\n",
+                   (unsigned long)port_of(PORT_IN)->layout_hash, native(), 4000U);
+    bed_expect(expected);
+    (void)bed_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\x00", 1U);
+    TEST_ASSERT_TRUE(bed_has("130.2 00030001")); // This run has shared memory only.
+    bed_forget();
+    (void)bed_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\x01\x00\x63", 3U);
+    bed_expect("1.1 #2\n1.4 #2 0201 63\n");
+    bed_close();
+    bed_open(NULL);
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    (void)bed_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\x00", 1U);
+    bed_expect("1.1 #0\n1.3 #0\n130.2 0000\n1.7 #0\n");
+}
+
+static void expect_refusal(const pus_link_request_t* request, unsigned reason, unsigned field)
+{
+    char expected[128];
+    ask(request);
+    (void)snprintf(expected, sizeof expected, "130.5 reason %u field %u", reason, field);
+    TEST_ASSERT_TRUE_MESSAGE(bed_has(expected), expected);
+    (void)snprintf(expected, sizeof expected, "0409 %X\n", (reason << 8U) | field);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(bed_look(), expected), expected);
+    TEST_ASSERT_FALSE(bed.component.links[0].is_used);
+}
+
+static void each_refusal_names_its_field(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    pus_link_request_t spoiled = request_of(PORT_IN, 1U);
+    spoiled.properties.layout_hash++;
+    expect_refusal(&spoiled, 1U, 1U);
+    spoiled = request_of(PORT_IN, 1U);
+    spoiled.properties.layout_size++;
+    expect_refusal(&spoiled, 1U, 1U);
+    spoiled                       = request_of(PORT_IN, 1U);
+    spoiled.properties.byte_order = 2U;
+    expect_refusal(&spoiled, 2U, 3U);
+    static const uint32_t periods[] = {0U, 700U, 2000U, UINT32_MAX}; // The consumer's is 1000.
+    for (unsigned i = 0U; i < 4U; i++) {
+        spoiled                      = request_of(PORT_IN, 1U);
+        spoiled.properties.period_us = periods[i];
+        expect_refusal(&spoiled, 3U, 4U);
+    }
+    static const uint8_t methods[] = {1U, 2U, 3U, 4U, 254U};
+    for (unsigned i = 0U; i < sizeof methods; i++) {
+        spoiled                   = request_of(PORT_IN, 1U);
+        spoiled.properties.method = methods[i];
+        expect_refusal(&spoiled, 4U, 6U);
+    }
+    spoiled = request_of(PORT_IN, 0U); // The manager gives numbers from 1.
+    expect_refusal(&spoiled, 5U, 0U);
+    spoiled                    = request_of(PORT_IN, 1U);
+    spoiled.ends.consumer_port = 99U;
+    expect_refusal(&spoiled, 7U, 9U);
+    spoiled                    = request_of(PORT_IN, 1U);
+    spoiled.ends.consumer_apid = 99U; // Neither end is this one.
+    expect_refusal(&spoiled, 7U, 9U);
+    spoiled      = request_of(PORT_IN, 1U);
+    spoiled.ends = (pus_link_ends_t){BED_APID, PORT_IN, PEER, PEER_PORT}; // It provides no such port.
+    expect_refusal(&spoiled, 7U, 9U);
+    spoiled      = request_of(PORT_OUT, 1U);
+    spoiled.ends = (pus_link_ends_t){PEER, PEER_PORT, BED_APID, PORT_OUT};
+    expect_refusal(&spoiled, 7U, 9U);
+}
+
+static void links_are_made_in_pre_operational_with_a_configuration(void)
+{
+    const pus_link_request_t request = request_of(PORT_IN, 1U);
+    expect_refusal(&request, 6U, 0U);
+    bed_bring(STATE_PRE_OPERATIONAL, 0U);
+    expect_refusal(&request, 6U, 0U);
+    bed_close();
+    bed_open(NULL);
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    expect_refusal(&request, 6U, 0U);
+    bed_close();
+    bed_open(NULL);
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE); // Another configuration has other ports.
+    expect_refusal(&request, 7U, 9U);
+}
+
+// ---- Life of a link ----
+
+static void a_consumer_opens_and_reads(void)
+{
+    const rtlink_terms_t terms = terms_of(PORT_IN);
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    run(1U);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, in_status);
+    accept_port(PORT_IN, 1U);
+    bed_expect("1.1 #0\n130.10 link 1 0>2 reason 0\n1.3 #0\n"
+               "130.4 link 1 method 0 period 1000 age 4000\n1.7 #0\n");
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&other, bed_links(), 1U, &terms, 5U));
+    open(1U, 5U);
+    bed_expect("1.1 #1\n130.10 link 1 2>3 reason 0\n1.3 #1\n1.7 #1\n");
+    bed_run(1U);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, in_status);
+    TEST_ASSERT_EQUAL(UINT64_MAX, subsystem_link_age_ns(&bed.component, PORT_IN));
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_link_peer_state(&bed.component, PORT_IN));
+    other_state = STATE_SAFE_OPERATIONAL;
+    run(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, in_status);
+    TEST_ASSERT_EQUAL_DOUBLE(0.25, in_value[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(-8.0, in_value[1]);
+    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, subsystem_link_peer_state(&bed.component, PORT_IN));
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(2U * BED_PERIOD_NS, subsystem_link_age_ns(&bed.component, PORT_IN));
+    const double values[2] = {1.0, 2.0}; // A producer whose clock is ahead.
+    (void)link_producer_write(&other, 4U, bed.now_ns + BED_PERIOD_NS, (const uint8_t*)values);
+    bed_run(1U);
+    TEST_ASSERT_EQUAL(0U, subsystem_link_age_ns(&bed.component, PORT_IN));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, subsystem_link_read(&bed.component, 99U, in_value, sizeof in_value));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, subsystem_link_read(&bed.component, PORT_EXTRA, in_value, 4U));
+}
+
+static void a_producer_opens_and_writes_its_true_state(void)
+{
+    const rtlink_terms_t terms = terms_of(PORT_OUT);
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    bed_run(1U);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, out_status);
+    accept_port(PORT_OUT, 2U);
+    open(2U, 3U);
+    TEST_ASSERT_TRUE(bed_has("1.1 #0"));
+    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&reader, bed_links(), 2U, &terms, 3U));
+    bed_run(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, out_status);
+    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_read(&reader, bed.now_ns));
+    double value = 0.0;
+    (void)memcpy(&value, reader.payload, sizeof value);
+    TEST_ASSERT_EQUAL_DOUBLE(1.5, value);
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, reader.peer_state);
+    (void)subsystem_raise(&bed.component, BED_BROKEN, (const uint8_t*)"\x00\x01", 2U);
+    bed_run(1U); // The very next sample tells it.
+    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_read(&reader, bed.now_ns));
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, reader.peer_state);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, subsystem_link_write(&bed.component, 99U, &value, sizeof value));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED,
+                      subsystem_link_write(&bed.component, PORT_IN, in_value, sizeof in_value));
+}
+
+static void foreign_octets_are_turned(void)
+{
+    const rtlink_terms_t terms = terms_of(PORT_IN);
+    pus_link_request_t request = request_of(PORT_IN, 1U);
+    uint8_t octets[16];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    if (native() == RTLINK_BIG_ENDIAN) {
+        return;
+    }
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    request.properties.byte_order = RTLINK_BIG_ENDIAN;
+    ask(&request);
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&other, bed_links(), 1U, &terms, 5U));
+    open(1U, 5U);
+    octet_write_f64(&writer, 3.5);
+    octet_write_f64(&writer, -1e-3);
+    (void)link_producer_write(&other, 3U, bed.now_ns, octets);
+    bed_run(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, in_status);
+    TEST_ASSERT_EQUAL_DOUBLE(3.5, in_value[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(-1e-3, in_value[1]);
+}
+
+static void a_slower_consumer_lets_samples_pass(void)
+{
+    pus_link_request_t request = request_of(PORT_IN, 1U);
+    const rtlink_terms_t terms = terms_of(PORT_IN);
+    subsystem_link_totals_t totals;
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    request.properties.period_us = 250U;
+    ask(&request);
+    TEST_ASSERT_TRUE(bed_has("1.1 #0"));
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&other, bed_links(), 1U, &terms, 5U));
+    open(1U, 5U);
+    for (unsigned i = 0U; i < 40U; i++) {
+        produce();
+        produce();
+        produce();
+        run(1U);
+    }
+    subsystem_link_totals(&bed.component, &totals);
+    TEST_ASSERT_EQUAL(40U, totals.received);
+    TEST_ASSERT_EQUAL(0U, totals.lost);
+    close_link(1U, 0U);
+    subsystem_link_totals(&bed.component, &totals);
+    TEST_ASSERT_EQUAL(40U, totals.received); // They outlive the link.
+}
+
+static void what_cannot_be_opened_is_refused(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    open(1U, 1U);
+    bed_expect("1.1 #0\n1.4 #0 0201 1\n");
+    close_link(1U, 0U);
+    bed_expect("1.1 #1\n1.4 #1 0201 1\n");
+    accept_port(PORT_IN, 1U);
+    bed_forget();
+    open(1U, 1U); // No producer has made the memory.
+    bed_expect("1.1 #3\n130.10 link 1 2>5 reason 5\n1.3 #3\n1.8 #3 0404 4\n");
+    open(1U, 1U);
+    bed_expect("1.1 #4\n1.4 #4 0201 1\n");
+    connect_in();
+    bed_forget();
+    open(1U, 5U);
+    bed_expect("1.1 #7\n1.4 #7 0204 1\n");
+}
+
+static void an_accepted_link_waits_five_seconds(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    accept_port(PORT_IN, 1U);
+    bed_forget();
+    bed_run_until(bed.now_ns + 5000000000ULL);
+    bed_expect("");
+    bed_run(2U);
+    bed_expect("130.10 link 1 2>0 reason 8\n");
+}
+
+static void a_second_request_replaces_the_first(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    connect_in();
+    bed_forget();
+    accept_port(PORT_IN, 4U);
+    bed_expect("1.1 #2\n130.10 link 1 3>0 reason 0\n130.10 link 4 0>2 reason 0\n1.3 #2\n"
+               "130.4 link 4 method 0 period 1000 age 4000\n1.7 #2\n");
+    open(1U, 5U);
+    TEST_ASSERT_TRUE(bed_has("1.1 #3"));
+    TEST_ASSERT_TRUE(strstr(bed_look(), "1.4 #3 0201 1") != NULL);
+}
+
+static void links_go_with_their_configuration(void)
+{
+    bring_linked(STATE_SAFE_OPERATIONAL);
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    run(4U);
+    TEST_ASSERT_TRUE(bed_has("130.10 link 1 3>0 reason 6"));
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    connect_in();
+    bed_forget();
+    (void)bed_select(BED_ALONE);
+    run(2U);
+    TEST_ASSERT_TRUE(bed_has("130.10 link 1 3>0 reason 0"));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, in_status);
+}
+
+static void link_status_tells_counters(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    connect_in();
+    run(8U);
+    bed_forget();
+    (void)bed_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\x01\x00\x01", 3U);
+    TEST_ASSERT_TRUE(bed_has("1.1 #2"));
+    const char* const text = bed_look();
+    // One link, number 1, open, 17.9 -> 16.2, then properties.
+    TEST_ASSERT_NOT_NULL(strstr(text, "130.9 00010001030011000900100002"));
+    // Sent 0, received 10, lost 0, late 0, last sequence 9.
+    TEST_ASSERT_NOT_NULL(strstr(text, "000000000000000A000000000000000000000009\n"));
+}
+
+static void datagrams_for_nobody_are_ignored(void)
+{
+    uint8_t frame[64] = {0x52U, 0x54U, 1U, 3U, 0U, 1U};
+    bring_linked(STATE_OPERATIONAL);
+    for (size_t size = 0U; size <= sizeof frame; size++) {
+        component_link_datagram(&bed.component, frame, size);
+    }
+    frame[5] = 9U;
+    component_link_datagram(&bed.component, frame, sizeof frame);
+    run(1U);
+    TEST_ASSERT_EQUAL_DOUBLE(0.25, in_value[0]);
+    bed_expect("");
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(ports_are_offered_once_per_method);
+    RUN_TEST(each_refusal_names_its_field);
+    RUN_TEST(links_are_made_in_pre_operational_with_a_configuration);
+    RUN_TEST(a_consumer_opens_and_reads);
+    RUN_TEST(a_producer_opens_and_writes_its_true_state);
+    RUN_TEST(foreign_octets_are_turned);
+    RUN_TEST(a_slower_consumer_lets_samples_pass);
+    RUN_TEST(what_cannot_be_opened_is_refused);
+    RUN_TEST(an_accepted_link_waits_five_seconds);
+    RUN_TEST(a_second_request_replaces_the_first);
+    RUN_TEST(links_go_with_their_configuration);
+    RUN_TEST(link_status_tells_counters);
+    RUN_TEST(datagrams_for_nobody_are_ignored);
+    return UNITY_END();
+}

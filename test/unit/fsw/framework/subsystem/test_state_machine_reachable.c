@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every configuration that any sequence of requests, events and outcomes can bring the machine into is
+// visited, and what must hold in each and on each step between two is checked.
+#include "fsw/framework/subsystem/state_machine.h"
+
+#include "test/unit/fsw/framework/subsystem/machine_states.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define VISITED_MAX 4096U
+#define TARGETS 12U // 0..9 and two beyond.
+#define STEP_CONFIGURE TARGETS
+#define STEP_EVENT (STEP_CONFIGURE + 1U)
+#define STEP_OUTCOME (STEP_EVENT + (unsigned)STATE_EVENT_COUNT)
+#define STEPS (STEP_OUTCOME + 3U)
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static state_machine_t visited[VISITED_MAX];
+static unsigned visited_count;
+
+/// What tells two machines apart: not the transitions of the last call, nor the cause.
+static bool is_same(const state_machine_t* a, const state_machine_t* b)
+{
+    return (a->state == b->state) && (a->phase == b->phase) && (a->target == b->target) &&
+           (a->action == b->action) && (a->is_configured == b->is_configured) &&
+           (a->has_failed == b->has_failed) && (a->is_superseded == b->is_superseded) &&
+           (a->is_backing_out == b->is_backing_out);
+}
+
+static void visit(const state_machine_t* machine)
+{
+    for (unsigned i = 0U; i < visited_count; i++) {
+        if (is_same(&visited[i], machine)) {
+            return;
+        }
+    }
+    TEST_ASSERT_TRUE_MESSAGE(visited_count < VISITED_MAX, "more configurations than expected");
+    visited[visited_count++] = *machine;
+}
+
+/// One step of the environment. False if it cannot happen here.
+static bool take_step(state_machine_t* machine, unsigned step)
+{
+    if (step < TARGETS) {
+        (void)state_machine_request(machine, (state_t)step, CAUSE_REQUEST);
+    } else if (step == STEP_CONFIGURE) {
+        (void)state_machine_configure(machine);
+    } else if (step < STEP_OUTCOME) {
+        (void)state_machine_event(machine, (state_event_t)(step - STEP_EVENT), CAUSE_OWN_ERROR);
+    } else if (machine->action != ACTION_NONE) {
+        state_machine_outcome(machine, (state_outcome_t)(step - STEP_OUTCOME));
+    } else {
+        return false;
+    }
+    return true;
+}
+
+// Which state may follow which, read off the walks of the tables: rows are from, columns are to.
+static const char* const followers[STATE_COUNT] = {"1", "29", "38", "467", "3567", "46", "7", "38", "9", "0"};
+
+static void check_transition(const state_transition_t* made)
+{
+    if (made->state != made->previous) {
+        TEST_ASSERT_NOT_NULL_MESSAGE(strchr(followers[made->previous], '0' + (char)made->state),
+                                     "a state that may not follow");
+    }
+}
+
+/// What holds in each configuration.
+static void check_standing(const state_machine_t* machine)
+{
+    static const char* const actions_of[STATE_COUNT] = {
+        // Indices of state_action_t as letters: a = SOFTWARE_INIT ... k = SOFTWARE_DEINIT, - = none.
+        "-", "a", "b", "-c", "-deg", "-f", "-h", "i", "j", "k"};
+    const char letter = (machine->action == ACTION_NONE) ? '-' : (char)('a' + (char)machine->action - 1);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strchr(actions_of[machine->state], letter), "action and state disagree");
+    if (machine->action == ACTION_NONE) {
+        TEST_ASSERT_EQUAL_MESSAGE(machine->state, machine->target, "rests short of its target");
+    }
+    if ((machine->state == STATE_SAFE_OPERATIONAL) || (machine->state == STATE_OPERATIONAL)) {
+        TEST_ASSERT_TRUE_MESSAGE(machine->is_configured, "went up without a configuration");
+    }
+    if ((machine->state <= STATE_HARDWARE_INIT) || (machine->state >= STATE_HARDWARE_DEINIT)) {
+        TEST_ASSERT_FALSE_MESSAGE(machine->is_configured, "configured where nothing can be");
+    }
+    if ((machine->state == STATE_PRE_OPERATIONAL) && (machine->action == ACTION_NONE)) {
+        TEST_ASSERT_EQUAL(machine->is_configured ? PHASE_CONFIGURED : PHASE_UNCONFIGURED, machine->phase);
+    }
+}
+
+/// What holds for each step.
+static void check_step(const state_machine_t* before, const state_machine_t* after, unsigned step)
+{
+    machine_check_transitions(after, before->state, before->phase);
+    for (uint8_t i = 0U; i < after->transition_count; i++) {
+        check_transition(&after->transitions[i]);
+    }
+    if ((after->state == STATE_OPERATIONAL) && (before->state != STATE_OPERATIONAL)) {
+        TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, before->state);
+        TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, step, "went up without a request");
+    }
+    if ((after->state == STATE_SAFE_OPERATIONAL) && (before->state == STATE_PRE_OPERATIONAL)) {
+        TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, step, "went up without a request");
+    }
+    if (step < STEP_OUTCOME) { // Only its end ends what makes the devices safe.
+        if (before->action == ACTION_SECURE) {
+            TEST_ASSERT_EQUAL(ACTION_SECURE, after->action);
+        }
+        if (before->action == ACTION_DISENGAGE) {
+            TEST_ASSERT_TRUE((after->action == ACTION_DISENGAGE) || (after->action == ACTION_SECURE));
+        }
+        TEST_ASSERT_TRUE(!after->is_superseded || (before->action != ACTION_NONE));
+    }
+}
+
+static void check_answers(const state_machine_t* machine)
+{
+    for (unsigned target = 0U; target < TARGETS; target++) {
+        state_machine_t trial        = *machine;
+        const state_answer_t verdict = state_machine_verdict(&trial, (state_t)target);
+        TEST_ASSERT_EQUAL(verdict, state_machine_request(&trial, (state_t)target, CAUSE_REQUEST));
+        if (verdict != ANSWER_STARTED) {
+            TEST_ASSERT_EQUAL(machine->action, trial.action);
+            TEST_ASSERT_EQUAL(machine->target, trial.target);
+        }
+        if (target == STATE_OFFLINE) { // The way down is open from everywhere.
+            TEST_ASSERT_TRUE((verdict == ANSWER_DONE) || (verdict == ANSWER_STARTED));
+            TEST_ASSERT_EQUAL((verdict == ANSWER_DONE) ? machine->target : STATE_OFFLINE, trial.target);
+        }
+        if (target == STATE_ERROR_OPERATIONAL) {
+            TEST_ASSERT_EQUAL(machine->state == STATE_OFFLINE, verdict == ANSWER_NO);
+            TEST_ASSERT_TRUE(verdict != ANSWER_BUSY);
+        }
+    }
+}
+
+static void explore(void)
+{
+    visited_count = 0U;
+    for (unsigned valid = 0U; valid < 2U; valid++) {
+        state_machine_t start;
+        state_machine_init(&start, valid != 0U);
+        visit(&start);
+    }
+    for (unsigned next = 0U; next < visited_count; next++) {
+        check_standing(&visited[next]);
+        check_answers(&visited[next]);
+        for (unsigned step = 0U; step < STEPS; step++) {
+            state_machine_t machine = visited[next];
+            if (take_step(&machine, step)) {
+                check_step(&visited[next], &machine, step);
+                visit(&machine);
+            }
+        }
+    }
+}
+
+static void every_reachable_configuration_is_sound(void)
+{
+    explore();
+    TEST_ASSERT_TRUE_MESSAGE(visited_count > 50U, "the exploration did not get anywhere");
+    for (unsigned state = 0U; state < STATE_COUNT; state++) { // All of the table is reached.
+        bool is_reached = false;
+        for (unsigned i = 0U; i < visited_count; i++) {
+            is_reached = is_reached || (visited[i].state == (state_t)state);
+        }
+        TEST_ASSERT_TRUE(is_reached);
+    }
+}
+
+/// Longest chain of outcomes, whatever they are; the test fails where it does not end.
+static unsigned longest_walk(const state_machine_t* machine, unsigned depth)
+{
+    TEST_ASSERT_TRUE_MESSAGE(depth < 16U, "a walk that does not end");
+    if (machine->action == ACTION_NONE) {
+        return depth;
+    }
+    unsigned longest = depth;
+    for (unsigned outcome = 0U; outcome < 3U; outcome++) {
+        state_machine_t next = *machine;
+        state_machine_outcome(&next, (state_outcome_t)outcome);
+        const unsigned length = longest_walk(&next, depth + 1U);
+        longest               = (length > longest) ? length : longest;
+    }
+    return longest;
+}
+
+static void every_walk_ends_whatever_fails(void)
+{
+    explore();
+    for (unsigned i = 0U; i < visited_count; i++) {
+        TEST_ASSERT_TRUE(longest_walk(&visited[i], 0U) <= 6U);
+    }
+}
+
+static void every_walk_reaches_its_target_if_nothing_fails(void)
+{
+    explore();
+    for (unsigned i = 0U; i < visited_count; i++) {
+        state_machine_t machine = visited[i];
+        const state_t target    = machine.target;
+        const bool had_failed   = machine.has_failed;
+        while (machine.action != ACTION_NONE) {
+            state_machine_outcome(&machine, OUTCOME_DONE);
+            TEST_ASSERT_EQUAL_MESSAGE(target, machine.target, "the target changed although nothing failed");
+        }
+        TEST_ASSERT_EQUAL(target, machine.state);
+        TEST_ASSERT_EQUAL(had_failed, machine.has_failed);
+    }
+}
+
+static void offline_can_be_reached_from_everywhere(void)
+{
+    explore();
+    for (unsigned i = 0U; i < visited_count; i++) {
+        state_machine_t machine = visited[i];
+        (void)state_machine_request(&machine, STATE_OFFLINE, CAUSE_SHUTDOWN);
+        while (machine.action != ACTION_NONE) {
+            state_machine_outcome(&machine, OUTCOME_DONE);
+        }
+        TEST_ASSERT_EQUAL(STATE_OFFLINE, machine.state);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(every_reachable_configuration_is_sound);
+    RUN_TEST(every_walk_ends_whatever_fails);
+    RUN_TEST(every_walk_reaches_its_target_if_nothing_fails);
+    RUN_TEST(offline_can_be_reached_from_everywhere);
+    return UNITY_END();
+}

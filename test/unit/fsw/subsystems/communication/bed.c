@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "test/unit/fsw/subsystems/communication/bed.h"
+
+#include "unity.h"
+
+#include <poll.h>
+#include <string.h>
+
+#define PERIOD_NS 10000000ULL
+#define ARRIVAL_MS 20
+#define PATIENCE 500U // Steps.
+
+bed_t bed;
+
+static descriptor_loader_t loader;
+
+// ---- Hooks and port ----
+
+static status_t send_up(void* context, const uint8_t* packet, size_t size)
+{
+    (void)context;
+    pus_tc_t tc;
+    pus_tm_t tm;
+    pus_failure_t failure;
+    if (!pus_packet_is_tc(packet, size)) {
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, size, &tm, &failure));
+        if ((tm.service == PUS_SERVICE_EVENTS) && (tm.size >= 2U) && (tm.data[1] < 16U)) {
+            bed.events[tm.data[1]]++;
+        }
+        return STATUS_OK;
+    }
+    if (bed.is_uplink_full || ((bed.uplink_room > 0U) && (bed.request_count >= bed.uplink_room))) {
+        return STATUS_FULL;
+    }
+    const status_t decoded = pus_tc_decode(packet, size, &tc, &failure);
+    (void)decoded; // Judging is the supervisor's business.
+    TEST_ASSERT_TRUE(bed.request_count < BED_PACKETS);
+    bed.requests[bed.request_count++] = (bed_request_t){tc.source, tc.sequence, size};
+    return STATUS_OK;
+}
+
+static void sent(void* context, uint16_t peer_port, uint32_t octets)
+{
+    (void)context;
+    for (unsigned i = 0U; i < BED_CLIENTS; i++) {
+        bed.sent[i] += (bed.ports[i] == peer_port) ? octets : 0U;
+    }
+}
+
+static uint16_t participant_port(void* context)
+{
+    (void)context;
+    return bed.participant;
+}
+
+static void intruded(void* context)
+{
+    (void)context;
+    bed.intrusions++;
+}
+
+// ---- Life ----
+
+void bed_open(void)
+{
+    static const communication_hooks_t hooks = {NULL, sent, participant_port, intruded};
+    const pus_port_t port                    = {NULL, send_up};
+    (void)memset(&bed, 0, sizeof bed);
+    descriptor_loader_init(&loader);
+    TEST_ASSERT_EQUAL(STATUS_OK, descriptor_load_subsystem(
+                                     &loader, "descriptors/subsystems/communication.xml", &bed.descriptor));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_listen(&bed.listener, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&bed.listener, &bed.address));
+    for (unsigned i = 0U; i < BED_CLIENTS; i++) {
+        bed.clients[i].descriptor = -1;
+    }
+    communication_init(&bed.communication, &bed.component, &port, &hooks,
+                       osal_socket_descriptor(&bed.listener));
+    const component_config_t config = {.descriptor          = &bed.descriptor,
+                                       .is_descriptor_valid = true,
+                                       .callbacks           = communication_callbacks(),
+                                       .self                = &bed.communication,
+                                       .start_count         = 1U,
+                                       .port                = port,
+                                       .has_supervisor      = true};
+    component_init(&bed.component, &config);
+}
+
+void bed_open_up(void)
+{
+    bed_open();
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      component_request(&bed.component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
+    bed_run(5U);
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, component_select(&bed.component, COMMUNICATION_CONFIGURATION_FLIGHT));
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(PHASE_CONFIGURED, bed.component.machine.phase);
+}
+
+void bed_close(void)
+{
+    for (unsigned i = 0U; i < BED_CLIENTS; i++) {
+        bed_disconnect(i);
+    }
+    const flow_tcp_user_t nobody = {0};
+    flow_tcp_close(&bed.communication.flow, &nobody); // The listener with it, if it was adopted.
+    osal_socket_close(&bed.listener);
+}
+
+void bed_step(void)
+{
+    (void)communication_take_in(&bed.communication, 0U);
+    (void)component_step(&bed.component, bed.now_ns);
+    communication_send_out(&bed.communication);
+    bed.now_ns += PERIOD_NS;
+}
+
+void bed_run(unsigned steps)
+{
+    for (unsigned i = 0U; i < steps; i++) {
+        bed_step();
+    }
+}
+
+void bed_run_until_requests(unsigned count)
+{
+    for (unsigned i = 0U; (i < PATIENCE) && (bed.request_count < count); i++) {
+        bed_step();
+        (void)poll(NULL, 0U, (bed.request_count < count) ? 1 : 0);
+    }
+    TEST_ASSERT_EQUAL(count, bed.request_count);
+}
+
+// ---- Clients ----
+
+void bed_connect(unsigned client)
+{
+    osal_address_t own = {0U, 0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&bed.clients[client], bed.address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&bed.clients[client], &own));
+    bed.ports[client] = own.port;
+    bed.sent[client]  = 0U;
+    bed_run(2U);
+}
+
+void bed_disconnect(unsigned client)
+{
+    if (osal_socket_is_open(&bed.clients[client])) {
+        osal_socket_close(&bed.clients[client]);
+    }
+}
+
+void bed_write(unsigned client, const uint8_t* octets, size_t size)
+{
+    size_t position = 0U;
+    for (unsigned i = 0U; (position < size) && (i < PATIENCE); i++) {
+        size_t taken = 0U;
+        const status_t status =
+            osal_stream_send(&bed.clients[client], &octets[position], size - position, &taken);
+        TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_FULL));
+        position += taken;
+    }
+    TEST_ASSERT_EQUAL(size, position);
+}
+
+size_t bed_request(uint8_t packet[PUS_PACKET_MAX], uint16_t user, uint16_t sequence, size_t data)
+{
+    static const uint8_t filling[PUS_TC_DATA_MAX];
+    size_t size       = 0U;
+    const pus_tc_t tc = {.apid     = 16U,
+                         .sequence = sequence,
+                         .ack      = 15U,
+                         .service  = 17U,
+                         .subtype  = 1U,
+                         .source   = user,
+                         .data     = filling,
+                         .size     = data};
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, PUS_PACKET_MAX, &size));
+    return size;
+}
+
+void bed_write_request(unsigned client, uint16_t user, uint16_t sequence, size_t data)
+{
+    static uint8_t packet[PUS_PACKET_MAX];
+    const size_t size = bed_request(packet, user, sequence, data);
+    bed_write(client, packet, size);
+}
+
+size_t bed_read(unsigned client, uint8_t* octets, size_t capacity)
+{
+    size_t size             = 0U;
+    const bool has_come     = (osal_socket_wait_readable(&bed.clients[client], ARRIVAL_MS) == STATUS_OK);
+    const status_t received = osal_stream_receive(&bed.clients[client], octets, capacity, &size);
+    return (has_come && (received == STATUS_OK)) ? size : 0U;
+}
+
+bool bed_is_ended(unsigned client)
+{
+    uint8_t octets[1];
+    size_t size         = 0U;
+    const bool has_news = (osal_socket_wait_readable(&bed.clients[client], ARRIVAL_MS) == STATUS_OK);
+    return has_news &&
+           (osal_stream_receive(&bed.clients[client], octets, sizeof octets, &size) == STATUS_CLOSED);
+}
+
+// ---- Reports ----
+
+void bed_report(uint16_t destination, uint8_t service, uint8_t subtype, uint32_t number, size_t data)
+{
+    static uint8_t packet[PUS_PACKET_MAX];
+    static uint8_t content[PUS_TM_DATA_MAX];
+    size_t size = 0U;
+    (void)memcpy(content, &number, sizeof number);
+    const pus_tm_t tm = {.apid        = 16U,
+                         .service     = service,
+                         .subtype     = subtype,
+                         .destination = destination,
+                         .data        = content,
+                         .size        = sizeof number + data};
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_encode(&tm, packet, sizeof packet, &size));
+    component_accept(&bed.component, packet, size, bed.now_ns);
+}
+
+uint32_t bed_next_report(unsigned client)
+{
+    static uint8_t packet[PUS_PACKET_MAX];
+    size_t held    = 0U;
+    size_t wanted  = PUS_PRIMARY_HEADER_SIZE;
+    unsigned tries = 0U;
+    while (held < wanted) {
+        const size_t size = bed_read(client, &packet[held], wanted - held);
+        if (size == 0U) { // The kernel takes the rest when there is room again.
+            tries++;
+            if ((tries > 3U) && (held == 0U)) {
+                return UINT32_MAX;
+            }
+            TEST_ASSERT_TRUE_MESSAGE(tries < PATIENCE, "a report was cut");
+            communication_send_out(&bed.communication);
+        }
+        held += size;
+        if ((size > 0U) && (held == PUS_PRIMARY_HEADER_SIZE)) {
+            wanted = 7U + (((size_t)packet[4] << 8U) | packet[5]);
+        }
+    }
+    pus_tm_t tm;
+    pus_failure_t failure;
+    uint32_t number = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, held, &tm, &failure));
+    (void)memcpy(&number, tm.data, sizeof number);
+    return number;
+}

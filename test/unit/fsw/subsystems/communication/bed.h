@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A test bed for communication: the real subsystem with a real listening port on loopback, ground clients
+/// with blocking sockets of their own, and a supervisor that keeps what it is sent.
+#ifndef TEST_UNIT_FSW_SUBSYSTEMS_COMMUNICATION_BED_H
+#define TEST_UNIT_FSW_SUBSYSTEMS_COMMUNICATION_BED_H
+
+#include "fsw/subsystems/communication/communication.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define BED_CLIENTS 8U
+#define BED_PACKETS 4096U
+
+typedef struct {
+    uint16_t source;
+    uint16_t sequence;
+    size_t size;
+} bed_request_t;
+
+typedef struct {
+    component_t component;
+    communication_t communication;
+    subsystem_descriptor_t descriptor;
+    osal_socket_t listener;
+    osal_address_t address;
+    uint64_t now_ns;
+    osal_socket_t clients[BED_CLIENTS];
+    uint16_t ports[BED_CLIENTS];         ///< Of the clients' own ends.
+    bed_request_t requests[BED_PACKETS]; ///< That went up.
+    unsigned request_count;
+    unsigned events[16]; ///< Reports of events, by id.
+    bool is_uplink_full;
+    unsigned uplink_room; ///< Requests it takes before it is full; 0: no limit.
+    uint16_t participant;
+    unsigned intrusions;
+    uint32_t sent[BED_CLIENTS]; ///< As the hook was told.
+} bed_t;
+
+extern bed_t bed;
+
+/// Communication with its port, in OFFLINE.
+void bed_open(void);
+/// The same, configured: it listens.
+void bed_open_up(void);
+void bed_close(void);
+/// Take in, step, send out: what its program does at each wake.
+void bed_step(void);
+void bed_run(unsigned steps);
+/// Step until the supervisor has so many requests, or the test fails.
+void bed_run_until_requests(unsigned count);
+
+void bed_connect(unsigned client);
+void bed_disconnect(unsigned client);
+void bed_write(unsigned client, const uint8_t* octets, size_t size);
+/// Telecommand of a user with so many octets of data.
+void bed_write_request(unsigned client, uint16_t user, uint16_t sequence, size_t data);
+size_t bed_request(uint8_t packet[PUS_PACKET_MAX], uint16_t user, uint16_t sequence, size_t data);
+/// True if communication has closed the connection.
+bool bed_is_ended(unsigned client);
+/// Read what has arrived, at most `capacity` octets, waiting a moment for the first.
+size_t bed_read(unsigned client, uint8_t* octets, size_t capacity);
+
+/// A report for a user (0: all), with its number, as it comes from the supervisor.
+void bed_report(uint16_t destination, uint8_t service, uint8_t subtype, uint32_t number, size_t data);
+/// Next report that a client receives: its number. UINT32_MAX if there is none within a moment.
+uint32_t bed_next_report(unsigned client);
+
+#endif // TEST_UNIT_FSW_SUBSYSTEMS_COMMUNICATION_BED_H

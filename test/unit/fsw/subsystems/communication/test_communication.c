@@ -1,0 +1,446 @@
+// SPDX-License-Identifier: Apache-2.0
+// Communication over real loopback connections: framing up, reports down, and clients that misbehave.
+#include "fsw/subsystems/communication/communication.h"
+
+#include "test/unit/fsw/subsystems/communication/bed.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define HK_SERVICE 3U
+#define HK_SUBTYPE 25U
+#define EVENT_SERVICE 5U
+
+void setUp(void)
+{
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+// ---- Up ----
+
+static void a_request_goes_up_wherever_the_stream_is_cut(void)
+{
+    uint8_t packet[PUS_PACKET_MAX];
+    unsigned count = 0U;
+    bed_connect(0U);
+    const size_t size = bed_request(packet, 1U, 7U, 5U);
+    for (size_t cut = 1U; cut < size; cut++) {
+        bed_write(0U, packet, cut);
+        bed_run(2U);
+        TEST_ASSERT_EQUAL(count, bed.request_count);
+        bed_write(0U, &packet[cut], size - cut);
+        count++;
+        bed_run_until_requests(count);
+        TEST_ASSERT_EQUAL(size, bed.requests[count - 1U].size);
+        TEST_ASSERT_EQUAL(7U, bed.requests[count - 1U].sequence);
+    }
+    for (size_t i = 0U; i < size; i++) { // Octet by octet.
+        bed_write(0U, &packet[i], 1U);
+        bed_run(2U);
+    }
+    bed_run_until_requests(count + 1U);
+    TEST_ASSERT_FALSE(bed_is_ended(0U));
+}
+
+static void many_requests_in_one_segment_keep_their_order(void)
+{
+    static uint8_t stream[60000];
+    size_t used = 0U;
+    bed_connect(0U);
+    for (uint16_t i = 0U; i < 200U; i++) {
+        static uint8_t packet[PUS_PACKET_MAX];
+        const size_t size = bed_request(packet, 1U, i, i);
+        (void)memcpy(&stream[used], packet, size);
+        used += size;
+    }
+    bed_write(0U, stream, used);
+    bed_run_until_requests(200U);
+    for (uint16_t i = 0U; i < 200U; i++) {
+        TEST_ASSERT_EQUAL(i, bed.requests[i].sequence);
+        TEST_ASSERT_EQUAL(13U + i, bed.requests[i].size);
+    }
+    TEST_ASSERT_EQUAL(200U, bed.communication.counters.tc_received);
+    TEST_ASSERT_EQUAL(used, bed.communication.counters.octets_received);
+}
+
+static void the_largest_request_goes_up(void)
+{
+    bed_connect(0U);
+    bed_write_request(0U, 1U, 1U, PUS_TC_DATA_MAX);
+    bed_write_request(0U, 1U, 2U, PUS_TC_DATA_MAX);
+    bed_run_until_requests(2U);
+    TEST_ASSERT_EQUAL(PUS_PACKET_MAX, bed.requests[0].size);
+    TEST_ASSERT_EQUAL(2U, bed.requests[1].sequence);
+}
+
+static void garbage_ends_the_connection_and_no_other(void)
+{
+    uint8_t garbage[64];
+    (void)memset(garbage, 0xFF, sizeof garbage);
+    bed_connect(0U);
+    bed_connect(1U);
+    bed_write(0U, garbage, sizeof garbage);
+    bed_run(3U);
+    TEST_ASSERT_TRUE(bed_is_ended(0U));
+    bed_write_request(1U, 1U, 1U, 0U);
+    bed_run_until_requests(1U);
+    TEST_ASSERT_FALSE(bed_is_ended(1U));
+    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_GROUND_LOST]);
+    bed_connect(2U); // Its place is free again.
+    bed_write_request(2U, 1U, 2U, 0U);
+    bed_run_until_requests(2U);
+}
+
+static void what_is_framed_is_not_judged(void)
+{
+    uint8_t packet[PUS_PACKET_MAX];
+    bed_connect(0U);
+    size_t size = bed_request(packet, 1U, 1U, 0U);
+    packet[size - 1U] ^= 0xFFU; // Checksum: the supervisor's business.
+    bed_write(0U, packet, size);
+    bed_run_until_requests(1U);
+    packet[0] = 0x08U; // A report from the ground is none of its business.
+    bed_write(0U, packet, size);
+    bed_write_request(0U, 1U, 2U, 0U);
+    bed_run_until_requests(2U);
+    TEST_ASSERT_EQUAL(2U, bed.requests[1].sequence);
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(1U, bed.communication.counters.tc_refused);
+    TEST_ASSERT_FALSE(bed_is_ended(0U));
+}
+
+static void random_octets_break_nothing(void)
+{
+    uint32_t random = 17U;
+    for (unsigned round = 0U; round < 100U; round++) {
+        uint8_t octets[256];
+        for (size_t i = 0U; i < sizeof octets; i++) {
+            random    = (random * 1664525U) + 1013904223U;
+            octets[i] = (uint8_t)(random >> 24U);
+        }
+        octets[0] = (uint8_t)((octets[0] & 0x07U) | 0x18U);
+        octets[4] &= 0x0FU; // A length that may be believed, now and then.
+        bed_connect(0U);
+        bed_write(0U, octets, sizeof octets);
+        bed_run(3U);
+        bed_disconnect(0U);
+        bed_run(2U);
+    }
+    bed_connect(0U);
+    const unsigned before = bed.request_count;
+    bed_write_request(0U, 1U, 1U, 0U);
+    bed_run_until_requests(before + 1U);
+}
+
+static void a_full_mailbox_keeps_requests_waiting(void)
+{
+    bed_connect(0U);
+    bed_connect(1U);
+    bed.is_uplink_full = true;
+    for (uint16_t i = 0U; i < 2000U; i++) { // More than the buffer of a client holds.
+        bed_write_request(0U, 1U, i, 0U);
+        if ((i % 100U) == 0U) {
+            bed_step();
+        }
+    }
+    bed_run(20U);
+    TEST_ASSERT_EQUAL(0U, bed.request_count);
+    TEST_ASSERT_FALSE(bed_is_ended(0U));
+    bed.is_uplink_full = false;
+    for (unsigned room = 32U; bed.request_count < 2000U; room += 32U) { // A window at a time.
+        bed.uplink_room = room;
+        bed_step();
+        TEST_ASSERT_TRUE(room < 6400U);
+    }
+    for (uint16_t i = 0U; i < 2000U; i++) {
+        TEST_ASSERT_EQUAL(i, bed.requests[i].sequence);
+    }
+    TEST_ASSERT_FALSE(bed_is_ended(0U));
+}
+
+// ---- Down ----
+
+static void reports_go_where_their_user_spoke_last(void)
+{
+    bed_connect(0U);
+    bed_connect(1U);
+    bed_write_request(0U, 1U, 1U, 0U);
+    bed_write_request(1U, 3U, 1U, 0U);
+    bed_run_until_requests(2U);
+    bed_report(1U, 1U, 7U, 100U, 0U);
+    bed_report(3U, 1U, 7U, 300U, 0U);
+    bed_report(0U, EVENT_SERVICE, 2U, 500U, 0U); // To all.
+    bed_report(2U, 1U, 7U, 200U, 0U);            // To a user that never spoke.
+    bed_step();
+    TEST_ASSERT_EQUAL(100U, bed_next_report(0U));
+    TEST_ASSERT_EQUAL(500U, bed_next_report(0U));
+    TEST_ASSERT_EQUAL(300U, bed_next_report(1U));
+    TEST_ASSERT_EQUAL(500U, bed_next_report(1U));
+    bed_write_request(1U, 1U, 2U, 0U); // User 1 moves.
+    bed_run_until_requests(3U);
+    bed_report(1U, 1U, 7U, 101U, 0U);
+    bed_step();
+    TEST_ASSERT_EQUAL(101U, bed_next_report(1U));
+    TEST_ASSERT_EQUAL(UINT32_MAX, bed_next_report(0U));
+}
+
+static void a_user_whose_connection_is_gone_is_forgotten(void)
+{
+    bed_connect(0U);
+    bed_write_request(0U, 1U, 1U, 0U);
+    bed_run_until_requests(1U);
+    bed_report(1U, 1U, 7U, 1U, 0U);
+    bed_disconnect(0U);
+    bed_run(3U);
+    bed_connect(1U); // Takes the same place.
+    bed_report(1U, 1U, 7U, 100U, 0U);
+    bed_run(2U);
+    TEST_ASSERT_EQUAL_MESSAGE(UINT32_MAX, bed_next_report(1U), "a report for another");
+    TEST_ASSERT_EQUAL(2U, bed.events[COMMUNICATION_EVENT_GROUND_CONNECTED]);
+    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_GROUND_LOST]);
+}
+
+static void more_users_than_places_share_the_last(void)
+{
+    bed_connect(0U);
+    bed_connect(1U);
+    for (uint16_t user = 1U; user <= (COMMUNICATION_USERS + 2U); user++) {
+        bed_write_request(user % 2U, user, user, 0U);
+        bed_run_until_requests(user);
+    }
+    for (uint16_t user = 1U; user <= (COMMUNICATION_USERS + 2U); user++) {
+        bed_report(user, 1U, 7U, user, 0U);
+        bed_step();
+        const bool is_kept = (user < COMMUNICATION_USERS) || (user == (COMMUNICATION_USERS + 2U));
+        TEST_ASSERT_EQUAL(is_kept ? user : UINT32_MAX, bed_next_report(user % 2U));
+    }
+}
+
+static void reports_to_on_board_users_are_not_for_the_ground(void)
+{
+    bed_connect(0U);
+    bed_report(0x8010U, 1U, 7U, 1U, 0U);
+    bed_report(0x8001U, 1U, 7U, 1U, 0U);
+    bed_step();
+    TEST_ASSERT_EQUAL(UINT32_MAX, bed_next_report(0U));
+    uint8_t cut[12] = {0x08U, 0x10U}; // Too short to have a destination.
+    component_accept(&bed.component, cut, sizeof cut, bed.now_ns);
+    bed_step();
+    TEST_ASSERT_EQUAL(UINT32_MAX, bed_next_report(0U));
+}
+
+static void what_is_sent_is_told_to_the_octet(void)
+{
+    bed_connect(0U);
+    bed_connect(1U);
+    uint32_t expected = 0U;
+    for (uint32_t i = 0U; i < 50U; i++) {
+        bed_report(0U, EVENT_SERVICE, 1U, i, i * 10U);
+        expected += 27U + (i * 10U);
+        bed_step();
+    }
+    TEST_ASSERT_EQUAL(expected, bed.sent[0]);
+    TEST_ASSERT_EQUAL(expected, bed.sent[1]);
+    TEST_ASSERT_EQUAL(2U * expected, bed.communication.counters.octets_sent);
+    TEST_ASSERT_EQUAL(100U, bed.communication.counters.tm_sent);
+    for (uint32_t i = 0U; i < 50U; i++) {
+        TEST_ASSERT_EQUAL(i, bed_next_report(0U));
+        TEST_ASSERT_EQUAL(i, bed_next_report(1U));
+    }
+}
+
+// ---- Slow readers ----
+
+static void a_slow_reader_loses_housekeeping_only(void)
+{
+    uint32_t number = 0U;
+    uint32_t events = 0U;
+    bed_connect(0U);
+    bed_connect(1U);
+    for (; bed.communication.counters.tm_dropped < 200U; number++) {
+        const bool is_event = (number % 50U) == 0U;
+        bed_report(0U, is_event ? EVENT_SERVICE : HK_SERVICE, is_event ? 2U : HK_SUBTYPE, number, 3000U);
+        events += is_event ? 1U : 0U;
+        if ((number % 8U) == 0U) {
+            bed_step();
+        }
+        if ((number % 4U) == 0U) { // The other one reads all the time.
+            uint8_t octets[65536];
+            while (bed_read(1U, octets, sizeof octets) == sizeof octets) {
+            }
+        }
+        TEST_ASSERT_TRUE(number < 20000U);
+    }
+    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_TM_DROPPED]); // Told once.
+    TEST_ASSERT_TRUE(flow_tcp_is_connected(&bed.communication.flow, 0U));
+    TEST_ASSERT_EQUAL(0U, bed_next_report(0U)); // The first, and then everything that was kept, in order.
+    uint32_t last     = 0U;
+    uint32_t received = 1U;
+    uint32_t seen     = 1U;
+    while (received < (number - bed.communication.counters.tm_dropped)) {
+        const uint32_t found = bed_next_report(0U);
+        TEST_ASSERT_TRUE((found > last) && (found < number));
+        last = found;
+        received++;
+        seen += ((found % 50U) == 0U) ? 1U : 0U;
+    }
+    TEST_ASSERT_EQUAL(UINT32_MAX, bed_next_report(0U));
+    TEST_ASSERT_EQUAL(events, seen);
+}
+
+static void a_reader_that_reads_nothing_at_all_is_let_go(void)
+{
+    bed_connect(0U);
+    for (uint32_t i = 0U; (i < 20000U) && flow_tcp_is_connected(&bed.communication.flow, 0U); i++) {
+        bed_report(0U, EVENT_SERVICE, 2U, i, 3000U);
+        if ((i % 16U) == 0U) {
+            bed_step();
+        }
+    }
+    TEST_ASSERT_FALSE(flow_tcp_is_connected(&bed.communication.flow, 0U));
+    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_GROUND_LOST]);
+    bed_connect(1U);
+    bed_report(0U, EVENT_SERVICE, 2U, 77U, 0U);
+    bed_step();
+    TEST_ASSERT_EQUAL(77U, bed_next_report(1U)); // Nothing of its predecessor's is left in the place.
+}
+
+// ---- Clients ----
+
+static void clients_beyond_the_limit_are_turned_away(void)
+{
+    for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
+        bed_connect(i);
+    }
+    bed_connect(COMMUNICATION_CLIENTS);
+    TEST_ASSERT_TRUE(bed_is_ended(COMMUNICATION_CLIENTS));
+    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, bed.communication.counters.connected);
+    bed_disconnect(2U);
+    bed_run(3U);
+    bed_connect(5U);
+    bed_write_request(5U, 1U, 1U, 0U);
+    bed_run_until_requests(1U);
+    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, bed.communication.status.connections);
+    TEST_ASSERT_EQUAL(1U, bed.communication.counters.disconnected);
+}
+
+static void the_port_answers_when_it_is_configured(void)
+{
+    bed_close();
+    bed_open();
+    bed_connect(0U); // The launcher's socket takes the connection; nobody is there yet.
+    bed_write_request(0U, 1U, 1U, 0U);
+    bed_run(5U);
+    TEST_ASSERT_EQUAL(0U, bed.request_count);
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      component_request(&bed.component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
+    bed_run(5U);
+    TEST_ASSERT_EQUAL(0U, bed.request_count);
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, component_select(&bed.component, COMMUNICATION_CONFIGURATION_FLIGHT));
+    bed_run_until_requests(1U);
+}
+
+static void a_port_that_is_none_is_an_error(void)
+{
+    bed_close();
+    bed_open();
+    bed.communication.listener = 9999;
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      component_request(&bed.component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
+    bed_run(5U);
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, component_select(&bed.component, COMMUNICATION_CONFIGURATION_FLIGHT));
+    bed_run(5U);
+    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_PORT_FAILED]);
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&bed.component));
+}
+
+// ---- The participant of the calendar ----
+
+static void of_the_participant_exactly_what_was_announced_is_taken(void)
+{
+    bed_connect(0U);
+    bed.participant       = bed.ports[0];
+    const unsigned before = bed.intrusions;
+    bed_write_request(0U, 1U, 1U, 0U);
+    bed_write_request(0U, 1U, 2U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&bed.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    TEST_ASSERT_EQUAL(0U, bed.request_count);
+    bool is_missing = communication_take_in(&bed.communication, 13U);
+    TEST_ASSERT_FALSE(is_missing);
+    TEST_ASSERT_EQUAL(1U, bed.request_count);
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 5U)); // Announced in two parts.
+    TEST_ASSERT_EQUAL(1U, bed.request_count);
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 8U));
+    TEST_ASSERT_EQUAL(2U, bed.request_count);
+    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 13U)); // On its way.
+    bed_write_request(0U, 1U, 3U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&bed.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    TEST_ASSERT_EQUAL(3U, bed.request_count);
+    TEST_ASSERT_EQUAL(before, bed.intrusions);
+    bed_connect(1U); // Somebody else, whenever it comes,
+    TEST_ASSERT_EQUAL(before + 1U, bed.intrusions);
+    bed_write_request(1U, 3U, 1U, 0U); // and whatever it says.
+    bed_run_until_requests(4U);
+    TEST_ASSERT_EQUAL(before + 2U, bed.intrusions);
+}
+
+static void a_participant_waits_for_room_above_without_being_missed(void)
+{
+    bed_connect(0U);
+    bed.participant    = bed.ports[0];
+    bed.is_uplink_full = true;
+    for (uint16_t i = 0U; i < 1000U; i++) {
+        bed_write_request(0U, 1U, i, 0U);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&bed.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 13000U)); // Not missing: refused above.
+    bed.is_uplink_full = false;
+    bed_run_until_requests(1000U);
+    TEST_ASSERT_EQUAL(0U, bed.communication.owed);
+}
+
+static void a_participant_that_hangs_up_owes_nothing(void)
+{
+    bed_connect(0U);
+    bed.participant = bed.ports[0];
+    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 13U));
+    bed_disconnect(0U);
+    for (unsigned i = 0U; (i < 100U) && flow_tcp_is_connected(&bed.communication.flow, 0U); i++) {
+        bed_step();
+    }
+    TEST_ASSERT_EQUAL(0U, bed.communication.owed);
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_request_goes_up_wherever_the_stream_is_cut);
+    RUN_TEST(many_requests_in_one_segment_keep_their_order);
+    RUN_TEST(the_largest_request_goes_up);
+    RUN_TEST(garbage_ends_the_connection_and_no_other);
+    RUN_TEST(what_is_framed_is_not_judged);
+    RUN_TEST(random_octets_break_nothing);
+    RUN_TEST(a_full_mailbox_keeps_requests_waiting);
+    RUN_TEST(reports_go_where_their_user_spoke_last);
+    RUN_TEST(a_user_whose_connection_is_gone_is_forgotten);
+    RUN_TEST(more_users_than_places_share_the_last);
+    RUN_TEST(reports_to_on_board_users_are_not_for_the_ground);
+    RUN_TEST(what_is_sent_is_told_to_the_octet);
+    RUN_TEST(a_slow_reader_loses_housekeeping_only);
+    RUN_TEST(a_reader_that_reads_nothing_at_all_is_let_go);
+    RUN_TEST(clients_beyond_the_limit_are_turned_away);
+    RUN_TEST(the_port_answers_when_it_is_configured);
+    RUN_TEST(a_port_that_is_none_is_an_error);
+    RUN_TEST(of_the_participant_exactly_what_was_announced_is_taken);
+    RUN_TEST(a_participant_waits_for_room_above_without_being_missed);
+    RUN_TEST(a_participant_that_hangs_up_owes_nothing);
+    return UNITY_END();
+}

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/subsystems/joystick/force_display.h"
+#include "fsw/subsystems/joystick/stick_control.h"
+#include "test/support/bounds.h"
+
+#include "unity.h"
+
+#include <math.h>
+
+#define PERIOD_S 0.0005
+#define INERTIA 0.002 // Of the stick [kgm2].
+
+static stick_control_t control;
+static joystick_control_t gains;
+static force_display_t display;
+
+void setUp(void)
+{
+    gains = (joystick_control_t){.force_scale        = 0.03,
+                                 .damping_free       = 0.4,
+                                 .damping_contact    = 0.5,
+                                 .contact_threshold  = 0.6,
+                                 .contact_range      = 3.0,
+                                 .contact_attack     = 1600.0,
+                                 .contact_decay      = 40.0,
+                                 .velocity_bandwidth = 1500.0,
+                                 .torque_ceiling     = 1.5,
+                                 .ramp_time          = 0.2};
+    stick_control_init(&control);
+    force_display_clear(&display);
+}
+
+void tearDown(void)
+{
+}
+
+static void still(void)
+{
+    const double position[2] = {0.1, -0.1};
+    stick_control_sense(&control, &gains, PERIOD_S, position);
+}
+
+static void reflect(const double first_nm, const double second_nm)
+{
+    const double felt[2] = {first_nm, second_nm};
+    stick_control_reflect(&control, &gains, PERIOD_S, felt, 1.0);
+}
+
+static void a_motionless_stick_feels_the_scaled_torque(void)
+{
+    still();
+    reflect(-11.0, 8.0);
+    EXPECT_WITHIN(-0.33, 1.0e-12, control.command_nm[0]);
+    EXPECT_WITHIN(0.24, 1.0e-12, control.command_nm[1]);
+    const double felt[2] = {-11.0, 8.0};
+    stick_control_reflect(&control, &gains, PERIOD_S, felt, 0.5);
+    EXPECT_WITHIN(-0.165, 1.0e-12, control.command_nm[0]);
+}
+
+/// Command at a steady speed after a while.
+static double at_speed(const double speed_rad_s, const double felt_nm)
+{
+    setUp();
+    for (unsigned i = 0U; i < 2000U; i++) {
+        const double position[2] = {speed_rad_s * PERIOD_S * (double)i, 0.0};
+        stick_control_sense(&control, &gains, PERIOD_S, position);
+        reflect(felt_nm, 0.0);
+    }
+    return control.command_nm[0];
+}
+
+static void free_space_is_damped_little_and_contact_more(void)
+{
+    EXPECT_WITHIN(-0.4 * 0.5, 1.0e-9, at_speed(0.5, 0.0));
+    EXPECT_WITHIN((0.03 * 0.5) - (0.4 * 0.5), 1.0e-9, at_speed(0.5, 0.5));  // Below the threshold.
+    EXPECT_WITHIN((0.03 * 2.1) - (0.65 * 0.5), 1.0e-6, at_speed(0.5, 2.1)); // Half way into it.
+    EXPECT_WITHIN((0.03 * 9.0) - (0.9 * 0.5), 1.0e-6, at_speed(0.5, 9.0));
+    EXPECT_WITHIN((-0.03 * 9.0) + (0.9 * 0.5), 1.0e-6, at_speed(-0.5, -9.0)); // Both signs.
+}
+
+static void contact_rises_fast_and_falls_slowly(void)
+{
+    still();
+    reflect(9.0, 0.0);
+    EXPECT_WITHIN(0.8, 1.0e-12, control.contact[0]);
+    EXPECT_WITHIN(0.0, 1.0e-12, control.contact[1]); // Each axis by itself.
+    reflect(9.0, 0.0);
+    EXPECT_ABOVE(0.95, control.contact[0]);
+    for (unsigned i = 0U; i < 50U; i++) { // 25 ms = one time constant.
+        reflect(0.0, 0.0);
+    }
+    EXPECT_WITHIN(exp(-1.0), 0.02, control.contact[0]);
+    gains.contact_attack = 1.0e9; // Whatever the rate, s stays within 0..1.
+    for (unsigned i = 0U; i < 50U; i++) {
+        reflect(1.0e9, -1.0e9);
+        TEST_ASSERT_TRUE((control.contact[0] >= 0.0) && (control.contact[0] <= 1.0));
+    }
+}
+
+static void the_ceiling_holds_whatever_is_felt(void)
+{
+    const double wild[] = {100.0, 1.0e300, (double)INFINITY, -(double)INFINITY, (double)NAN};
+    still();
+    for (unsigned i = 0U; i < 5U; i++) {
+        reflect(wild[i], -wild[i]);
+        TEST_ASSERT_TRUE(fabs(control.command_nm[0]) <= 1.5);
+        TEST_ASSERT_TRUE(fabs(control.command_nm[1]) <= 1.5);
+    }
+    TEST_ASSERT_EQUAL_UINT(10U, control.limited);
+    reflect(1.0, 1.0); // And nothing of it stays.
+    TEST_ASSERT_TRUE(control.contact[0] == control.contact[0]);
+}
+
+static void damping_takes_energy_from_a_swinging_stick(void)
+{
+    double position[2] = {0.2, 0.0};
+    double speed       = 0.0;
+    for (unsigned i = 0U; i < 4000U; i++) { // A hand like a spring of 3 Nm/rad.
+        stick_control_sense(&control, &gains, PERIOD_S, position);
+        reflect(0.0, 0.0);
+        speed += PERIOD_S * (control.command_nm[0] - (3.0 * position[0])) / INERTIA;
+        position[0] += PERIOD_S * speed;
+        TEST_ASSERT_TRUE(fabs(position[0]) <= 0.2 + 1.0e-9);
+    }
+    EXPECT_WITHIN(0.0, 1.0e-5, position[0]);
+}
+
+// ---- Display ------------------------------------------------------------------------------------
+
+static void a_displayed_torque_has_its_damping(void)
+{
+    const double torque[2] = {0.3, -0.2};
+    still();
+    stick_control_display(&control, &gains, torque);
+    EXPECT_WITHIN(0.3, 1.0e-12, control.command_nm[0]);
+    EXPECT_WITHIN(-0.2, 1.0e-12, control.command_nm[1]);
+}
+
+static void a_force_rises_holds_and_is_gone_in_time(void)
+{
+    const double goal[2] = {0.3, -0.6};
+    const double rate    = 7.5; // 1.5 Nm in 0.2 s.
+    double before[2]     = {0.0, 0.0};
+    unsigned held        = 0U;
+    unsigned steps       = 0U;
+    force_display_begin(&display, goal, 0.5);
+    while (display.is_active && (steps < 2000U)) {
+        force_display_step(&display, PERIOD_S, rate);
+        for (unsigned i = 0U; i < 2U; i++) {
+            EXPECT_BELOW((rate * PERIOD_S) + 1.0e-12, fabs(display.torque_nm[i] - before[i]));
+            before[i] = display.torque_nm[i];
+        }
+        held += ((display.torque_nm[0] == 0.3) && (display.torque_nm[1] == -0.6)) ? 1U : 0U;
+        steps++;
+    }
+    TEST_ASSERT_UINT_WITHIN(2U, 1000U, steps);
+    TEST_ASSERT_UINT_WITHIN(4U, 1000U - 320U, held); // 0.6 / 7.5 s = 160 steps up and as many down.
+    TEST_ASSERT_TRUE((display.torque_nm[0] == 0.0) && (display.torque_nm[1] == 0.0));
+}
+
+static void a_short_force_never_passes_its_time(void)
+{
+    const double goal[2] = {1.5, 0.0};
+    unsigned steps       = 0U;
+    double largest       = 0.0;
+    force_display_begin(&display, goal, 0.1);
+    while (display.is_active && (steps < 2000U)) {
+        force_display_step(&display, PERIOD_S, 7.5);
+        largest = fmax(largest, display.torque_nm[0]);
+        steps++;
+    }
+    TEST_ASSERT_UINT_WITHIN(4U, 200U, steps);
+    EXPECT_WITHIN(0.375, 0.01, largest);
+}
+
+static void a_lasting_force_ends_by_stop_and_can_be_taken_over(void)
+{
+    const double goal[2]  = {0.3, 0.3};
+    const double other[2] = {-0.3, 0.3};
+    force_display_begin(&display, goal, 0.0);
+    for (unsigned i = 0U; i < 10000U; i++) {
+        force_display_step(&display, PERIOD_S, 7.5);
+    }
+    TEST_ASSERT_TRUE(display.is_active && (display.torque_nm[0] == 0.3));
+    force_display_begin(&display, other, 0.0);
+    force_display_step(&display, PERIOD_S, 7.5);
+    EXPECT_WITHIN(0.3 - (7.5 * PERIOD_S), 1.0e-12, display.torque_nm[0]);
+    for (unsigned i = 0U; i < 1000U; i++) {
+        force_display_step(&display, PERIOD_S, 7.5);
+    }
+    force_display_stop(&display);
+    unsigned steps = 0U;
+    while (display.is_active && (steps < 2000U)) {
+        force_display_step(&display, PERIOD_S, 7.5);
+        steps++;
+    }
+    TEST_ASSERT_UINT_WITHIN(2U, 80U, steps);
+    force_display_stop(&display);
+    force_display_step(&display, PERIOD_S, 7.5);
+    TEST_ASSERT_FALSE(display.is_active);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_motionless_stick_feels_the_scaled_torque);
+    RUN_TEST(free_space_is_damped_little_and_contact_more);
+    RUN_TEST(contact_rises_fast_and_falls_slowly);
+    RUN_TEST(the_ceiling_holds_whatever_is_felt);
+    RUN_TEST(damping_takes_energy_from_a_swinging_stick);
+    RUN_TEST(a_displayed_torque_has_its_damping);
+    RUN_TEST(a_force_rises_holds_and_is_gone_in_time);
+    RUN_TEST(a_short_force_never_passes_its_time);
+    RUN_TEST(a_lasting_force_ends_by_stop_and_can_be_taken_over);
+    return UNITY_END();
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The manipulator with its real descriptor, scripted drives and a scripted joystick, for tests of its life.
+#ifndef TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_RIG_H
+#define TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_RIG_H
+
+#include "fsw/subsystems/manipulator/manipulator.h"
+#include "test/support/scripted_bus.h"
+#include "test/support/subsystem_double.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define HAND MANIPULATOR_PORT_HAND_POSITION
+#define ROBOT MANIPULATOR_PORT_ROBOT_STATE
+#define GRAVITY1 5.9 ///< Torques that hold the arm in its home pose [Nm].
+#define GRAVITY2 2.124
+
+extern subsystem_descriptor_t rig_descriptor;
+extern scripted_bus_t rig_bus;
+extern scripted_node_t* rig_joints[2];
+extern subsystem_t rig_generic;
+extern manipulator_t rig_manipulator;
+extern const subsystem_callbacks_t* rig_callbacks;
+
+typedef status_t (*rig_action_t)(void* self);
+
+/// Once: the descriptor. False, with a message, if it cannot be loaded.
+bool rig_load(void);
+/// Before and after each test: a bus with two drives, the manipulator OFFLINE.
+void rig_set_up(void);
+void rig_tear_down(void);
+/// Sensors show a motionless arm in its home pose with these joint torques.
+void rig_show(double torque1_nm, double torque2_nm);
+/// One cycle, with an entry action or null; its status.
+status_t rig_cycle(rig_action_t action);
+/// Cycles until the action ends; its status.
+status_t rig_walk(rig_action_t action);
+void rig_idle(unsigned cycles);
+/// Entry action: apply rig_generic.configuration.
+status_t rig_configure(void* self);
+/// A fresh sample of the joystick.
+void rig_hand_at(double first_rad, double second_rad);
+/// From OFFLINE up to a state in a configuration.
+void rig_bring(uint16_t configuration, state_t state);
+status_t rig_perform(uint16_t function, const void* arguments, uint32_t ticket);
+const manipulator_cur_values_t* rig_values(void);
+
+#endif // TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_RIG_H

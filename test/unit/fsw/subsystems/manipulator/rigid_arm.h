@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A rigid arm on elastic joints for tests of its control: rotors, gears as springs, links; integrated by
+/// semi-implicit Euler in small steps with the equations written out by themselves.
+#ifndef TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_RIGID_ARM_H
+#define TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_RIGID_ARM_H
+
+#include "generated/manipulator_descriptor.h"
+
+#include <stdbool.h>
+
+typedef struct {
+    manipulator_model_t model;
+    double link[2];
+    double link_speed[2];
+    double motor[2];
+    double motor_speed[2];
+    double external_nm[2]; ///< Torque on the links from outside.
+    bool is_braked;        ///< Rotors stand.
+} rigid_arm_t;
+
+/// At rest in a pose, gears carrying gravity.
+void rigid_arm_init(rigid_arm_t* arm, const manipulator_model_t* model, const double pose_rad[2]);
+/// One control period of 0.5 ms with constant motor torque.
+void rigid_arm_run(rigid_arm_t* arm, const double torque_nm[2]);
+/// Torque in the gears: what the sensors see.
+void rigid_arm_sensors(const rigid_arm_t* arm, double out_torque_nm[2]);
+/// Gains as the descriptor sets them.
+extern const manipulator_control_t rigid_arm_gains;
+extern const manipulator_model_t rigid_arm_model;
+
+#endif // TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_RIGID_ARM_H

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Apache-2.0
+// Observer, tare and joint control on a simulated arm.
+#include "fsw/subsystems/manipulator/arm_control.h"
+#include "fsw/subsystems/manipulator/arm_tare.h"
+#include "test/support/bounds.h"
+
+#include "test/unit/fsw/subsystems/manipulator/rigid_arm.h"
+#include "unity.h"
+
+#include <math.h>
+
+#define PERIOD_S 0.0005
+#define HALF_TURN 3.14159265358979
+
+static rigid_arm_t arm;
+static arm_control_t control;
+static manipulator_control_t gains;
+static manipulator_model_t model;
+static arm_setup_t setup;
+static const double home[2] = {1.0471975511966, -1.5707963267949};
+
+void setUp(void)
+{
+    gains = rigid_arm_gains;
+    model = rigid_arm_model;
+    setup = (arm_setup_t){.gains = &gains, .model = &model, .period_s = PERIOD_S};
+    rigid_arm_init(&arm, &rigid_arm_model, home);
+    arm_control_init(&control);
+}
+
+void tearDown(void)
+{
+}
+
+static void sense(void)
+{
+    double torque[2];
+    rigid_arm_sensors(&arm, torque);
+    arm_control_sense(&control, &setup, arm.motor, torque);
+}
+
+/// Follow the hand for one period with the torque loop closed.
+static void follow(const double* const hand)
+{
+    sense();
+    const arm_motion_t desired = arm_control_follow(&control, &setup, hand);
+    arm_control_step(&control, &setup, &desired);
+    rigid_arm_run(&arm, control.command_nm);
+}
+
+static void hold(const double* const hand)
+{
+    sense();
+    arm_control_hold(&control, &setup, hand);
+    arm.is_braked = true;
+    rigid_arm_run(&arm, control.command_nm);
+    arm.is_braked = false;
+}
+
+// ---- Observer -----------------------------------------------------------------------------------
+
+static void nothing_is_felt_in_free_motion(void)
+{
+    double hand[2] = {0.0, 0.0};
+    double worst   = 0.0;
+    hold(hand);
+    for (unsigned i = 0U; i < 12000U; i++) {
+        const double t = PERIOD_S * (double)i;
+        hand[0]        = 0.05 * sin(HALF_TURN * t) * fmin(1.0, t);
+        hand[1]        = 0.05 * (1.0 - cos(HALF_TURN * t));
+        follow(hand);
+        worst =
+            fmax(worst, fmax(fabs(control.observer.external_nm[0]), fabs(control.observer.external_nm[1])));
+    }
+    EXPECT_BELOW(0.1, worst);
+}
+
+static void an_external_torque_is_felt_as_it_is(void)
+{
+    const double hand[2] = {0.0, 0.0};
+    hold(hand);
+    arm.external_nm[0] = -8.0;
+    arm.external_nm[1] = 3.0;
+    double rise_s      = 0.0;
+    for (unsigned i = 0U; i < 4000U; i++) {
+        follow(hand);
+        if ((rise_s == 0.0) && (control.observer.external_nm[1] > (3.0 * 0.9))) {
+            rise_s = PERIOD_S * (double)i;
+        }
+    }
+    EXPECT_WITHIN(-8.0, 0.001, control.observer.external_nm[0]);
+    EXPECT_WITHIN(3.0, 0.001, control.observer.external_nm[1]);
+    EXPECT_BELOW(0.02, rise_s);
+}
+
+static void an_offset_of_the_sensor_is_taken_out_by_its_zero(void)
+{
+    const double hand[2] = {0.0, 0.0};
+    double torque[2];
+    control.zero_nm[0] = 0.2;
+    control.zero_nm[1] = -0.1;
+    for (unsigned i = 0U; i < 2000U; i++) {
+        rigid_arm_sensors(&arm, torque);
+        torque[0] += 0.2;
+        torque[1] -= 0.1;
+        arm_control_sense(&control, &setup, arm.motor, torque);
+        arm_control_hold(&control, &setup, hand);
+    }
+    EXPECT_WITHIN(0.0, 0.001,
+                  control.observer.external_nm[0]); // The offset also bends the link angle a little.
+    EXPECT_WITHIN(0.0, 0.001, control.observer.external_nm[1]);
+    EXPECT_WITHIN(0.0, 0.01, control.bias_nm[0]);
+}
+
+// ---- Tare ---------------------------------------------------------------------------------------
+
+static void a_tare_is_the_mean_at_rest(void)
+{
+    arm_tare_t tare;
+    arm_tare_init(&tare);
+    const arm_tare_sample_t high = {{0.3, -0.1}, {0.0, 0.0}};
+    const arm_tare_sample_t low  = {{0.1, -0.3}, {0.0, 0.0}};
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, arm_tare_step(&tare, &high, 4U, 1.0));
+    arm_tare_begin(&tare);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, arm_tare_step(&tare, &high, 4U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, arm_tare_step(&tare, &low, 4U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, arm_tare_step(&tare, &high, 4U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_tare_step(&tare, &low, 4U, 1.0));
+    EXPECT_WITHIN(0.2, 1.0e-15, tare.offset_nm[0]);
+    EXPECT_WITHIN(-0.2, 1.0e-15, tare.offset_nm[1]);
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_tare_step(&tare, &high, 4U, 1.0)); // Over is over.
+}
+
+static void motion_starts_a_tare_anew(void)
+{
+    arm_tare_t tare;
+    arm_tare_init(&tare);
+    arm_tare_begin(&tare);
+    const arm_tare_sample_t rest   = {{0.1, 0.1}, {0.001, -0.001}};
+    const arm_tare_sample_t motion = {{9.0, 9.0}, {0.0, -0.05}};
+    for (unsigned i = 0U; i < 3U; i++) {
+        (void)arm_tare_step(&tare, &rest, 4U, 1.0);
+    }
+    TEST_ASSERT_EQUAL(STATUS_BUSY, arm_tare_step(&tare, &motion, 4U, 1.0));
+    for (unsigned i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, arm_tare_step(&tare, &rest, 4U, 1.0));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_tare_step(&tare, &rest, 4U, 1.0));
+    EXPECT_WITHIN(0.1, 1.0e-15, tare.offset_nm[0]);
+}
+
+static void a_contact_is_no_offset(void)
+{
+    arm_tare_t tare;
+    arm_tare_init(&tare);
+    arm_tare_begin(&tare);
+    const arm_tare_sample_t free_arm = {{0.2, 0.1}, {0.0, 0.0}};
+    const arm_tare_sample_t contact  = {{0.2, -1.1}, {0.0, 0.0}};
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_tare_step(&tare, &free_arm, 1U, 1.0));
+    arm_tare_begin(&tare);
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, arm_tare_step(&tare, &contact, 1U, 1.0));
+    EXPECT_WITHIN(0.2, 1.0e-15, tare.offset_nm[0]); // The old zero stays.
+    const arm_tare_sample_t broken = {{(double)NAN, 0.0}, {0.0, 0.0}};
+    arm_tare_begin(&tare);
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, arm_tare_step(&tare, &broken, 1U, 1.0));
+}
+
+// ---- Control ------------------------------------------------------------------------------------
+
+/// Largest motion of the links and largest step of the command after engaging.
+static void engage(const double* const hand, double* const out_motion, double* const out_step)
+{
+    for (unsigned i = 0U; i < 1000U; i++) {
+        hold(hand);
+    }
+    const double pose[2] = {arm.link[0], arm.link[1]};
+    double before[2]     = {control.command_nm[0], control.command_nm[1]};
+    *out_motion          = 0.0;
+    *out_step            = 0.0;
+    for (unsigned i = 0U; i < 2000U; i++) {
+        follow(hand);
+        for (unsigned k = 0U; k < 2U; k++) {
+            *out_motion = fmax(*out_motion, fabs(arm.link[k] - pose[k]));
+            *out_step   = fmax(*out_step, fabs(control.command_nm[k] - before[k]));
+            before[k]   = control.command_nm[k];
+        }
+    }
+}
+
+static void engaging_is_without_a_step_wherever_hand_and_arm_are(void)
+{
+    const double hands[3][2] = {{0.0, 0.0}, {0.3, -0.2}, {-0.35, 0.35}};
+    const double poses[3][2] = {{1.0471975511966, -1.5707963267949}, {0.4, -1.0}, {1.6, -2.2}};
+    for (unsigned i = 0U; i < 9U; i++) {
+        double motion = 0.0;
+        double step   = 0.0;
+        rigid_arm_init(&arm, &rigid_arm_model, poses[i % 3U]);
+        arm_control_init(&control);
+        engage(hands[i / 3U], &motion, &step);
+        EXPECT_BELOW(0.0001, motion);
+        EXPECT_BELOW(0.05, step);
+    }
+}
+
+static void engaging_under_load_lets_the_arm_settle_slowly(void)
+{
+    const double hand[2] = {0.1, 0.1};
+    double motion        = 0.0;
+    double step          = 0.0;
+    arm.external_nm[0]   = -11.0; // The spring pulls.
+    arm.external_nm[1]   = -8.0;
+    engage(hand, &motion, &step);
+    EXPECT_BELOW(0.1, step); // No jump of the torque;
+    EXPECT_BELOW((11.0 / 4000.0) + (11.0 / 8000.0) + 0.0003,
+                 motion); // in the end, the give of loop and gear.
+}
+
+static void the_motor_target_begins_where_the_motor_is(void)
+{
+    hold(NULL);
+    for (unsigned i = 0U; i < 2U; i++) {
+        EXPECT_WITHIN(arm.motor[i], 1.0e-12, control.motor_target_rad[i]);
+    }
+    const double motor[2] = {arm.motor[0], arm.motor[1]};
+    follow(NULL);
+    for (unsigned i = 0U; i < 2U; i++) {
+        EXPECT_WITHIN(motor[i], 1.0e-6, control.motor_target_rad[i]);
+    }
+}
+
+static void the_arm_follows_the_hand(void)
+{
+    double hand[2]  = {0.1, -0.05};
+    double squares  = 0.0;
+    double wanted   = 0.0;
+    const double at = hand[0];
+    hold(hand);
+    for (unsigned i = 0U; i < 12000U; i++) {
+        const double t = PERIOD_S * (double)i;
+        hand[0]        = at + (0.08 * sin(HALF_TURN * t) * fmin(1.0, 0.5 * t));
+        follow(hand);
+        if (i > 4000U) {
+            const double error = arm.link[0] - (home[0] + (2.0 * (hand[0] - at)));
+            squares += error * error;
+            wanted += 4.0 * (hand[0] - at) * (hand[0] - at);
+        }
+    }
+    EXPECT_BELOW(0.01, sqrt(squares / wanted));
+}
+
+static void range_and_speed_are_limited(void)
+{
+    double hand[2] = {0.0, 0.0};
+    double before  = home[0];
+    hold(hand);
+    hand[0] = 5.0; // Ten radians away, at once.
+    for (unsigned i = 0U; i < 8000U; i++) {
+        follow(hand);
+        EXPECT_BELOW((gains.speed_limit * PERIOD_S) + 1.0e-12, fabs(control.goal_rad[0] - before));
+        EXPECT_BELOW(gains.home[0] + gains.range[0] + 1.0e-12, control.goal_rad[0]);
+        before = control.goal_rad[0];
+    }
+    EXPECT_WITHIN(gains.home[0] + gains.range[0], 1.0e-9, control.goal_rad[0]);
+    EXPECT_WITHIN(gains.home[0] + gains.range[0], 0.01, arm.link[0]);
+}
+
+static void a_hand_that_is_nowhere_leads_nowhere(void)
+{
+    double hand[2] = {0.0, 0.0};
+    hold(hand);
+    hand[0] = (double)NAN;
+    hand[1] = (double)NAN;
+    for (unsigned i = 0U; i < 2000U; i++) {
+        follow(hand);
+    }
+    EXPECT_WITHIN(home[0], 0.0001, arm.link[0]);
+    EXPECT_WITHIN(home[1], 0.0001, arm.link[1]);
+}
+
+static void the_ceiling_of_the_torque_holds(void)
+{
+    const double hand[2]    = {0.0, 0.0};
+    gains.torque_ceiling[0] = 7.0;
+    hold(hand);
+    arm.external_nm[0] = -30.0;
+    for (unsigned i = 0U; i < 1000U; i++) {
+        follow(hand);
+        TEST_ASSERT_TRUE(fabs(control.command_nm[0]) <= 7.0);
+    }
+    TEST_ASSERT_TRUE(control.limited > 100U);
+}
+
+static void without_a_hand_the_arm_is_held(void)
+{
+    double hand[2] = {0.0, 0.0};
+    hold(hand);
+    for (unsigned i = 0U; i < 2000U; i++) {
+        hand[0] = 0.00002 * (double)i;
+        follow(hand);
+    }
+    const double held = control.goal_rad[0];
+    for (unsigned i = 0U; i < 4000U; i++) {
+        follow(NULL);
+    }
+    EXPECT_WITHIN(held, 0.0005, arm.link[0]);
+    EXPECT_WITHIN(0.0, 1.0e-4, arm.link_speed[0]);
+    for (unsigned i = 0U; i < 400U; i++) { // It takes over where it left off.
+        follow(hand);
+    }
+    EXPECT_WITHIN(held, 0.001, arm.link[0]);
+}
+
+static void a_hand_that_comes_late_takes_over_where_the_arm_is(void)
+{
+    const double hand[2] = {0.3, 0.3};
+    hold(NULL);
+    for (unsigned i = 0U; i < 100U; i++) {
+        follow(NULL);
+    }
+    for (unsigned i = 0U; i < 1000U; i++) {
+        follow(hand);
+    }
+    EXPECT_WITHIN(home[0], 0.0005, arm.link[0]);
+    EXPECT_WITHIN(home[1], 0.0005, arm.link[1]);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(nothing_is_felt_in_free_motion);
+    RUN_TEST(an_external_torque_is_felt_as_it_is);
+    RUN_TEST(an_offset_of_the_sensor_is_taken_out_by_its_zero);
+    RUN_TEST(a_tare_is_the_mean_at_rest);
+    RUN_TEST(motion_starts_a_tare_anew);
+    RUN_TEST(a_contact_is_no_offset);
+    RUN_TEST(engaging_is_without_a_step_wherever_hand_and_arm_are);
+    RUN_TEST(engaging_under_load_lets_the_arm_settle_slowly);
+    RUN_TEST(the_motor_target_begins_where_the_motor_is);
+    RUN_TEST(the_arm_follows_the_hand);
+    RUN_TEST(range_and_speed_are_limited);
+    RUN_TEST(a_hand_that_is_nowhere_leads_nowhere);
+    RUN_TEST(the_ceiling_of_the_torque_holds);
+    RUN_TEST(without_a_hand_the_arm_is_held);
+    RUN_TEST(a_hand_that_comes_late_takes_over_where_the_arm_is);
+    return UNITY_END();
+}

@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: Apache-2.0
+// The manipulator through its whole life.
+#include "test/support/bounds.h"
+#include "test/unit/fsw/subsystems/manipulator/manipulator_rig.h"
+
+#include "pus/tailoring.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+void setUp(void)
+{
+    rig_set_up();
+}
+
+void tearDown(void)
+{
+    rig_tear_down();
+}
+
+// ---- Life ---------------------------------------------------------------------------------------
+
+static void telepresence_from_offline_and_back(void)
+{
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
+    rig_idle(10U);
+    TEST_ASSERT_EQUAL_HEX16(0x0250U, rig_joints[0]->status[0]); // No voltage yet.
+    TEST_ASSERT_EQUAL_UINT(2U, rig_joints[0]->last_pdo);        // Torque mode.
+    TEST_ASSERT_EQUAL_UINT32(10U, scripted_object(rig_joints[0], 0x6060U, 0U)->value);
+    TEST_ASSERT_TRUE(rig_generic.ports[ROBOT].writes > 5U); // Links work before the controllers do.
+    rig_hand_at(0.0, 0.0);
+    rig_generic.state = STATE_SAFE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->start_control));
+    TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[0]->status[0]); // Brakes hold.
+    TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[1]->status[0]);
+    rig_generic.state = STATE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+    TEST_ASSERT_EQUAL_HEX16(0x0237U, rig_joints[0]->status[0]);
+    rig_idle(100U);
+    TEST_ASSERT_EQUAL_HEX16(0x0237U, rig_joints[1]->status[0]);
+    rig_generic.state = STATE_SAFE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->disengage));
+    TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[1]->status[0]);
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->stop_control));
+    TEST_ASSERT_EQUAL_HEX16(0x0250U, rig_joints[1]->status[0]);
+    rig_generic.state = STATE_POST_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->post));
+    rig_idle(2U);
+    TEST_ASSERT_EQUAL_HEX8(0x7FU, rig_joints[0]->nmt);
+    rig_generic.state = STATE_HARDWARE_DEINIT;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->hardware_deinit));
+    TEST_ASSERT_EQUAL_UINT(2U, rig_joints[0]->boots);
+    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.event_count); // TARE_DONE and nothing else.
+}
+
+static void leaving_operation_takes_one_cycle(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    rig_generic.state = STATE_SAFE_OPERATIONAL;
+    (void)rig_cycle(rig_callbacks->disengage);
+    TEST_ASSERT_EQUAL_HEX16(0x0007U, rig_joints[0]->control[0]);
+    TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[0]->status[0]);
+}
+
+static void it_lives_twice(void)
+{
+    for (unsigned life = 0U; life < 2U; life++) {
+        rig_hand_at(0.0, 0.0);
+        rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+        rig_generic.state = STATE_ERROR_OPERATIONAL;
+        (void)rig_walk(rig_callbacks->secure);
+        rig_generic.state = STATE_POST_OPERATIONAL;
+        TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->post));
+        rig_generic.state = STATE_HARDWARE_DEINIT;
+        TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->hardware_deinit));
+        parameter_withdraw_all(&rig_generic.dictionary);
+        TEST_ASSERT_EQUAL(STATUS_OK, double_software_init(&rig_generic));
+        rig_generic.configuration = NULL;
+    }
+    TEST_ASSERT_EQUAL_UINT(2U, double_events(&rig_generic, MANIPULATOR_EVENT_TARE_DONE));
+    TEST_ASSERT_EQUAL_UINT(2U, rig_generic.event_count);
+}
+
+static void a_bus_that_is_not_there_fails_at_once(void)
+{
+    scripted_bus_close(&rig_bus);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rig_cycle(rig_callbacks->hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_cycle(rig_callbacks->hardware_deinit));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_cycle(rig_callbacks->secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_cycle(rig_callbacks->post));
+    scripted_bus_open(&rig_bus, "test-manipulator");
+}
+
+static void mixed_modes_are_refused(void)
+{
+    static subsystem_descriptor_t wrong;
+    static descriptor_configuration_t other;
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
+    wrong                  = rig_descriptor; // The strings stay where they are.
+    rig_generic.descriptor = &wrong;
+    other                  = *rig_generic.configuration;
+    const uint16_t first   = wrong.devices[other.first_device].first_setting;
+    for (uint16_t i = 0U; i < wrong.devices[other.first_device].setting_count; i++) {
+        if (wrong.settings[first + i].index == 0x6060U) {
+            wrong.settings[first + i].bits = 8U;
+        }
+    }
+    rig_generic.configuration = &other;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, rig_cycle(rig_configure));
+    other.device_count = 1U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, rig_cycle(rig_configure));
+}
+
+// ---- Tare and engagement ------------------------------------------------------------------------
+
+static void the_sensors_are_tared_on_the_brake(void)
+{
+    rig_show(GRAVITY1 + 0.2, GRAVITY2 - 0.15);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
+    const uint64_t begun_ns = rig_generic.now_ns;
+    while ((double_events(&rig_generic, MANIPULATOR_EVENT_TARE_DONE) == 0U) &&
+           ((rig_generic.now_ns - begun_ns) < 1000000000U)) {
+        (void)rig_cycle(NULL);
+    }
+    TEST_ASSERT_UINT64_WITHIN(2000000U, 700000000U, rig_generic.now_ns - begun_ns);
+    EXPECT_WITHIN(0.2, 0.02, rig_manipulator.parameters.torque_offset[0]);
+    EXPECT_WITHIN(-0.15, 0.02, rig_manipulator.parameters.torque_offset[1]);
+    TEST_ASSERT_EQUAL_UINT64(MANIPULATOR_EVENT_TARE_DONE_OCTETS,
+                             double_last_event(&rig_generic, MANIPULATOR_EVENT_TARE_DONE)->size);
+    rig_idle(200U);
+    EXPECT_WITHIN(0.0, 0.02, rig_values()->external_torque[0]);
+    EXPECT_WITHIN(0.0, 0.02, rig_values()->external_torque[1]);
+}
+
+static void torque_mode_waits_for_the_tare(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
+    rig_idle(100U);
+    rig_generic.state = STATE_OPERATIONAL;
+    for (unsigned i = 0U; i < 1000U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, rig_cycle(rig_callbacks->engage));
+        TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[0]->status[0]);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+}
+
+static void torque_mode_does_not_engage_in_contact_without_a_zero(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_show(GRAVITY1 - 4.0, GRAVITY2);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
+    rig_generic.state = STATE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_walk(rig_callbacks->engage));
+    TEST_ASSERT_EQUAL_UINT(0U, double_events(&rig_generic, MANIPULATOR_EVENT_TARE_DONE));
+    rig_generic.state = STATE_SAFE_OPERATIONAL;
+    rig_show(GRAVITY1, GRAVITY2); // Free again: on command.
+    rig_idle(20U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 5U));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 6U));
+    rig_idle(1500U);
+    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
+    TEST_ASSERT_EQUAL_UINT32(5U, rig_generic.results[0].ticket);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
+    rig_generic.state = STATE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+}
+
+static void a_zero_stays_while_the_hardware_is_up(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_show(GRAVITY1 + 0.2, GRAVITY2);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    rig_generic.state = STATE_SAFE_OPERATIONAL;
+    (void)rig_walk(rig_callbacks->disengage);
+    (void)rig_walk(rig_callbacks->stop_control);
+    rig_show(GRAVITY1 - 4.0, GRAVITY2); // In contact now.
+    (void)rig_walk(rig_callbacks->start_control);
+    rig_idle(1500U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 3U));
+    rig_idle(1500U);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_DEVICE, rig_generic.results[0].code);
+    EXPECT_WITHIN(0.2, 0.02, rig_manipulator.parameters.torque_offset[0]);
+    rig_generic.state = STATE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+}
+
+static void a_command_takes_over_the_tare_that_began_by_itself(void)
+{
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
+    rig_idle(600U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 9U));
+    rig_idle(900U);
+    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_TARE_DONE));
+}
+
+static void engaging_commands_what_the_joints_carry(void)
+{
+    rig_hand_at(0.21, -0.17);
+    rig_show(GRAVITY1 + 0.05, GRAVITY2 - 0.03);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    for (unsigned i = 0U; i < 200U; i++) {
+        (void)rig_cycle(NULL);
+        EXPECT_WITHIN(GRAVITY1, 0.05, 0.01 * (double)rig_joints[0]->target_torque[0]);
+        EXPECT_WITHIN(GRAVITY2, 0.05, 0.01 * (double)rig_joints[1]->target_torque[0]);
+    }
+    rig_hand_at(0.21 + 0.001, -0.17);
+    rig_idle(40U);
+    EXPECT_ABOVE(GRAVITY1 + 5.0, 0.01 * (double)rig_joints[0]->target_torque[0]); // 2 mrad x 4000 Nm/rad.
+}
+
+// ---- Supervision --------------------------------------------------------------------------------
+
+static void exceeding_the_torque_limit_is_told_once_per_excess(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    rig_manipulator.parameters.torque_limit[1] = 12.0;
+    for (unsigned excess = 1U; excess <= 3U; excess++) {
+        rig_show(GRAVITY1, -12.5);
+        rig_idle(1U); // Sampled now,
+        TEST_ASSERT_EQUAL_UINT(excess - 1U, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
+        rig_idle(1U); // told in the cycle that sees it.
+        TEST_ASSERT_EQUAL_UINT(excess, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
+        rig_idle(50U);
+        rig_show(GRAVITY1, -11.8); // Still within the hysteresis.
+        rig_idle(3U);
+        rig_show(GRAVITY1, -12.5);
+        rig_idle(3U);
+        TEST_ASSERT_EQUAL_UINT(excess, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
+        rig_show(GRAVITY1, -11.0);
+        rig_idle(3U);
+    }
+    const double_event_t* const event = double_last_event(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT);
+    octet_reader_t reader             = octet_reader(event->octets, event->size);
+    TEST_ASSERT_EQUAL_UINT8(2U, octet_read_u8(&reader));
+    EXPECT_WITHIN(-12.5, 1.0e-9, octet_read_f64(&reader));
+    EXPECT_WITHIN(12.0, 0.0, octet_read_f64(&reader));
+    TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
+}
+
+static void the_torque_limit_counts_in_operation_only(void)
+{
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
+    rig_show(GRAVITY1, -50.0);
+    rig_idle(50U);
+    TEST_ASSERT_EQUAL_UINT(0U, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
+}
+
+static void an_unplugged_drive_takes_the_other_down_in_that_cycle(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    rig_joints[0]->is_plugged = false;
+    const uint64_t cut_ns     = rig_generic.now_ns;
+    while (rig_generic.state == STATE_OPERATIONAL) {
+        (void)rig_cycle(NULL);
+    }
+    TEST_ASSERT_TRUE((rig_generic.now_ns - cut_ns) <= 2000000U);
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, rig_joints[1]->control[0]);
+    const double_event_t* const event = double_last_event(&rig_generic, MANIPULATOR_EVENT_DEVICE_LOST);
+    TEST_ASSERT_NOT_NULL(event);
+    TEST_ASSERT_EQUAL_UINT64(MANIPULATOR_EVENT_DEVICE_LOST_OCTETS, event->size);
+    TEST_ASSERT_EQUAL_HEX8(0x11U, event->octets[0]);
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, rig_generic.ports[ROBOT].written_state); // The peer is told.
+    rig_joints[1]->status[0] = 0x0250U;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->secure));
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_DEVICE_LOST));
+}
+
+static void emergencies_become_events(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    scripted_bus_emergency(&rig_bus, 0x12U, 0x4310U);
+    scripted_bus_emergency(&rig_bus, 0x12U, 0x8120U);
+    rig_idle(1U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, rig_generic.state);
+    const double_event_t* event = double_last_event(&rig_generic, MANIPULATOR_EVENT_DRIVE_WARNING);
+    TEST_ASSERT_NOT_NULL(event);
+    const uint8_t warning[] = {0x12U, 0x43U, 0x10U};
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(warning, event->octets, 3U);
+    TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&rig_generic, MANIPULATOR_EVENT_BUS_WARNING)->size);
+    scripted_bus_emergency(&rig_bus, 0x12U, 0x7305U);
+    rig_idle(1U);
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, rig_generic.state);
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_DRIVE_FAULT));
+}
+
+static void a_lost_link_holds_the_arm(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    rig_idle(100U);
+    rig_generic.ports[HAND].read_status           = STATUS_STALE;
+    const manipulator_hand_position_payload_t far = {{0.3, 0.3}};
+    memcpy(rig_generic.ports[HAND].sample, &far, sizeof far);
+    for (unsigned i = 0U; i < 400U; i++) {
+        (void)rig_cycle(NULL);
+        EXPECT_WITHIN(GRAVITY1, 0.1, 0.01 * (double)rig_joints[0]->target_torque[0]);
+    }
+}
+
+// ---- Telemetry ----------------------------------------------------------------------------------
+
+static void only_low_events_can_be_raised_by_command(void)
+{
+    const manipulator_raise_arguments_t note = {MANIPULATOR_EVENT_OPERATOR_NOTE};
+    const manipulator_raise_arguments_t lost = {MANIPULATOR_EVENT_DEVICE_LOST};
+    const manipulator_raise_arguments_t none = {999U};
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(MANIPULATOR_FUNCTION_RAISE, &note, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, rig_perform(MANIPULATOR_FUNCTION_RAISE, &lost, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, rig_perform(MANIPULATOR_FUNCTION_RAISE, &none, 1U));
+    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.event_count);
+}
+
+static void current_values_and_counters_are_published(void)
+{
+    rig_hand_at(0.1, 0.2);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    rig_idle(10U);
+    TEST_ASSERT_EQUAL_INT32(STATE_OPERATIONAL, rig_values()->state);
+    EXPECT_WITHIN(1.0471975512, 1.0e-5, rig_values()->position[0]);
+    EXPECT_WITHIN(GRAVITY2, 0.006, rig_values()->torque[1]);
+    EXPECT_WITHIN(0.0, 0.001, rig_values()->velocity[0]);
+    EXPECT_WITHIN(GRAVITY1, 0.05, rig_values()->command[0]);
+    TEST_ASSERT_EQUAL_HEX16(0x0237U, rig_values()->statusword[1]);
+    TEST_ASSERT_EQUAL_UINT32(1500U, rig_manipulator.parameters.link_age);
+    const manipulator_counters_t* const counters = &rig_manipulator.parameters.counters;
+    TEST_ASSERT_EQUAL_UINT32(rig_generic.cycle, counters->cycles);
+    TEST_ASSERT_TRUE(counters->frames_received > 100U);
+    TEST_ASSERT_TRUE(counters->frames_sent > 100U);
+    TEST_ASSERT_EQUAL_UINT32(3U, counters->pool_peak); // The double's health.
+    TEST_ASSERT_EQUAL_UINT32(4U, counters->pool_refused);
+    TEST_ASSERT_EQUAL_UINT32(5U, counters->tc_refused);
+    TEST_ASSERT_EQUAL_UINT32(0U, counters->frames_refused + counters->transmit_full + counters->emergencies);
+    scripted_bus_deliver(&rig_bus, 0x123U, NULL, 0U);
+    scripted_bus_deliver(&rig_bus, 0x191U | OSAL_CAN_REMOTE, NULL, 0U);
+    scripted_bus_emergency(&rig_bus, 0x11U, 0x8120U);
+    rig_joints[1]->is_pdo_mute = true;
+    rig_idle(1U);
+    rig_joints[1]->is_pdo_mute = false;
+    rig_idle(2U);
+    TEST_ASSERT_EQUAL_UINT32(2U, counters->frames_refused);
+    TEST_ASSERT_EQUAL_UINT32(1U, counters->emergencies);
+    TEST_ASSERT_EQUAL_UINT32(1U, counters->pdo_missed[1]);
+    rig_generic.ports[HAND].age_ns = UINT64_MAX;
+    rig_idle(1U);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, rig_manipulator.parameters.link_age);
+    manipulator_robot_state_payload_t robot;
+    TEST_ASSERT_EQUAL_UINT64(sizeof robot, rig_generic.ports[ROBOT].written_size);
+    memcpy(&robot, rig_generic.ports[ROBOT].written, sizeof robot);
+    EXPECT_WITHIN(rig_values()->position[0], 0.0, robot.position[0]);
+    EXPECT_WITHIN(rig_values()->external_torque[1], 0.0, robot.external_torque[1]);
+}
+
+int main(void)
+{
+    if (!rig_load()) {
+        return 1;
+    }
+    UNITY_BEGIN();
+    RUN_TEST(telepresence_from_offline_and_back);
+    RUN_TEST(leaving_operation_takes_one_cycle);
+    RUN_TEST(it_lives_twice);
+    RUN_TEST(a_bus_that_is_not_there_fails_at_once);
+    RUN_TEST(mixed_modes_are_refused);
+    RUN_TEST(the_sensors_are_tared_on_the_brake);
+    RUN_TEST(torque_mode_waits_for_the_tare);
+    RUN_TEST(torque_mode_does_not_engage_in_contact_without_a_zero);
+    RUN_TEST(a_zero_stays_while_the_hardware_is_up);
+    RUN_TEST(a_command_takes_over_the_tare_that_began_by_itself);
+    RUN_TEST(engaging_commands_what_the_joints_carry);
+    RUN_TEST(exceeding_the_torque_limit_is_told_once_per_excess);
+    RUN_TEST(the_torque_limit_counts_in_operation_only);
+    RUN_TEST(an_unplugged_drive_takes_the_other_down_in_that_cycle);
+    RUN_TEST(emergencies_become_events);
+    RUN_TEST(a_lost_link_holds_the_arm);
+    RUN_TEST(only_low_events_can_be_raised_by_command);
+    RUN_TEST(current_values_and_counters_are_published);
+    return UNITY_END();
+}

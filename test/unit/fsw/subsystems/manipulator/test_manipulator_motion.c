@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stand-alone manipulator: motions on command.
+#include "test/support/bounds.h"
+#include "test/unit/fsw/subsystems/manipulator/manipulator_rig.h"
+
+#include "pus/tailoring.h"
+#include "unity.h"
+
+#include <math.h>
+
+void setUp(void)
+{
+    rig_set_up();
+}
+
+void tearDown(void)
+{
+    rig_tear_down();
+}
+
+// ---- Stand-alone --------------------------------------------------------------------------------
+
+static void move_to_moves_there_in_its_time(void)
+{
+    rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    TEST_ASSERT_EQUAL_UINT(1U, rig_joints[0]->last_pdo); // Position mode.
+    const manipulator_move_to_arguments_t to = {{0.9, -1.3}, 0.8};
+    int32_t before                           = rig_joints[0]->target_position;
+    TEST_ASSERT_INT32_WITHIN(50, rig_joints[0]->position[0], before);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 77U));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 78U));
+    const uint64_t begun_ns = rig_generic.now_ns;
+    while ((rig_generic.result_count == 0U) && ((rig_generic.now_ns - begun_ns) < 2000000000U)) {
+        (void)rig_cycle(NULL);
+        TEST_ASSERT_INT32_WITHIN(500, before, rig_joints[0]->target_position); // 1 rad/s at most.
+        before = rig_joints[0]->target_position;
+    }
+    TEST_ASSERT_UINT64_WITHIN(1000000U, 800000000U, rig_generic.now_ns - begun_ns);
+    TEST_ASSERT_EQUAL_UINT32(77U, rig_generic.results[0].ticket);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
+    rig_idle(3000U);
+    EXPECT_WITHIN(0.9, 0.001, 1.0e-6 * (double)rig_joints[0]->target_position); // And the gear's give.
+    EXPECT_WITHIN(-1.3, 0.001, 1.0e-6 * (double)rig_joints[1]->target_position);
+    EXPECT_WITHIN(0.9, 1.0e-12, rig_manipulator.parameters.des_position[0]);
+}
+
+static void move_to_refuses_what_it_may_not_do(void)
+{
+    const struct {
+        manipulator_move_to_arguments_t to;
+        status_t status;
+    } cases[] = {
+        {{{1.0471975511966 + 1.6, -1.57}, 100.0}, STATUS_OUT_OF_RANGE}, // Beyond the range about home.
+        {{{1.0, -1.5707963267949 - 1.6}, 100.0}, STATUS_OUT_OF_RANGE},
+        {{{0.5, -1.57}, 0.9}, STATUS_OUT_OF_RANGE}, // Faster than the speed limit.
+        {{{1.0, -1.57}, 0.0}, STATUS_OUT_OF_RANGE},
+        {{{1.0, -1.57}, -1.0}, STATUS_OUT_OF_RANGE},
+        {{{(double)NAN, -1.57}, 1.0}, STATUS_OUT_OF_RANGE},
+        {{{1.0, -1.57}, (double)NAN}, STATUS_OUT_OF_RANGE},
+        {{{(double)INFINITY, -1.57}, 1.0}, STATUS_OUT_OF_RANGE},
+    };
+    rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_SAFE_OPERATIONAL);
+    const manipulator_move_to_arguments_t good = {{1.0, -1.5}, 1.0};
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &good, 1U));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_STOP, NULL, 1U));
+    rig_generic.state = STATE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+    const int32_t target = rig_joints[0]->target_position;
+    for (unsigned i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        TEST_ASSERT_EQUAL(cases[i].status, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &cases[i].to, 1U));
+        rig_idle(3U);
+        TEST_ASSERT_INT32_WITHIN(20, target, rig_joints[0]->target_position);
+    }
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rig_perform(99U, NULL, 1U));
+}
+
+static void stop_ends_a_motion_smoothly(void)
+{
+    rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    const manipulator_move_to_arguments_t to = {{0.5, -1.5}, 1.5};
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 4U));
+    rig_idle(1500U);
+    const int32_t before = rig_joints[0]->target_position;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(MANIPULATOR_FUNCTION_STOP, NULL, 5U));
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, rig_generic.results[0].code);
+    rig_idle(1000U);
+    const int32_t after = rig_joints[0]->target_position;
+    TEST_ASSERT_TRUE((after < before) && (after > (before - 80000))); // v^2 / 2a = 0.6^2 / 8 = 0.05 rad.
+    rig_idle(100U);
+    TEST_ASSERT_INT32_WITHIN(20, after, rig_joints[0]->target_position);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 6U)); // And on again.
+}
+
+static void leaving_operation_aborts_a_motion(void)
+{
+    rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    const manipulator_move_to_arguments_t to = {{0.5, -1.5}, 1.5};
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 4U));
+    rig_idle(500U);
+    rig_generic.state = STATE_SAFE_OPERATIONAL;
+    (void)rig_walk(rig_callbacks->disengage);
+    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, rig_generic.results[0].code);
+    rig_idle(10U); // Held where the arm is, ready to be engaged again.
+    TEST_ASSERT_INT32_WITHIN(20, rig_joints[0]->position[0], rig_joints[0]->target_position);
+}
+
+static void setting_the_desired_position_moves_there(void)
+{
+    rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    rig_manipulator.parameters.des_position[0] = 0.95;
+    rig_manipulator.parameters.des_position[1] = -1.45;
+    rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_DES_POSITION);
+    rig_idle(4000U);
+    EXPECT_WITHIN(0.95, 1.0e-12, rig_manipulator.parameters.des_position[0]);
+    EXPECT_WITHIN(-1.45, 0.001, 1.0e-6 * (double)rig_joints[1]->target_position);
+    rig_manipulator.parameters.des_position[0] = 2.75; // Out of range: it shows where the arm is.
+    rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_DES_POSITION);
+    rig_idle(10U);
+    EXPECT_WITHIN(0.95, 1.0e-12, rig_manipulator.parameters.des_position[0]);
+    rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_CONTROL);
+}
+
+static void position_mode_engages_in_contact(void)
+{
+    rig_show(GRAVITY1 + 11.0, GRAVITY2 + 8.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    EXPECT_WITHIN(11.0 + GRAVITY1, 0.3,
+                  0.01 * (double)rig_joints[0]->torque_offset); // It keeps what it carries.
+    rig_idle(4000U);
+    EXPECT_WITHIN(GRAVITY1, 0.1, 0.01 * (double)rig_joints[0]->torque_offset); // Then lets go, slowly.
+}
+
+int main(void)
+{
+    if (!rig_load()) {
+        return 1;
+    }
+    UNITY_BEGIN();
+    RUN_TEST(move_to_moves_there_in_its_time);
+    RUN_TEST(move_to_refuses_what_it_may_not_do);
+    RUN_TEST(stop_ends_a_motion_smoothly);
+    RUN_TEST(leaving_operation_aborts_a_motion);
+    RUN_TEST(setting_the_desired_position_moves_there);
+    RUN_TEST(position_mode_engages_in_contact);
+    return UNITY_END();
+}

@@ -1,0 +1,450 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "test/unit/fsw/supervisor/bed.h"
+
+#include "test/unit/fsw/supervisor/bed_mission.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+bed_t bed;
+
+static mission_descriptor_t mission;
+static subsystem_descriptor_t own_descriptor;
+static char folder[64];
+static uint16_t next_number;
+
+// ---- Platform ----
+
+static bed_member_t* member_of(uint16_t apid)
+{
+    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
+        if (bed.members[i].apid == apid) {
+            return &bed.members[i];
+        }
+    }
+    return NULL;
+}
+
+static void open_member(bed_member_t* member);
+
+static status_t start(void* context, uint16_t apid)
+{
+    (void)context;
+    bed_member_t* const member = member_of(apid);
+    if (bed.start_result != STATUS_OK) {
+        return bed.start_result;
+    }
+    if (member == NULL) {
+        return STATUS_NOT_FOUND;
+    }
+    bed.starts++;
+    member->start_count++;
+    member->is_running = true;
+    open_member(member);
+    return STATUS_OK;
+}
+
+static status_t stop(void* context, uint16_t apid)
+{
+    (void)context;
+    bed_member_t* const member = member_of(apid);
+    bed.stops++;
+    if (member != NULL) {
+        member->is_running = false;
+    }
+    return STATUS_OK;
+}
+
+static bool is_running(void* context, uint16_t apid)
+{
+    (void)context;
+    const bed_member_t* const member = member_of(apid);
+    return (member != NULL) && member->is_running;
+}
+
+static bool is_stop_requested(void* context)
+{
+    (void)context;
+    return bed.is_stop_requested;
+}
+
+static void finished(void* context)
+{
+    (void)context;
+    TEST_ASSERT_FALSE_MESSAGE(bed.is_finished, "finished twice");
+    bed.is_finished = true;
+}
+
+// ---- Members ----
+
+static void delivered(void* context, uint16_t to)
+{
+    (void)context;
+    (void)to;
+}
+
+static status_t send_up(void* context, const uint8_t* packet, size_t size)
+{
+    bed_member_t* const member = context;
+    return message_send(&member->endpoint, SUPERVISOR_APID, packet, size);
+}
+
+static void open_member(bed_member_t* member)
+{
+    const pus_port_t port = {member, send_up};
+    message_open(&member->endpoint, member->apid, member->start_count, ring_carrier_port(&bed.hub),
+                 member->inbox, sizeof member->inbox);
+    TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&member->endpoint, SUPERVISOR_APID));
+    pus_process_init(&member->process, member->apid, mission.epoch_s, &port);
+    member->state         = STATE_OFFLINE;
+    member->phase         = PHASE_IDLE;
+    member->configuration = 0U;
+}
+
+void bed_report(unsigned index, uint8_t service, uint8_t subtype, const void* data, size_t size)
+{
+    bed_member_t* const member = &bed.members[index];
+    octet_writer_t writer = pus_tm_begin(&member->process, service, subtype, PUS_USER_GROUND, bed.now_ns);
+    octet_write_octets(&writer, data, size);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&member->process, &writer));
+}
+
+static void tell_state(bed_member_t* member, state_t previous)
+{
+    const pus_transition_t made = {.previous      = (uint8_t)previous,
+                                   .state         = (uint8_t)member->state,
+                                   .phase         = (uint8_t)member->phase,
+                                   .configuration = member->configuration};
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_transition_report(&member->process, &made, bed.now_ns));
+}
+
+static void send_status(bed_member_t* member)
+{
+    const pus_subsystem_status_t status = {.state         = (uint8_t)member->state,
+                                           .phase         = (uint8_t)member->phase,
+                                           .target        = (uint8_t)member->state,
+                                           .configuration = member->configuration};
+    (void)pus_subsystem_status_report(&member->process, PUS_USER_GROUND, &status, bed.now_ns);
+}
+
+static void enter(bed_member_t* member, state_t state)
+{
+    const state_t previous = member->state;
+    member->state          = state;
+    if (state == STATE_PRE_OPERATIONAL) {
+        member->configuration = (previous == STATE_OFFLINE) ? 0U : member->configuration;
+        member->phase         = (member->configuration != 0U) ? PHASE_CONFIGURED : PHASE_UNCONFIGURED;
+    } else if (state == STATE_ERROR_OPERATIONAL) {
+        member->phase = PHASE_SECURED;
+    } else {
+        member->phase         = PHASE_IDLE;
+        member->configuration = (state == STATE_OFFLINE) ? 0U : member->configuration;
+    }
+    tell_state(member, previous);
+}
+
+void bed_place(unsigned index, state_t state)
+{
+    bed_member_t* const member = &bed.members[index];
+    if (state >= STATE_PRE_OPERATIONAL) {
+        member->configuration = 2U;
+    }
+    member->state = STATE_SAFE_OPERATIONAL; // So that PRE_OPERATIONAL keeps the configuration.
+    enter(member, state);
+    bed_step();
+}
+
+static void answer_link_request(bed_member_t* member, octet_reader_t* reader)
+{
+    pus_link_request_t request;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_link_request_read(reader, &request));
+    if (member->refuses_links != 0U) {
+        const pus_link_refuse_t refused = {request.transaction, member->refuses_links, 4U,
+                                           request.properties};
+        (void)pus_link_refuse_report(&member->process, BED_USER, &refused, bed.now_ns);
+        return;
+    }
+    pus_link_accept_t accepted = {
+        .transaction = request.transaction, .link = request.link, .properties = request.properties};
+    accepted.properties.depth = (uint8_t)(request.properties.depth + 1U); // To be seen on its way.
+    bed_link_changed((unsigned)(member - bed.members), request.link, PUS_LINK_STATE_CLOSED,
+                     PUS_LINK_STATE_ACCEPTED);
+    (void)pus_link_accept_report(&member->process, PUS_USER_ONBOARD | SUPERVISOR_APID, &accepted, bed.now_ns);
+}
+
+static void answer_link(bed_member_t* member, const pus_tc_t* tc, octet_reader_t* reader)
+{
+    const unsigned index = (unsigned)(member - bed.members);
+    if (member->ignores_links) {
+        return;
+    }
+    if (tc->subtype == PUS_LINK_REQUEST) {
+        answer_link_request(member, reader);
+    } else if (tc->subtype == PUS_LINK_OPEN) {
+        const uint16_t link = octet_read_u16(reader);
+        bed_link_changed(index, link, PUS_LINK_STATE_ACCEPTED,
+                         member->fails_to_open ? PUS_LINK_STATE_FAILED : PUS_LINK_STATE_OPEN);
+    } else if (tc->subtype == PUS_LINK_CLOSE) {
+        bed_link_changed(index, octet_read_u16(reader), PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    } else {
+        // Nothing a fake can answer.
+    }
+}
+
+static void answer(bed_member_t* member, const pus_tc_t* tc)
+{
+    octet_reader_t reader   = octet_reader(tc->data, tc->size);
+    const pus_token_t token = pus_token_of(tc);
+    pus_verify_accepted(&member->process, &token, bed.now_ns);
+    pus_verify_started(&member->process, &token, bed.now_ns);
+    if ((tc->service == PUS_SERVICE_MANAGEMENT) && (tc->subtype == PUS_MANAGEMENT_REQUEST_STATE)) {
+        enter(member, (state_t)octet_read_u8(&reader));
+    } else if ((tc->service == PUS_SERVICE_MANAGEMENT) && (tc->subtype == PUS_MANAGEMENT_SELECT)) {
+        member->configuration = octet_read_u16(&reader);
+        member->phase         = PHASE_CONFIGURED;
+        tell_state(member, member->state);
+    } else if (tc->service == PUS_SERVICE_RTLINK) {
+        answer_link(member, tc, &reader);
+    } else {
+        // Performed.
+    }
+    pus_verify_completed(&member->process, &token, bed.now_ns);
+}
+
+static void take_in(bed_member_t* member)
+{
+    static uint8_t packet[PUS_PACKET_MAX];
+    uint16_t from = 0U;
+    size_t size   = 0U;
+    while (message_receive(&member->endpoint, &from, packet, sizeof packet, &size) == STATUS_OK) {
+        pus_tc_t tc;
+        pus_failure_t failure;
+        TEST_ASSERT_EQUAL(SUPERVISOR_APID, from);
+        bed_line_of_packet(member, packet, size);
+        if (pus_packet_is_tc(packet, size) && !member->is_passive) {
+            TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(packet, size, &tc, &failure));
+            answer(member, &tc);
+        }
+    }
+}
+
+// ---- Time ----
+
+void bed_step(void)
+{
+    const uint64_t wake_ns = supervisor_step(&bed.supervisor, bed.now_ns);
+    TEST_ASSERT_TRUE((wake_ns > bed.now_ns) && (wake_ns <= (bed.now_ns + BED_TICK_NS)));
+    const bool is_status_due = (bed.now_ns >= bed.next_status_ns);
+    bed.next_status_ns       = is_status_due ? (bed.now_ns + 500000000U) : bed.next_status_ns;
+    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
+        bed_member_t* const member = &bed.members[i];
+        if (member->is_running && !member->is_deaf) {
+            take_in(member);
+        }
+        if (member->is_running && !member->is_silent && is_status_due) {
+            send_status(member);
+        }
+    }
+}
+
+void bed_tick(void)
+{
+    bed_step();
+    bed.now_ns += BED_TICK_NS;
+}
+
+void bed_run(unsigned ticks)
+{
+    for (unsigned i = 0U; i < ticks; i++) {
+        bed_tick();
+    }
+}
+
+// ---- Life ----
+
+const char* bed_folder(void)
+{
+    return folder;
+}
+
+void bed_open(void)
+{
+    static const uint16_t apids[BED_MEMBERS] = {COMMUNICATION_APID, ARM, HAND, LONE};
+    (void)memset(&bed, 0, sizeof bed);
+    (void)snprintf(folder, sizeof folder, "/tmp/hirosco-bed-XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    bed_mission_load(folder, &mission, &own_descriptor);
+    bed.source  = BED_USER;
+    bed.ack     = PUS_ACK_ALL;
+    next_number = 0U;
+    ring_carrier_init(&bed.hub, (delivery_notice_t){NULL, delivered});
+    message_open(&bed.endpoint, SUPERVISOR_APID, 1U, ring_carrier_port(&bed.hub), bed.inbox,
+                 sizeof bed.inbox);
+    TEST_ASSERT_EQUAL(STATUS_OK, ring_carrier_attach(&bed.hub, &bed.endpoint));
+    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
+        bed.members[i].apid        = apids[i];
+        bed.members[i].is_running  = true;
+        bed.members[i].start_count = 1U;
+        open_member(&bed.members[i]);
+        TEST_ASSERT_EQUAL(STATUS_OK, ring_carrier_attach(&bed.hub, &bed.members[i].endpoint));
+        TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&bed.endpoint, apids[i]));
+    }
+    const supervisor_config_t config = {
+        .mission             = &mission,
+        .descriptor          = &own_descriptor,
+        .is_descriptor_valid = true,
+        .endpoint            = &bed.endpoint,
+        .platform            = {NULL, start, stop, is_running, is_stop_requested, finished},
+        .log_folder          = folder,
+        .start_count         = 1U};
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &config));
+    bed_forget();
+}
+
+void bed_open_up(void)
+{
+    bed_open();
+    bed_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
+    bed_forget();
+}
+
+const char* bed_log_file(const char* name)
+{
+    static char content[1048576];
+    char path[160];
+    size_t size = 0U;
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    const status_t status                      = osal_file_load(path, content, sizeof content - 1U, &size);
+    content[(status == STATUS_OK) ? size : 0U] = '\0';
+    return content;
+}
+
+void bed_close(void)
+{
+    static const char* const names[] = {"packets.ascii", "packets.spool", "packets.ring"};
+    supervisor_close(&bed.supervisor);
+    for (unsigned i = 0U; i < 3U; i++) {
+        char path[160];
+        (void)snprintf(path, sizeof path, "%s/%s", folder, names[i]);
+        (void)unlink(path);
+    }
+    TEST_ASSERT_EQUAL(0, rmdir(folder));
+}
+
+// ---- Input ----
+
+void bed_send(unsigned member, const uint8_t* octets, size_t size)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, message_send(&bed.members[member].endpoint, SUPERVISOR_APID, octets, size));
+}
+
+uint16_t bed_tc(uint16_t apid, uint8_t service, uint8_t subtype, const void* data, size_t size)
+{
+    uint8_t packet[512];
+    size_t packet_size = 0U;
+    const pus_tc_t tc  = {.apid     = apid,
+                          .sequence = next_number,
+                          .ack      = bed.ack,
+                          .service  = service,
+                          .subtype  = subtype,
+                          .source   = bed.source,
+                          .data     = data,
+                          .size     = size};
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &packet_size));
+    bed_send(BED_GROUND, packet, packet_size);
+    return next_number++;
+}
+
+uint16_t bed_request_state(uint16_t apid, state_t target)
+{
+    const uint8_t data[1] = {(uint8_t)target};
+    return bed_tc(apid, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REQUEST_STATE, data, 1U);
+}
+
+void bed_event(unsigned member, uint8_t severity, uint16_t event)
+{
+    const uint8_t data[2] = {(uint8_t)(event >> 8U), (uint8_t)event};
+    bed_report(member, PUS_SERVICE_EVENTS, severity, data, sizeof data);
+}
+
+void bed_verify(unsigned index, uint8_t subtype, uint16_t number)
+{
+    bed_member_t* const member = &bed.members[index];
+    const pus_token_t token = {.request_id = ((0x1800U | (uint32_t)member->apid) << 16U) | 0xC000U | number,
+                               .source     = BED_USER,
+                               .ack        = PUS_ACK_ALL};
+    const pus_failure_t failure = pus_failure(PUS_FAILURE_STATE, 0U);
+    switch (subtype) {
+    case 1U:
+        pus_verify_accepted(&member->process, &token, bed.now_ns);
+        break;
+    case 4U:
+        pus_verify_start_failed(&member->process, &token, &failure, bed.now_ns);
+        break;
+    default:
+        TEST_ASSERT_EQUAL(7U, subtype);
+        pus_verify_completed(&member->process, &token, bed.now_ns);
+        break;
+    }
+}
+
+// ---- Links ----
+
+void bed_link_changed(unsigned member, uint16_t link, uint8_t previous, uint8_t state)
+{
+    const pus_link_transition_t made = {
+        .link = link, .previous = previous, .state = state, .time_ns = bed.now_ns};
+    (void)pus_link_transition_report(&bed.members[member].process, &made, bed.now_ns);
+}
+
+uint16_t bed_request_link(uint16_t link)
+{
+    uint8_t data[64];
+    octet_writer_t writer            = octet_writer(data, sizeof data);
+    const pus_link_request_t request = {.transaction = 7U,
+                                        .ends        = (link == LINK_ARM_STATE)
+                                                           ? (pus_link_ends_t){ARM, 1U, HAND, 2U}
+                                                           : (pus_link_ends_t){HAND, 1U, ARM, 2U},
+                                        .properties  = {.layout_size = 8U, .period_us = 1000U, .depth = 1U}};
+    pus_link_request_write(&writer, &request);
+    return bed_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REQUEST, data, writer.position);
+}
+
+uint16_t bed_open_link(uint16_t link)
+{
+    uint8_t data[64];
+    octet_writer_t writer      = octet_writer(data, sizeof data);
+    const pus_link_open_t open = {.link = link, .deadline_ms = 1000U};
+    pus_link_open_write(&writer, &open);
+    return bed_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_OPEN, data, writer.position);
+}
+
+uint16_t bed_close_link(uint16_t link)
+{
+    const uint8_t data[3] = {(uint8_t)(link >> 8U), (uint8_t)link, 0U};
+    return bed_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_CLOSE, data, sizeof data);
+}
+
+void bed_link_up(state_t state)
+{
+    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
+    bed_place(BED_HAND, STATE_PRE_OPERATIONAL);
+    for (uint16_t link = LINK_ARM_STATE; link <= LINK_HAND_POS; link++) {
+        (void)bed_request_link(link);
+        bed_run(4U);
+        (void)bed_open_link(link);
+        bed_run(4U);
+    }
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+    if (state != STATE_PRE_OPERATIONAL) {
+        bed_place(BED_ARM, state);
+        bed_place(BED_HAND, state);
+    }
+    bed_run(1U);
+    bed_forget();
+}

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A test bed for the supervisor as a whole: a mission of its own, fake members on ring carriers that answer
+/// by themselves or keep silent, fake processes, and simulated time. What reaches a member or the ground is
+/// written down as one line of text each:
+///
+///     "G 1.2 #5 0110 103"          a report to the ground: of APID 1 where none is given, else "G/16 ..."
+///     "16 TC 129.1 05 from 8001"   a request that reached a member, with its data
+///
+/// Periodic status and housekeeping are left out. bed_expect checks all lines since the last look.
+#ifndef TEST_UNIT_FSW_SUPERVISOR_BED_H
+#define TEST_UNIT_FSW_SUPERVISOR_BED_H
+
+#include "fsw/framework/message/ring_carrier.h"
+#include "fsw/supervisor/supervisor.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define BED_MEMBERS 4U
+#define BED_GROUND 0U ///< Index of `communication`; ARM, HAND and LONE follow.
+#define BED_ARM 1U
+#define BED_HAND 2U
+#define BED_LONE 3U
+#define ARM 16U
+#define HAND 17U
+#define LONE 18U
+#define LINK_ARM_STATE 1U ///< ARM port 1 -> HAND port 2.
+#define LINK_HAND_POS 2U  ///< HAND port 1 -> ARM port 2.
+#define MODE_SAFE 0U
+#define MODE_NOMINAL 1U
+#define BED_USER 1U
+#define BED_TICK_NS 10000000ULL
+
+typedef struct {
+    uint16_t apid;
+    message_endpoint_t endpoint;
+    uint8_t inbox[MESSAGE_INBOX_OCTETS(2U, 512U)];
+    pus_process_t process;
+    state_t state;
+    state_phase_t phase;
+    uint16_t configuration;
+    uint32_t start_count;
+    unsigned heartbeats; ///< Reports of the supervisor that reached it.
+    bool is_running;
+    bool is_silent;        ///< Sends no status.
+    bool is_deaf;          ///< Takes nothing in.
+    bool is_passive;       ///< Takes in, but answers nothing.
+    uint8_t refuses_links; ///< Reason of TM[130,5]; 0: accepts.
+    bool ignores_links;    ///< Answers no request of service 130.
+    bool fails_to_open;
+} bed_member_t;
+
+typedef struct {
+    supervisor_t supervisor;
+    ring_carrier_t hub;
+    message_endpoint_t endpoint; // Of the supervisor.
+    uint8_t inbox[MESSAGE_INBOX_OCTETS(8U, 512U)];
+    bed_member_t members[BED_MEMBERS];
+    uint64_t now_ns;
+    uint64_t next_status_ns;
+    uint16_t source; ///< Of the next telecommands.
+    uint8_t ack;     ///< Of the next telecommands.
+    bool is_stop_requested;
+    bool is_finished;
+    status_t start_result;
+    unsigned starts;
+    unsigned stops;
+} bed_t;
+
+extern bed_t bed;
+
+/// Supervisor at time 0, all processes running, nobody heard yet.
+void bed_open(void);
+/// The same after the autostart of supervisor and communication; lines forgotten.
+void bed_open_up(void);
+void bed_close(void);
+/// Text of a file in the folder of the packet log.
+const char* bed_log_file(const char* name);
+const char* bed_folder(void);
+
+/// One tick: the supervisor steps, then the members take in and answer.
+void bed_tick(void);
+void bed_run(unsigned ticks);
+/// The same without time passing.
+void bed_step(void);
+
+/// Telecommand of the ground; returns its sequence count (#n).
+uint16_t bed_tc(uint16_t apid, uint8_t service, uint8_t subtype, const void* data, size_t size);
+uint16_t bed_request_state(uint16_t apid, state_t target);
+/// Octets from a member's mailbox as they are.
+void bed_send(unsigned member, const uint8_t* octets, size_t size);
+/// Report of a member to all ground users.
+void bed_report(unsigned member, uint8_t service, uint8_t subtype, const void* data, size_t size);
+/// Event of a member: severity 1..4.
+void bed_event(unsigned member, uint8_t severity, uint16_t event);
+/// Verification report about request number n of user 1 to this member.
+void bed_verify(unsigned member, uint8_t subtype, uint16_t number);
+/// TM[130,10] of a member.
+void bed_link_changed(unsigned member, uint16_t link, uint8_t previous, uint8_t state);
+/// Put a member into a state, as if it had told so; phase and configuration to match.
+void bed_place(unsigned member, state_t state);
+/// Both members in PRE_OPERATIONAL with links negotiated and open, then in a state; lines forgotten.
+void bed_link_up(state_t state);
+/// TC[130,3] for a link of the mission to the supervisor.
+uint16_t bed_request_link(uint16_t link);
+uint16_t bed_open_link(uint16_t link);
+uint16_t bed_close_link(uint16_t link);
+
+void bed_line(const char* format, ...) __attribute__((format(printf, 1, 2)));
+/// Line of a packet that reached a member.
+void bed_line_of_packet(bed_member_t* member, const uint8_t* packet, size_t size);
+void bed_forget(void);
+const char* bed_look(void);
+bool bed_has(const char* start);
+#define bed_expect(lines) bed_expect_at((lines), __LINE__)
+void bed_expect_at(const char* lines, unsigned line);
+
+#endif // TEST_UNIT_FSW_SUPERVISOR_BED_H

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#define LINES_SIZE 262144U
+
+static char lines[LINES_SIZE];
+static size_t length;
+static size_t looked;
+
+void bed_line(const char* format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    const int added = vsnprintf(&lines[length], LINES_SIZE - length, format, arguments);
+    va_end(arguments);
+    TEST_ASSERT_TRUE((added >= 0) && ((length + (size_t)added + 2U) < LINES_SIZE));
+    length += (size_t)added;
+    lines[length++] = '\n';
+    lines[length]   = '\0';
+}
+
+const char* bed_look(void)
+{
+    const char* const text = &lines[looked];
+    looked                 = length;
+    return text;
+}
+
+void bed_forget(void)
+{
+    length   = 0U;
+    looked   = 0U;
+    lines[0] = '\0';
+}
+
+bool bed_has(const char* start)
+{
+    const size_t size = strlen(start);
+    for (const char* line = &lines[looked]; line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        if (strncmp(line, start, size) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void bed_expect_at(const char* expected, unsigned line)
+{
+    const char* const found = bed_look();
+    if (strcmp(expected, found) != 0) {
+        (void)printf("expected:\n%s\nfound:\n%s\n", expected, found);
+        UNITY_TEST_FAIL(line, "other lines than expected");
+    }
+}
+
+// ---- Packets ----
+
+static const char* hex(const uint8_t* octets, size_t size)
+{
+    static char text[160];
+    text[0] = '\0';
+    for (size_t i = 0U; (i < size) && (i < 70U); i++) {
+        (void)snprintf(&text[2U * i], 3U, "%02X", octets[i]);
+    }
+    return text;
+}
+
+static void request_line(const bed_member_t* member, const uint8_t* packet, size_t size)
+{
+    pus_tc_t tc;
+    pus_failure_t failure;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(packet, size, &tc, &failure));
+    TEST_ASSERT_EQUAL(member->apid, tc.apid);
+    bed_line("%u TC %u.%u %s%sfrom %X", tc.apid, tc.service, tc.subtype, hex(tc.data, tc.size),
+             (tc.size > 0U) ? " " : "", tc.source);
+}
+
+static void verification_line(const char* who, const pus_tm_t* tm)
+{
+    pus_verification_t report;
+    if (pus_verification_read(tm, &report) != STATUS_OK) { // A member's nonsense.
+        bed_line("%s 1.%u %s", who, tm->subtype, hex(tm->data, tm->size));
+        return;
+    }
+    const unsigned number = report.request_id & 0x3FFFU;
+    if (report.failure.code != PUS_FAILURE_NONE) {
+        bed_line("%s 1.%u #%u %04X %lX", who, report.subtype, number, report.failure.code,
+                 (unsigned long)report.failure.detail);
+    } else {
+        bed_line("%s 1.%u #%u", who, report.subtype, number);
+    }
+}
+
+static void report_line(const uint8_t* packet, size_t size)
+{
+    pus_tm_t tm;
+    pus_failure_t failure;
+    char who[16] = "G";
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, size, &tm, &failure));
+    if (tm.apid != SUPERVISOR_APID) {
+        (void)snprintf(who, sizeof who, "G/%u", tm.apid);
+    }
+    const bool is_status = (tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS);
+    const bool is_housekeeping = (tm.service == PUS_SERVICE_HOUSEKEEPING) && (tm.subtype == 25U);
+    if (tm.service == PUS_SERVICE_VERIFICATION) {
+        verification_line(who, &tm);
+    } else if (!is_status && !is_housekeeping) {
+        bed_line("%s %u.%u %s", who, tm.service, tm.subtype, hex(tm.data, tm.size));
+    }
+}
+
+void bed_line_of_packet(bed_member_t* member, const uint8_t* packet, size_t size)
+{
+    if (pus_packet_is_tc(packet, size)) {
+        request_line(member, packet, size);
+    } else if (member->apid == COMMUNICATION_APID) {
+        report_line(packet, size);
+    } else {
+        member->heartbeats++;
+    }
+}

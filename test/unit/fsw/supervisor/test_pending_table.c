@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/pending_table.h"
+
+#include "unity.h"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static pending_table_t table;
+
+static pus_token_t token(uint32_t id, uint16_t source, uint8_t ack)
+{
+    return (pus_token_t){.request_id = id, .source = source, .ack = ack};
+}
+
+static void add(uint16_t apid, uint32_t id, uint16_t source, uint8_t ack)
+{
+    const pus_token_t added = token(id, source, ack);
+    TEST_ASSERT_EQUAL(STATUS_OK, pending_add(&table, apid, &added));
+}
+
+static void report(uint16_t apid, uint16_t destination, uint32_t id, uint8_t subtype, uint16_t instruction)
+{
+    const pus_verification_t made = {
+        .subtype    = subtype,
+        .request_id = id,
+        .failure    = {.code = (uint16_t)((subtype % 2U == 0U) ? 0x0204U : 0U), .instruction = instruction}};
+    pending_report(&table, apid, destination, &made);
+}
+
+// Per flags of acknowledgement: the report of success that ends the chain. 0: not tracked at all.
+static void the_last_report_asked_for_ends_a_request(void)
+{
+    static const uint8_t last[16] = {0U, 1U, 3U, 3U, 3U, 3U, 3U, 3U, 7U, 7U, 7U, 7U, 7U, 7U, 7U, 7U};
+    for (uint8_t ack = 0U; ack < 16U; ack++) {
+        pending_init(&table);
+        add(16U, 5U, 1U, ack);
+        TEST_ASSERT_EQUAL((ack == 0U) ? 0U : 1U, table.count);
+        static const uint8_t chain[] = {1U, 3U, 5U, 5U, 7U};
+        for (unsigned i = 0U; (i < 5U) && (ack != 0U); i++) {
+            const bool is_over = (table.count == 0U);
+            report(16U, 1U, 5U, chain[i], 0U);
+            const bool ends = !is_over && (chain[i] == last[ack]);
+            TEST_ASSERT_EQUAL((is_over || ends) ? 0U : 1U, table.count);
+        }
+        TEST_ASSERT_EQUAL(0U, table.count);
+    }
+}
+
+static void every_failure_ends_a_request(void)
+{
+    static const uint8_t failures[] = {2U, 4U, 6U, 8U, 10U};
+    for (unsigned i = 0U; i < sizeof failures; i++) {
+        pending_init(&table);
+        add(16U, 5U, 1U, 0xFU);
+        report(16U, 1U, 5U, failures[i], 0U);
+        TEST_ASSERT_EQUAL(0U, table.count);
+    }
+}
+
+static void a_refused_instruction_is_not_the_end(void)
+{
+    pending_init(&table);
+    add(16U, 5U, 1U, 0xFU);
+    report(16U, 1U, 5U, 4U, 1U); // One of several; the request ends with its own report.
+    report(16U, 1U, 5U, 4U, 2U);
+    TEST_ASSERT_EQUAL(1U, table.count);
+    report(16U, 1U, 5U, 8U, 0U);
+    TEST_ASSERT_EQUAL(0U, table.count);
+}
+
+static void reports_of_others_change_nothing(void)
+{
+    pending_init(&table);
+    add(16U, 5U, 1U, 0xFU);
+    report(17U, 1U, 5U, 7U, 0U); // Another subsystem,
+    report(16U, 2U, 5U, 7U, 0U); // another user,
+    report(16U, 1U, 6U, 7U, 0U); // another request.
+    TEST_ASSERT_EQUAL(1U, table.count);
+    report(16U, 1U, 5U, 7U, 0U);
+    TEST_ASSERT_EQUAL(0U, table.count);
+    report(16U, 1U, 5U, 7U, 0U);
+    TEST_ASSERT_EQUAL(0U, table.count);
+}
+
+static void equal_requests_end_one_by_one(void)
+{
+    pending_init(&table);
+    add(16U, 5U, 1U, 0xFU); // A user that counts from 0 again.
+    add(16U, 5U, 1U, 0xFU);
+    report(16U, 1U, 5U, 7U, 0U);
+    TEST_ASSERT_EQUAL(1U, table.count);
+    report(16U, 1U, 5U, 7U, 0U);
+    TEST_ASSERT_EQUAL(0U, table.count);
+}
+
+static void what_a_lost_subsystem_owes_is_taken_out(void)
+{
+    pus_token_t taken;
+    pending_init(&table);
+    for (uint32_t i = 0U; i < 10U; i++) {
+        add((uint16_t)(16U + (i % 2U)), i, 1U, 0xFU);
+    }
+    unsigned count = 0U;
+    while (pending_take(&table, 17U, &taken)) {
+        TEST_ASSERT_EQUAL(1U, taken.request_id % 2U);
+        TEST_ASSERT_EQUAL(1U, taken.source);
+        count++;
+    }
+    TEST_ASSERT_EQUAL(5U, count);
+    TEST_ASSERT_EQUAL(5U, table.count);
+    TEST_ASSERT_FALSE(pending_take(&table, 99U, &taken));
+}
+
+static void a_full_table_counts_what_it_cannot_track(void)
+{
+    const pus_token_t more = token(999U, 1U, 0xFU);
+    pus_token_t taken;
+    pending_init(&table);
+    for (uint32_t i = 0U; i < PENDING_MAX; i++) {
+        add(16U, i, 1U, 0x1U);
+    }
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pending_add(&table, 16U, &more));
+    TEST_ASSERT_EQUAL(1U, table.refused);
+    report(16U, 1U, 64U, 1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, pending_add(&table, 16U, &more));
+    unsigned count = 0U;
+    while (pending_take(&table, 16U, &taken)) {
+        count++;
+    }
+    TEST_ASSERT_EQUAL(PENDING_MAX, count);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_last_report_asked_for_ends_a_request);
+    RUN_TEST(every_failure_ends_a_request);
+    RUN_TEST(a_refused_instruction_is_not_the_end);
+    RUN_TEST(reports_of_others_change_nothing);
+    RUN_TEST(equal_requests_end_one_by_one);
+    RUN_TEST(what_a_lost_subsystem_owes_is_taken_out);
+    RUN_TEST(a_full_table_counts_what_it_cannot_track);
+    return UNITY_END();
+}

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reactions to events by severity, to processes that die and to subsystems that fall silent.
+#include "fsw/supervisor/supervisor.h"
+
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define BROKEN 1U ///< HIGH; a plan notes it for ARM, a plan takes HAND's network down.
+#define STRAIN 2U
+#define TIRED 3U
+#define NOTE 4U
+#define GRIPLESS 5U ///< HIGH, without a plan.
+
+void setUp(void)
+{
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static void run_ms(unsigned ms)
+{
+    bed_run(ms / 10U);
+}
+
+// ---- HIGH ----
+
+static void a_high_error_shuts_the_network_down_in_the_same_step(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed_place(BED_LONE, STATE_PRE_OPERATIONAL);
+    bed_forget();
+    bed_event(BED_ARM, 4U, GRIPLESS);
+    bed_step();
+    // HAND is told; ARM goes by itself; LONE is none of them. Network 16 was shut down for 16; its plan
+    // began.
+    bed_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.1 06 from 8001\n");
+    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
+    run_ms(490);
+    TEST_ASSERT_FALSE(bed_has("16 TC"));
+    bed_forget();
+    run_ms(30);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 00 from 8001"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00 from 8001"));
+    TEST_ASSERT_FALSE(bed_has("18 TC"));
+    bed_forget();
+    run_ms(1000); // Once.
+    TEST_ASSERT_FALSE(bed_has("16 TC 129"));
+    TEST_ASSERT_FALSE(bed_has("17 TC 129"));
+}
+
+static void one_failure_has_one_plan(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed_event(BED_ARM, 4U, GRIPLESS);
+    bed_step();
+    bed_event(BED_HAND, 4U, BROKEN); // It fails with the other.
+    bed_event(BED_ARM, 4U, GRIPLESS);
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(1U, bed.supervisor.counters.plans_started);
+    run_ms(700);
+    bed_event(BED_ARM, 4U, GRIPLESS); // When it is over, the next failure has its own.
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.counters.plans_started);
+}
+
+static void failures_apart_have_plans_apart(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed_place(BED_LONE, STATE_ERROR_OPERATIONAL);
+    bed_forget();
+    bed_event(BED_ARM, 4U, GRIPLESS);
+    bed_event(BED_LONE, 4U, BROKEN);
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.counters.plans_started);
+    run_ms(600);
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00"));
+    TEST_ASSERT_TRUE(bed_has("18 TC 129.1 00"));
+}
+
+static void who_is_in_error_or_gone_is_not_told_again(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed_place(BED_HAND, STATE_ERROR_OPERATIONAL);
+    bed_forget();
+    bed_event(BED_ARM, 4U, GRIPLESS);
+    bed_run(2U);
+    TEST_ASSERT_FALSE(bed_has("17 TC 129.1 06"));
+    run_ms(700);
+    tearDown();
+    setUp();
+    bed_link_up(STATE_OPERATIONAL);
+    bed.start_result                 = STATUS_NOT_FOUND;
+    bed.members[BED_HAND].is_running = false;
+    bed_event(BED_ARM, 4U, GRIPLESS);
+    bed_run(2U);
+    run_ms(700);
+    TEST_ASSERT_EQUAL(PROCESS_LOST, bed.supervisor.roster[1].process);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 00"));
+}
+
+static void a_plan_of_the_mission_replaces_what_is_built_in(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed_event(BED_HAND, 4U, BROKEN);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 06"));
+    TEST_ASSERT_TRUE(bed_has("G 131.2 010003")); // NOMINAL to SAFE, cause plan.
+    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+    bed_place(BED_HAND, STATE_ERROR_OPERATIONAL);
+    bed_forget();
+    run_ms(170);
+    TEST_ASSERT_FALSE(bed_has("17 TC"));
+    run_ms(40);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 00"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00"));
+}
+
+static void a_plan_that_only_logs_does_nothing_else(void)
+{
+    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
+    bed_forget();
+    bed_event(BED_ARM, 4U, BROKEN);
+    run_ms(1000);
+    bed_expect("G/16 5.4 0001\nG 5.1 000600100001\n");
+}
+
+static void a_lone_subsystem_goes_down_alone(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed_place(BED_LONE, STATE_ERROR_OPERATIONAL);
+    bed_forget();
+    bed_event(BED_LONE, 4U, BROKEN);
+    run_ms(700);
+    TEST_ASSERT_TRUE(bed_has("18 TC 129.1 00 from 8001"));
+    TEST_ASSERT_FALSE(bed_has("17 TC"));
+    TEST_ASSERT_FALSE(bed_has("16 TC"));
+    TEST_ASSERT_FALSE(bed_has("G 5.1 0003"));
+}
+
+// ---- MEDIUM, LOW ----
+
+static void a_medium_error_takes_it_to_safe_in_the_same_step(void)
+{
+    static const uint16_t events[] = {STRAIN, TIRED}; // With a plan, and without.
+    for (unsigned i = 0U; i < 2U; i++) {
+        bed_place(BED_ARM, STATE_OPERATIONAL);
+        bed_forget();
+        bed_event(BED_ARM, 3U, events[i]);
+        bed_step();
+        TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04 from 8001"));
+        TEST_ASSERT_FALSE(bed_has("17 TC"));
+        bed_run(2U);
+        TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, bed.members[BED_ARM].state);
+    }
+}
+
+static void a_medium_error_takes_nothing_up(void)
+{
+    static const state_t states[]  = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL,
+                                      STATE_ERROR_OPERATIONAL};
+    static const uint16_t events[] = {STRAIN, TIRED};
+    for (unsigned i = 0U; i < 4U; i++) {
+        for (unsigned k = 0U; k < 2U; k++) {
+            bed_place(BED_ARM, states[i]);
+            bed_forget();
+            bed_event(BED_ARM, 3U, events[k]);
+            bed_run(3U);
+            TEST_ASSERT_FALSE_MESSAGE(bed_has("16 TC"), "an order to go up");
+        }
+    }
+}
+
+static void low_and_informative_are_logged(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed_event(BED_ARM, 2U, NOTE);
+    bed_event(BED_ARM, 1U, NOTE);
+    run_ms(1000);
+    bed_expect("G/16 5.2 0004\nG/16 5.1 0004\n");
+}
+
+static void an_event_without_a_number_is_none(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed_report(BED_ARM, PUS_SERVICE_EVENTS, 4U, "\1", 1U);
+    bed_report(BED_ARM, PUS_SERVICE_EVENTS, 8U, "\0\0", 2U);
+    run_ms(1000);
+    bed_expect("G/16 5.4 01\nG/16 5.8 0000\n");
+}
+
+// ---- Processes ----
+
+static void a_process_that_dies_is_started_again(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed.members[BED_ARM].is_running = false;
+    bed_step();
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("G 5.4 00010010")); // PROCESS_LOST.
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 0001"));
+    TEST_ASSERT_EQUAL(1U, bed.starts);
+    TEST_ASSERT_EQUAL(1U, bed.supervisor.counters.restarts);
+    TEST_ASSERT_TRUE(bed.members[BED_ARM].is_running);
+    run_ms(600); // The plan is what is built in, not that of ARM's own event number 1.
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00"));
+    bed_forget();
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 17.1"));
+    TEST_ASSERT_EQUAL(MODE_NOMINAL, bed.supervisor.mode);
+}
+
+static void a_restart_budget_ends_in_mode_safe(void)
+{
+    for (unsigned i = 0U; i < 2U; i++) {
+        bed.members[BED_LONE].is_running = false; // Its budget is one restart.
+        run_ms(1000);
+        TEST_ASSERT_EQUAL((i == 0U) ? MODE_NOMINAL : MODE_SAFE, bed.supervisor.mode);
+    }
+    TEST_ASSERT_EQUAL(1U, bed.starts);
+    TEST_ASSERT_TRUE(bed_has("G 131.2 010001")); // Cause: error.
+    bed_forget();
+    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    run_ms(5000);
+    TEST_ASSERT_TRUE(bed_has("G 1.10 #0 0002 12"));
+    TEST_ASSERT_FALSE(bed_has("G 5.4")); // Not reported again and again.
+    TEST_ASSERT_EQUAL(1U, bed.starts);
+}
+
+static void a_start_that_fails_ends_in_mode_safe(void)
+{
+    bed.start_result                 = STATUS_NOT_FOUND;
+    bed.members[BED_LONE].is_running = false;
+    run_ms(100);
+    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+    TEST_ASSERT_EQUAL(PROCESS_LOST, bed.supervisor.roster[2].process);
+}
+
+static void communication_comes_up_again_by_itself(void)
+{
+    bed.members[BED_GROUND].is_running = false;
+    run_ms(1000);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
+    bed_forget();
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("G/16 1.7"));
+}
+
+static void silence_is_an_error(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed.members[BED_ARM].is_silent = true;
+    run_ms(2900);
+    bed_expect("");
+    run_ms(400);
+    TEST_ASSERT_TRUE(bed_has("G 5.4 00020010")); // SUBSYSTEM_SILENT.
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06"));
+    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode); // The plan for the supervisor's own event.
+    TEST_ASSERT_FALSE(bed_has("17 TC 129.1 00"));
+    bed_forget();
+    run_ms(2500);
+    TEST_ASSERT_FALSE(bed_has("G 5.4"));
+    run_ms(1500); // And again after the same silence.
+    TEST_ASSERT_TRUE(bed_has("G 5.4 00020010"));
+}
+
+static void who_speaks_is_not_silent(void)
+{
+    run_ms(20000);
+    bed_expect("");
+}
+
+static void no_history_of_errors_breaks_the_supervisor(void)
+{
+    uint32_t random = 3U;
+    for (unsigned i = 0U; i < 3000U; i++) {
+        random                = (random * 1664525U) + 1013904223U;
+        const uint32_t chance = (random >> 10U) % 12U;
+        const unsigned member = BED_ARM + ((random >> 16U) % 3U);
+        if (!bed.members[member].is_running) {
+            // Dead: the supervisor decides.
+        } else if (chance < 4U) {
+            bed_event(member, (uint8_t)(chance + 1U), (uint16_t)((random >> 20U) % 6U));
+        } else if (chance == 5U) {
+            bed.members[member].is_running = ((random >> 24U) % 16U) != 0U;
+        } else if (chance == 6U) {
+            bed_place(member, (state_t)((random >> 22U) % 7U));
+        } else if (chance == 7U) {
+            (void)bed_request_link((uint16_t)(1U + ((random >> 22U) % 2U)));
+        } else if (chance == 8U) {
+            (void)bed_open_link((uint16_t)(1U + ((random >> 22U) % 2U)));
+        } else {
+            (void)bed_request_state(bed.members[member].apid, (state_t)((random >> 22U) % 7U));
+        }
+        bed_tick();
+        bed_forget();
+    }
+    run_ms(3000);
+    for (unsigned i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        TEST_ASSERT_EQUAL(SESSION_FREE, bed.supervisor.sessions[i].step);
+    }
+    for (unsigned i = 0U; i < SUPERVISOR_PLANS; i++) {
+        TEST_ASSERT_FALSE(bed.supervisor.plans[i].is_used);
+    }
+    TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_high_error_shuts_the_network_down_in_the_same_step);
+    RUN_TEST(one_failure_has_one_plan);
+    RUN_TEST(failures_apart_have_plans_apart);
+    RUN_TEST(who_is_in_error_or_gone_is_not_told_again);
+    RUN_TEST(a_plan_of_the_mission_replaces_what_is_built_in);
+    RUN_TEST(a_plan_that_only_logs_does_nothing_else);
+    RUN_TEST(a_lone_subsystem_goes_down_alone);
+    RUN_TEST(a_medium_error_takes_it_to_safe_in_the_same_step);
+    RUN_TEST(a_medium_error_takes_nothing_up);
+    RUN_TEST(low_and_informative_are_logged);
+    RUN_TEST(an_event_without_a_number_is_none);
+    RUN_TEST(a_process_that_dies_is_started_again);
+    RUN_TEST(a_restart_budget_ends_in_mode_safe);
+    RUN_TEST(a_start_that_fails_ends_in_mode_safe);
+    RUN_TEST(communication_comes_up_again_by_itself);
+    RUN_TEST(silence_is_an_error);
+    RUN_TEST(who_speaks_is_not_silent);
+    RUN_TEST(no_history_of_errors_breaks_the_supervisor);
+    return UNITY_END();
+}

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever the ground and the members send fails no assertion of the supervisor, and it serves on afterwards.
+#include "fsw/supervisor/supervisor.h"
+
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define ROUNDS 40000U
+
+void setUp(void)
+{
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static uint32_t random_state = 77U;
+
+static uint32_t draw(uint32_t below)
+{
+    random_state = (random_state * 1664525U) + 1013904223U;
+    return (random_state >> 8U) % below;
+}
+
+static size_t fill(uint8_t* octets, size_t capacity)
+{
+    static const uint8_t likely[] = {0U, 0U, 0U, 1U, 1U, 2U, 3U, 4U, 5U, 6U, 16U, 17U, 0xFFU};
+    const size_t size             = draw((uint32_t)capacity);
+    for (size_t i = 0U; i < size; i++) {
+        octets[i] = (draw(4U) == 0U) ? (uint8_t)draw(256U) : likely[draw(sizeof likely)];
+    }
+    return size;
+}
+
+static void send_request(void)
+{
+    static const uint16_t apids[]   = {1U, 1U, 1U, 2U, 16U, 17U, 18U, 99U, 2047U, 0U};
+    static const uint8_t services[] = {3U, 5U, 8U, 17U, 20U, 129U, 129U, 130U, 130U, 131U, 131U, 200U};
+    uint8_t data[64];
+    const size_t size = fill(data, sizeof data);
+    uint8_t service   = services[draw(sizeof services)];
+    uint8_t subtype   = (uint8_t)draw(12U);
+    if ((service == 131U) && (subtype == 5U)) {
+        subtype = 8U; // Shutting down is an end, not a round.
+    }
+    bed.ack = (uint8_t)draw(16U);
+    (void)bed_tc(apids[draw(10U)], service, subtype, data, (service == 129U) ? (size % 3U) : size);
+}
+
+/// Member reports that are nearly right: states, events, link answers and verification of any kind.
+static void send_report(unsigned member)
+{
+    static const uint8_t services[] = {1U, 1U, 3U, 5U, 129U, 129U, 130U, 130U, 130U, 131U};
+    uint8_t data[64];
+    const size_t size     = fill(data, sizeof data);
+    const uint8_t service = services[draw(sizeof services)];
+    bed_report(member, service, (uint8_t)draw(12U), data, (service == 129U) && (draw(2U) == 0U) ? 12U : size);
+}
+
+static void send_octets(unsigned member)
+{
+    uint8_t octets[64];
+    const size_t size = fill(octets, sizeof octets);
+    bed_send(member, octets, size);
+}
+
+static void nothing_on_the_wire_fails_an_assertion(void)
+{
+    for (unsigned round = 0U; round < ROUNDS; round++) {
+        const unsigned member = draw(BED_MEMBERS);
+        const uint32_t kind   = draw(10U);
+        if (!bed.members[member].is_running) {
+            (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        } else if (kind < 5U) {
+            send_request();
+        } else if (kind < 9U) {
+            send_report(member);
+        } else {
+            send_octets(member);
+        }
+        bed.members[member].is_passive    = (draw(20U) == 0U);
+        bed.members[member].ignores_links = (draw(20U) == 0U);
+        bed_tick();
+        bed_forget();
+    }
+    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
+        bed.members[i].is_passive    = false;
+        bed.members[i].ignores_links = false;
+    }
+    bed.ack = PUS_ACK_ALL;
+    bed_run(400U);
+    bed_forget();
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(3U);
+    TEST_ASSERT_TRUE(bed_has("G 17.2"));
+    bed.is_stop_requested = true;
+    bed_run(1500U);
+    TEST_ASSERT_TRUE(bed.is_finished);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(nothing_on_the_wire_fails_an_assertion);
+    return UNITY_END();
+}

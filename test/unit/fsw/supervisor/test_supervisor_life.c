@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the supervisor does by itself from start to shutdown, and service 131.
+#include "fsw/supervisor/supervisor.h"
+
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static unsigned count_lines(const char* text, const char* start)
+{
+    unsigned count = 0U;
+    for (const char* line = text; line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        count += (strncmp(line, start, strlen(start)) == 0) ? 1U : 0U;
+    }
+    return count;
+}
+
+static uint16_t mission_tc(uint8_t subtype, const void* data, size_t size)
+{
+    return bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, subtype, data, size);
+}
+
+static uint16_t process_tc(uint8_t subtype, uint16_t apid)
+{
+    const uint8_t data[2] = {(uint8_t)(apid >> 8U), (uint8_t)apid};
+    return mission_tc(subtype, data, sizeof data);
+}
+
+// ---- Autostart ----
+
+static void supervisor_and_communication_come_up_by_themselves(void)
+{
+    bed_open();
+    bed_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
+    const char* const text            = bed_look();
+    static const char* const orders[] = {"2 TC 129.1 03 from 8001", "2 TC 129.3 0001 from 8001",
+                                         "2 TC 129.1 04 from 8001", "2 TC 129.1 05 from 8001"};
+    for (unsigned i = 0U; i < 4U; i++) {
+        TEST_ASSERT_EQUAL(1U, count_lines(text, orders[i]));
+    }
+    TEST_ASSERT_EQUAL(4U, count_lines(text, "2 TC"));
+    TEST_ASSERT_EQUAL(0U,
+                      count_lines(text, "16 TC") + count_lines(text, "17 TC") + count_lines(text, "18 TC"));
+    bed_run(500U);
+    bed_expect("");
+}
+
+static void nobody_is_ordered_before_it_was_heard(void)
+{
+    bed_open();
+    bed.members[BED_GROUND].is_silent = true;
+    bed_run(60U);
+    TEST_ASSERT_FALSE(bed_has("2 TC"));
+    bed.members[BED_GROUND].is_silent = false;
+    bed_run(120U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
+}
+
+static void communication_ordered_down_comes_back(void)
+{
+    bed_open_up();
+    (void)bed_request_state(COMMUNICATION_APID, STATE_OFFLINE);
+    bed_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
+}
+
+static void members_hear_the_supervisor_once_a_second(void)
+{
+    bed_open_up();
+    for (unsigned i = BED_ARM; i < BED_MEMBERS; i++) {
+        bed.members[i].heartbeats = 0U;
+    }
+    bed_run(1000U);
+    for (unsigned i = BED_ARM; i < BED_MEMBERS; i++) {
+        TEST_ASSERT_EQUAL(10U, bed.members[i].heartbeats);
+    }
+}
+
+// ---- Shutdown ----
+
+static const char* at(const char* text, const char* line)
+{
+    const char* const found = strstr(text, line);
+    TEST_ASSERT_NOT_NULL_MESSAGE(found, line);
+    return found;
+}
+
+static void check_order_of_shutdown(const char* text, bool has_request)
+{
+    const char* const safe    = at(text, "16 TC 129.1 04 from 8001");
+    const char* const offline = at(text, "16 TC 129.1 00 from 8001");
+    const char* const ground  = at(text, "2 TC 129.1 00 from 8001");
+    (void)at(text, "17 TC 129.1 04 from 8001");
+    (void)at(text, "17 TC 129.1 00 from 8001");
+    TEST_ASSERT_TRUE(safe < offline);
+    TEST_ASSERT_TRUE(at(text, "18 TC 129.1 00 from 8001") > safe);
+    TEST_ASSERT_NULL(strstr(text, "18 TC 129.1 04")); // It was not operational.
+    TEST_ASSERT_TRUE(offline < ground);
+    if (has_request) {
+        const char* const done = at(text, "G 1.7 #");
+        TEST_ASSERT_TRUE((offline < done) && (done < ground)); // While the ground can still be told.
+    }
+}
+
+static void a_mission_goes_down_with_communication_last(void)
+{
+    bed_open_up();
+    bed_link_up(STATE_OPERATIONAL);
+    bed_place(BED_LONE, STATE_PRE_OPERATIONAL);
+    bed_forget();
+    const uint8_t mode[1] = {MODE_SAFE};
+    (void)mission_tc(PUS_MISSION_SET_MODE, mode, 1U); // Allowed in any mode.
+    bed_run(2U);
+    bed_forget();
+    (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    bed_run(30U);
+    check_order_of_shutdown(bed_look(), true);
+    TEST_ASSERT_TRUE(bed.is_finished);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.supervisor.component));
+    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
+        TEST_ASSERT_EQUAL(STATE_OFFLINE, bed.members[i].state);
+    }
+    const char* const log = bed_log_file("packets.ascii"); // Flushed, to the very last record.
+    TEST_ASSERT_EQUAL(bed.supervisor.log.next_number - 1U, count_lines(log, ""));
+}
+
+static void a_stop_request_does_the_same(void)
+{
+    bed_open_up();
+    bed_link_up(STATE_OPERATIONAL);
+    bed_place(BED_LONE, STATE_PRE_OPERATIONAL);
+    bed_forget();
+    bed.is_stop_requested = true;
+    bed_run(30U);
+    check_order_of_shutdown(bed_look(), false);
+    TEST_ASSERT_TRUE(bed.is_finished);
+}
+
+static void a_stop_request_at_once_is_followed_too(void)
+{
+    bed_open();
+    bed.is_stop_requested = true;
+    bed_run(30U);
+    TEST_ASSERT_TRUE(bed.is_finished);
+}
+
+static void a_member_that_hangs_holds_nobody_up(void)
+{
+    bed_open_up();
+    bed_link_up(STATE_OPERATIONAL);
+    bed.members[BED_HAND].is_passive = true;
+    (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    bed_run(250U);
+    TEST_ASSERT_FALSE(bed.is_finished);
+    bed_run(60U); // Three seconds for each step.
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00"));
+    bed_run(320U);
+    TEST_ASSERT_TRUE(bed.is_finished);
+}
+
+static void a_second_shutdown_is_refused(void)
+{
+    bed_open_up();
+    bed_link_up(STATE_OPERATIONAL);
+    bed.members[BED_HAND].is_passive = true;
+    (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    bed_run(5U);
+    bed_forget();
+    (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    bed_run(2U);
+    TEST_ASSERT_NOT_NULL(strstr(bed_look(), " 0204 0\n"));
+}
+
+static void nothing_is_recovered_on_the_way_down(void)
+{
+    bed_open_up();
+    bed_link_up(STATE_OPERATIONAL);
+    bed.members[BED_HAND].is_passive = true; // Keeps the sequence waiting.
+    (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    bed_run(5U);
+    bed_forget();
+    bed_event(BED_ARM, 4U, 5U);
+    bed_run(2U);
+    TEST_ASSERT_FALSE(bed_has("17 TC 129.1 06"));
+    bed.members[BED_ARM].is_running = false;
+    bed_run(20U);
+    TEST_ASSERT_EQUAL(0U, bed.starts);
+    TEST_ASSERT_EQUAL(MODE_NOMINAL, bed.supervisor.mode);
+}
+
+// ---- Modes ----
+
+static void modes_are_set_and_told(void)
+{
+    bed_open_up();
+    const uint8_t safe[1]    = {MODE_SAFE};
+    const uint8_t unknown[1] = {7U};
+    (void)mission_tc(PUS_MISSION_SET_MODE, safe, 1U);
+    bed_run(2U);
+    bed_expect("G 1.1 #0\nG 131.2 010000\nG 5.1 00040100\nG 1.3 #0\nG 1.7 #0\n");
+    (void)mission_tc(PUS_MISSION_SET_MODE, safe, 1U);
+    bed_run(2U);
+    bed_expect("G 1.1 #1\nG 1.3 #1\nG 1.7 #1\n");
+    (void)mission_tc(PUS_MISSION_SET_MODE, unknown, 1U);
+    bed_run(2U);
+    bed_expect("G 1.1 #2\nG 1.4 #2 0201 7\n");
+}
+
+// ---- Packet log ----
+
+static void select_log(uint8_t strategy)
+{
+    (void)mission_tc(PUS_MISSION_SELECT_LOG, &strategy, 1U);
+    bed_run(2U);
+}
+
+static void the_log_is_switched_at_a_record(void)
+{
+    bed_open_up();
+    select_log(PACKET_LOG_SQLITE);
+    const char* const line = at(bed_look(), "G 131.4 0001");
+    const uint64_t first   = strtoull(line + strlen("G 131.4 0001"), NULL, 16) >> 16U; // Code behind it.
+    TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, bed.supervisor.log.strategy);
+    select_log(PACKET_LOG_ASCII);
+    TEST_ASSERT_TRUE(bed_has("G 1.1 #1"));
+    const char* const log = bed_log_file("packets.ascii");
+    char last_before[32];
+    char first_after[32];
+    (void)snprintf(last_before, sizeof last_before, "\n%llu ", (unsigned long long)(first - 1U));
+    (void)snprintf(first_after, sizeof first_after, "\n%llu ", (unsigned long long)first);
+    TEST_ASSERT_NOT_NULL(strstr(log, last_before));
+    TEST_ASSERT_NULL(strstr(log, first_after));
+}
+
+static void strategies_that_are_none_are_refused(void)
+{
+    bed_open_up();
+    select_log(PACKET_LOG_POSTGRESQL);
+    bed_expect("G 1.1 #0\nG 1.4 #0 0201 2\n");
+    select_log(4U);
+    bed_expect("G 1.1 #1\nG 1.4 #1 0203 0\n");
+    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, bed.supervisor.log.strategy);
+}
+
+static void a_log_that_fails_is_told_once(void)
+{
+    char path[160];
+    bed_open_up();
+    (void)snprintf(path, sizeof path, "%s/packets.spool", bed_folder());
+    TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
+    select_log(PACKET_LOG_SQLITE);
+    bed_run(300U);
+    TEST_ASSERT_EQUAL(1U, count_lines(bed_look(), "G 5.4 000801")); // LOG_FAILED, strategy 1.
+    select_log(PACKET_LOG_ASCII);
+    TEST_ASSERT_TRUE(bed_has("G 131.4 0100"));
+    TEST_ASSERT_TRUE(bed.supervisor.log.failures > 0U);
+    select_log(PACKET_LOG_SQLITE);
+    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "1.8 #2 0404"));
+}
+
+// ---- Tables and processes ----
+
+static void subsystems_are_listed(void)
+{
+    bed_open_up();
+    bed_place(BED_ARM, STATE_SAFE_OPERATIONAL);
+    bed_forget();
+    (void)mission_tc(PUS_MISSION_REPORT_SUBSYSTEMS, NULL, 0U);
+    bed_run(2U);
+    // {APID, process, state, phase, configuration, restarts}, in the order of the mission.
+    bed_expect("G 1.1 #0\nG 1.3 #0\nG 131.9 0005"
+               "0010010400000200"
+               "0011010000000000"
+               "0012010000000000"
+               "0001010500000100"
+               "0002010500000100\nG 1.7 #0\n");
+    (void)mission_tc(PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
+    bed_run(2U);
+    bed_expect("G 1.1 #1\nG 1.3 #1\nG 131.11 0000\nG 1.7 #1\n");
+}
+
+static void processes_are_stopped_and_started(void)
+{
+    bed_open_up();
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
+    bed_run(2U);
+    bed_expect("G 1.1 #0\nG 1.3 #0\nG 1.7 #0\n");
+    TEST_ASSERT_EQUAL(1U, bed.stops);
+    bed_run(500U);
+    bed_expect(""); // It is not lost: it was sent away.
+    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    bed_expect("G 1.10 #1 0002 12\n");
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
+    (void)process_tc(PUS_MISSION_START_PROCESS, LONE);
+    bed_run(2U);
+    bed_expect("G 1.1 #2\nG 1.4 #2 0204 12\nG 1.1 #3\nG 1.3 #3\nG 1.7 #3\n");
+    TEST_ASSERT_EQUAL(1U, bed.starts);
+    bed_run(100U);
+    bed_forget();
+    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("18 TC 17.1"));
+}
+
+static void what_may_not_be_started_or_stopped_stays(void)
+{
+    bed_open_up();
+    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
+    bed_forget();
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, ARM); // Not OFFLINE.
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, SUPERVISOR_APID);
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, 99U);
+    (void)process_tc(PUS_MISSION_START_PROCESS, ARM); // Runs.
+    (void)process_tc(PUS_MISSION_START_PROCESS, SUPERVISOR_APID);
+    (void)process_tc(PUS_MISSION_START_PROCESS, 99U);
+    bed_run(2U);
+    bed_expect("G 1.1 #0\nG 1.4 #0 0204 10\nG 1.1 #1\nG 1.4 #1 0204 1\nG 1.1 #2\nG 1.4 #2 0201 63\n"
+               "G 1.1 #3\nG 1.4 #3 0204 10\nG 1.1 #4\nG 1.4 #4 0204 1\nG 1.1 #5\nG 1.4 #5 0201 63\n");
+    TEST_ASSERT_EQUAL(0U, bed.starts + bed.stops);
+}
+
+static void requests_to_a_stopped_process_end(void)
+{
+    bed_open_up();
+    bed.members[BED_LONE].is_passive = true;
+    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    bed_forget();
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 0408 12"));
+    TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
+}
+
+static void a_start_that_fails_is_told(void)
+{
+    bed_open_up();
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
+    bed_run(2U);
+    bed_forget();
+    bed.start_result = STATUS_NOT_FOUND;
+    (void)process_tc(PUS_MISSION_START_PROCESS, LONE);
+    bed_run(2U);
+    bed_expect("G 1.1 #1\nG 1.3 #1\nG 1.8 #1 0404 4\n");
+}
+
+// ---- What members say of themselves ----
+
+static void states_that_are_none_are_not_believed(void)
+{
+    static const uint8_t states[] = {10U, 11U, 128U, 255U};
+    bed_open_up();
+    bed_place(BED_ARM, STATE_SAFE_OPERATIONAL);
+    for (unsigned i = 0U; i < sizeof states; i++) {
+        const pus_transition_t made         = {.state = states[i], .phase = 0U};
+        const pus_subsystem_status_t status = {.state = states[i], .phase = 0U};
+        const pus_transition_t phase        = {.state = 3U, .phase = states[i]};
+        (void)pus_transition_report(&bed.members[BED_ARM].process, &made, bed.now_ns);
+        (void)pus_subsystem_status_report(&bed.members[BED_ARM].process, PUS_USER_GROUND, &status,
+                                          bed.now_ns);
+        (void)pus_transition_report(&bed.members[BED_ARM].process, &phase, bed.now_ns);
+        bed_step();
+        TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, bed.supervisor.roster[0].state);
+        (void)bed_request_state(LONE, STATE_PRE_OPERATIONAL); // Power is reckoned from all states.
+        bed_run(2U);
+    }
+}
+
+static void own_figures_are_parameters(void)
+{
+    bed_open_up();
+    bed_link_up(STATE_PRE_OPERATIONAL);
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_PARAMETERS, 1U, "\1\0\x38\0\0", 5U);
+    bed_run(3U);
+    // Mode 1, log 0, 5 subsystems, 1 network, 2 links, 0 pending.
+    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "G 20.2 00010038000001000005000100020000"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(supervisor_and_communication_come_up_by_themselves);
+    RUN_TEST(nobody_is_ordered_before_it_was_heard);
+    RUN_TEST(communication_ordered_down_comes_back);
+    RUN_TEST(members_hear_the_supervisor_once_a_second);
+    RUN_TEST(a_mission_goes_down_with_communication_last);
+    RUN_TEST(a_stop_request_does_the_same);
+    RUN_TEST(a_stop_request_at_once_is_followed_too);
+    RUN_TEST(a_member_that_hangs_holds_nobody_up);
+    RUN_TEST(a_second_shutdown_is_refused);
+    RUN_TEST(nothing_is_recovered_on_the_way_down);
+    RUN_TEST(modes_are_set_and_told);
+    RUN_TEST(the_log_is_switched_at_a_record);
+    RUN_TEST(strategies_that_are_none_are_refused);
+    RUN_TEST(a_log_that_fails_is_told_once);
+    RUN_TEST(subsystems_are_listed);
+    RUN_TEST(processes_are_stopped_and_started);
+    RUN_TEST(what_may_not_be_started_or_stopped_stays);
+    RUN_TEST(requests_to_a_stopped_process_end);
+    RUN_TEST(a_start_that_fails_is_told);
+    RUN_TEST(states_that_are_none_are_not_believed);
+    RUN_TEST(own_figures_are_parameters);
+    return UNITY_END();
+}

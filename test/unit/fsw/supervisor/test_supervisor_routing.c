@@ -1,0 +1,423 @@
+// SPDX-License-Identifier: Apache-2.0
+// Routing both ways, what is refused and with which code, permission and the gates on the way up.
+#include "fsw/supervisor/supervisor.h"
+
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void setUp(void)
+{
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+// ---- Routing ----
+
+static void requests_go_down_and_reports_come_up(void)
+{
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    bed_expect("16 TC 17.1 from 1\nG/16 1.1 #0\nG/16 1.3 #0\nG/16 1.7 #0\n");
+    bed_report(BED_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "abc", 3U);
+    bed_run(1U);
+    bed_expect("G/17 3.26 616263\n");
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(1U);
+    bed_expect("G 1.1 #1\nG 1.3 #1\nG 17.2 \nG 1.7 #1\n");
+}
+
+static void every_packet_is_logged_in_both_directions(void)
+{
+    const uint64_t before = bed.supervisor.log.next_number;
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(before + 4U, bed.supervisor.log.next_number);
+    const char* const text = bed_log_file("packets.ascii");
+    TEST_ASSERT_NOT_NULL(strstr(text, " TC 1810c000"));
+    TEST_ASSERT_EQUAL(0, strncmp(text, "1 0.000000000 TM 0801c000", 25U)); // The supervisor's first word.
+}
+
+static void a_refused_request_is_logged_too(void)
+{
+    const uint64_t before = bed.supervisor.log.next_number;
+    (void)bed_tc(99U, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(1U);
+    TEST_ASSERT_EQUAL(before + 2U, bed.supervisor.log.next_number);
+}
+
+// ---- Malformed requests ----
+
+/// A good TC[17,1] to ARM of user 1 with number 0x155, to be spoiled.
+static size_t good_request(uint8_t packet[64])
+{
+    size_t size       = 0U;
+    const pus_tc_t tc = {
+        .apid = ARM, .sequence = 0x155U, .ack = 15U, .service = 17U, .subtype = 1U, .source = 1U};
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, 64U, &size));
+    return size;
+}
+
+/// As CRC-16 of the standard, bit by bit.
+static void checksum(uint8_t* packet, size_t size)
+{
+    uint16_t crc = 0xFFFFU;
+    for (size_t i = 0U; i < (size - 2U); i++) {
+        crc ^= (uint16_t)(packet[i] << 8U);
+        for (unsigned bit = 0U; bit < 8U; bit++) {
+            const uint16_t shifted = (uint16_t)(crc << 1U);
+            crc                    = (uint16_t)(((crc & 0x8000U) != 0U) ? (shifted ^ 0x1021U) : shifted);
+        }
+    }
+    packet[size - 2U] = (uint8_t)(crc >> 8U);
+    packet[size - 1U] = (uint8_t)crc;
+}
+
+static void spoil_and_expect(size_t octet, uint8_t value, const char* lines)
+{
+    uint8_t packet[64];
+    const size_t size = good_request(packet);
+    packet[octet]     = value;
+    checksum(packet, size);
+    bed_send(BED_GROUND, packet, size);
+    bed_run(2U);
+    bed_expect(lines);
+}
+
+static void each_fault_has_its_code(void)
+{
+    uint8_t packet[64];
+    const size_t size = good_request(packet);
+    packet[12] ^= 1U; // Checksum.
+    bed_send(BED_GROUND, packet, size);
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("G 1.2 #341 0102"));
+    bed_forget();
+    spoil_and_expect(5U, 7U, "G 1.2 #341 0101 D\n");    // Length field.
+    spoil_and_expect(0U, 0x38U, "G 1.2 #341 010A 1\n"); // Packet version.
+    spoil_and_expect(0U, 0x10U, "G 1.2 #341 010C 0\n"); // Secondary header.
+    spoil_and_expect(2U, 0x41U, "G 1.2 #341 010D 1\n"); // Sequence flags.
+    spoil_and_expect(6U, 0x1FU, "G 1.2 #341 0103 1\n"); // PUS version.
+    spoil_and_expect(10U, 2U, "G 1.2 #341 0107 2\n");   // A user the mission does not have.
+    spoil_and_expect(10U, 0U, "G 1.2 #341 0107 0\n");   // All users are none.
+    TEST_ASSERT_EQUAL(6U, bed.supervisor.counters.tc_malformed);
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.counters.tc_forbidden);
+}
+
+static void a_cut_request_is_told_if_its_source_is_there(void)
+{
+    uint8_t packet[64];
+    const size_t size = good_request(packet);
+    for (size_t cut = 1U; cut < size; cut++) {
+        bed_send(BED_GROUND, packet, cut);
+        bed_run(1U);
+        TEST_ASSERT_EQUAL(cut >= 11U, bed_has("G 1.2 #341 0101"));
+        TEST_ASSERT_FALSE(bed_has("16 TC"));
+        bed_forget();
+    }
+    bed_send(BED_GROUND, packet, 0U);
+    bed_run(1U);
+    bed_expect("");
+}
+
+static void nobody_speaks_for_another(void)
+{
+    bed.source = PUS_USER_ONBOARD | ARM; // The ground in the name of ARM.
+    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    TEST_ASSERT_FALSE(bed_has("17 TC"));
+    uint8_t packet[64];
+    const size_t size = good_request(packet); // A member in the name of the ground.
+    bed_send(BED_HAND, packet, size);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("G 1.2 #341 0107 1"));
+    TEST_ASSERT_FALSE(bed_has("16 TC"));
+    packet[9]  = 0x80U; // In its own name.
+    packet[10] = HAND;
+    checksum(packet, size);
+    bed_forget();
+    bed_send(BED_HAND, packet, size);
+    bed_run(1U);
+    bed_expect("16 TC 17.1 from 8011\n");
+}
+
+static void reports_of_others_are_dropped(void)
+{
+    uint8_t packet[64];
+    size_t size       = 0U;
+    const pus_tm_t tm = {
+        .apid = ARM, .service = 5U, .subtype = 4U, .data = (const uint8_t*)"\0\1", .size = 2U};
+    const uint32_t malformed = bed.supervisor.counters.tm_malformed;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_encode(&tm, packet, sizeof packet, &size));
+    bed_send(BED_HAND, packet, size); // HAND says that ARM is broken.
+    packet[8] ^= 1U;
+    bed_send(BED_ARM, packet, size);
+    for (size_t cut = 0U; cut < size; cut++) {
+        packet[0] = 0x08U;
+        bed_send(BED_ARM, packet, cut);
+        bed_run(1U);
+    }
+    bed_expect("");
+    TEST_ASSERT_EQUAL(malformed + 2U + size, bed.supervisor.counters.tm_malformed);
+}
+
+static void what_cannot_be_delivered_is_unrouted(void)
+{
+    (void)bed_tc(99U, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(1U);
+    bed_expect("G 1.10 #0 0001 63\n");
+    (void)bed_tc(2046U, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(1U);
+    bed_expect("G 1.10 #1 0001 7FE\n");
+    bed.members[BED_ARM].is_deaf = true;
+    for (unsigned i = 0U; i < 40U; i++) { // Its mailbox holds one window.
+        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        bed_step();
+    }
+    bed_expect("G 1.10 #34 0109 10\nG 1.10 #35 0109 10\nG 1.10 #36 0109 10\nG 1.10 #37 0109 10\n"
+               "G 1.10 #38 0109 10\nG 1.10 #39 0109 10\nG 1.10 #40 0109 10\nG 1.10 #41 0109 10\n");
+}
+
+static void reports_wait_for_the_ground_in_order(void)
+{
+    char expected[4096]             = "";
+    bed.members[BED_GROUND].is_deaf = true;
+    for (unsigned i = 0U; i < 100U; i++) {
+        const uint8_t data[1] = {(uint8_t)i};
+        bed_report(BED_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, data, 1U);
+        (void)snprintf(&expected[strlen(expected)], 32U, "G/16 3.26 %02X\n", i);
+        bed_step();
+    }
+    bed_expect("");
+    bed.members[BED_GROUND].is_deaf = false;
+    for (unsigned i = 0U; i < 10U; i++) {
+        bed_step();
+    }
+    bed_expect(expected);
+}
+
+// ---- Permission ----
+
+static void what_nothing_allows_is_denied(void)
+{
+    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
+    bed_run(1U);
+    bed_expect("G 1.2 #0 0110 100\n"); // Mode 1, state 0.
+    bed_place(BED_ARM, STATE_OPERATIONAL);
+    bed_forget();
+    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "REST\0\0\0\0\0", 9U);
+    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0X\0", 9U);
+    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOV", 3U);
+    (void)bed_tc(ARM, PUS_SERVICE_PARAMETERS, 3U, "\0", 1U);
+    (void)bed_tc(HAND, PUS_SERVICE_PARAMETERS, 3U, "\0", 1U);
+    (void)bed_tc(ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_RELOAD, NULL, 0U);
+    (void)bed_tc(ARM, 200U, 1U, NULL, 0U);
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("G 1.2 #1 0110 105"));
+    TEST_ASSERT_TRUE(bed_has("G 1.2 #3 0110 105"));
+    TEST_ASSERT_TRUE(bed_has("G 1.2 #4 0110 105"));
+    TEST_ASSERT_TRUE(bed_has("G 1.2 #5 0110 100"));
+    TEST_ASSERT_TRUE(bed_has("G 1.2 #6 0110 105"));
+    TEST_ASSERT_TRUE(bed_has("G 1.2 #7 0110 105"));
+    TEST_ASSERT_FALSE(bed_has("16 TC 20"));
+    TEST_ASSERT_FALSE(bed_has("16 TC 8.1 524553"));
+}
+
+static void what_a_rule_allows_passes_in_its_mode_and_state(void)
+{
+    bed_place(BED_ARM, STATE_OPERATIONAL);
+    bed_forget();
+    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
+    bed_run(1U);
+    bed_expect("16 TC 8.1 4D4F56450000000000 from 1\n");
+    const uint8_t mode[1] = {MODE_SAFE};
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
+    bed_run(2U);
+    bed_forget();
+    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
+    bed_run(1U);
+    bed_expect("G 1.2 #2 0110 5\n"); // Mode 0, state 5.
+}
+
+static void some_things_are_always_allowed(void)
+{
+    const uint8_t mode[1] = {MODE_SAFE};
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
+    bed_place(BED_ARM, STATE_OPERATIONAL);
+    bed_run(1U);
+    bed_forget();
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)bed_tc(ARM, PUS_SERVICE_PARAMETERS, 1U, "\1\0\0\0\0", 5U);
+    (void)bed_tc(ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REPORT_STATUS, NULL, 0U);
+    (void)bed_tc(ARM, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\0", 1U);
+    (void)bed_request_state(ARM, STATE_SAFE_OPERATIONAL); // Downwards.
+    (void)bed_request_state(ARM, STATE_ERROR_OPERATIONAL);
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 17.1"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 20.1"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.4"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 130.8"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 06"));
+}
+
+// ---- Gates ----
+
+static void power_is_not_overdrawn(void)
+{
+    bed_place(BED_ARM, STATE_SAFE_OPERATIONAL); // 20 W of 100.
+    bed_place(BED_LONE, STATE_PRE_OPERATIONAL); // 41 W.
+    bed_close_link(LINK_HAND_POS);
+    bed.members[BED_ARM].configuration = 1U; // Without links.
+    bed_run(60U);
+    bed_forget();
+    (void)bed_request_state(ARM, STATE_OPERATIONAL); // 60 W would make 101.
+    bed_run(2U);
+    bed_expect("G 5.2 00070010\nG 1.2 #1 0112 1\n"); // RESOURCE_REFUSED; 1 W is missing.
+    (void)bed_request_state(LONE, STATE_OFFLINE);
+    bed_run(3U);
+    bed_forget();
+    (void)bed_request_state(ARM, STATE_OPERATIONAL);
+    bed_run(1U);
+    bed_expect("16 TC 129.1 05 from 1\n");
+}
+
+static void links_are_needed_on_the_way_up(void)
+{
+    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
+    bed_forget();
+    (void)bed_request_state(ARM, STATE_SAFE_OPERATIONAL);
+    bed_run(1U);
+    bed_expect("G 1.2 #0 0111 100002\n"); // Consumer 16, port 2.
+    bed_place(BED_HAND, STATE_PRE_OPERATIONAL);
+    bed_forget();
+    (void)bed_request_state(HAND, STATE_SAFE_OPERATIONAL);
+    bed_run(1U);
+    bed_expect("G 1.2 #1 0111 110002\n");
+    bed_link_up(STATE_PRE_OPERATIONAL);
+    (void)bed_request_state(ARM, STATE_SAFE_OPERATIONAL);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04"));
+    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, bed.members[BED_ARM].state);
+}
+
+static void a_stale_link_is_a_missing_one(void)
+{
+    bed_link_up(STATE_SAFE_OPERATIONAL);
+    bed_link_changed(BED_ARM, LINK_HAND_POS, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
+    bed_run(1U);
+    bed_forget();
+    const uint16_t barred = bed_request_state(ARM, STATE_OPERATIONAL);
+    bed_run(1U);
+    char expected[64];
+    (void)snprintf(expected, sizeof expected, "G 1.2 #%u 0111 100002\n", barred);
+    bed_expect(expected);
+    bed_link_changed(BED_ARM, LINK_HAND_POS, PUS_LINK_STATE_STALE, PUS_LINK_STATE_OPEN);
+    bed_run(1U);
+    bed_forget();
+    (void)bed_request_state(ARM, STATE_OPERATIONAL);
+    bed_run(1U);
+    bed_expect("16 TC 129.1 05 from 1\n");
+}
+
+static void nobody_goes_up_beside_a_member_in_error(void)
+{
+    bed_link_up(STATE_SAFE_OPERATIONAL);
+    bed_place(BED_HAND, STATE_ERROR_OPERATIONAL);
+    bed_forget();
+    const uint16_t barred = bed_request_state(ARM, STATE_OPERATIONAL);
+    bed_run(1U);
+    char expected[64];
+    (void)snprintf(expected, sizeof expected, "G 1.2 #%u 0113 11\n", barred);
+    bed_expect(expected);
+}
+
+static void nobody_goes_down_beside_a_member_that_operates(void)
+{
+    static const state_t downwards[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL};
+    bed_link_up(STATE_OPERATIONAL);
+    for (unsigned i = 0U; i < 2U; i++) {
+        char expected[64];
+        const uint16_t barred = bed_request_state(ARM, downwards[i]);
+        bed_run(1U);
+        (void)snprintf(expected, sizeof expected, "G 1.2 #%u 0113 11\n", barred);
+        bed_expect(expected);
+    }
+    (void)bed_request_state(ARM, STATE_SAFE_OPERATIONAL); // That far it may go.
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04"));
+    (void)bed_request_state(HAND, STATE_SAFE_OPERATIONAL);
+    bed_run(3U);
+    bed_forget();
+    (void)bed_request_state(ARM, STATE_PRE_OPERATIONAL);
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 03"));
+}
+
+static void a_way_up_is_one_step(void)
+{
+    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
+    bed_forget();
+    (void)bed_request_state(ARM, STATE_OPERATIONAL);
+    bed_run(1U);
+    bed_expect("G 1.2 #0 0110 103\n");
+    static const uint8_t others[] = {1U, 2U, 7U, 8U, 9U, 10U, 255U};
+    for (unsigned i = 0U; i < sizeof others; i++) {
+        (void)bed_request_state(ARM, (state_t)others[i]);
+        bed_run(1U);
+        TEST_ASSERT_FALSE(bed_has("16 TC"));
+        bed_forget();
+    }
+}
+
+// ---- Requests that stay open ----
+
+static void pending_requests_end_with_their_subsystem(void)
+{
+    bed.members[BED_ARM].is_passive = true;
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    bed_verify(BED_ARM, 7U, 0U);
+    bed_verify(BED_ARM, 1U, 1U);
+    bed_run(1U);
+    bed_forget();
+    bed.members[BED_ARM].is_running = false;
+    bed_run(1U);
+    TEST_ASSERT_FALSE(bed_has("G 1.8 #0"));
+    TEST_ASSERT_TRUE(bed_has("G 1.8 #1 0408 10"));
+    TEST_ASSERT_TRUE(bed_has("G 1.8 #2 0408 10"));
+    TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(requests_go_down_and_reports_come_up);
+    RUN_TEST(every_packet_is_logged_in_both_directions);
+    RUN_TEST(a_refused_request_is_logged_too);
+    RUN_TEST(each_fault_has_its_code);
+    RUN_TEST(a_cut_request_is_told_if_its_source_is_there);
+    RUN_TEST(nobody_speaks_for_another);
+    RUN_TEST(reports_of_others_are_dropped);
+    RUN_TEST(what_cannot_be_delivered_is_unrouted);
+    RUN_TEST(reports_wait_for_the_ground_in_order);
+    RUN_TEST(what_nothing_allows_is_denied);
+    RUN_TEST(what_a_rule_allows_passes_in_its_mode_and_state);
+    RUN_TEST(some_things_are_always_allowed);
+    RUN_TEST(power_is_not_overdrawn);
+    RUN_TEST(links_are_needed_on_the_way_up);
+    RUN_TEST(a_stale_link_is_a_missing_one);
+    RUN_TEST(nobody_goes_up_beside_a_member_in_error);
+    RUN_TEST(nobody_goes_down_beside_a_member_that_operates);
+    RUN_TEST(a_way_up_is_one_step);
+    RUN_TEST(pending_requests_end_with_their_subsystem);
+    return UNITY_END();
+}

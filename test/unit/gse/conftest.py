@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fixtures of the ground segment's tests: the dictionary made from the descriptors, and a synthetic flight."""
+
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "gse"))
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+
+import synthetic
+from hirosco_gse.dictionary import Dictionary
+
+
+@pytest.fixture(scope="session")
+def dictionary_path(tmp_path_factory):
+    """Dictionary of rokviss, made now from the descriptors."""
+    out = tmp_path_factory.mktemp("generated")
+    generator = ROOT / "gse" / "generator" / "generate.py"
+    mission = ROOT / "descriptors" / "missions" / "rokviss.xml"
+    subprocess.run([sys.executable, generator, "--mission", mission, "--out", out], check=True, cwd=ROOT)
+    return out / "rokviss.json"
+
+
+@pytest.fixture
+def dictionary(dictionary_path):
+    """The same, loaded."""
+    return Dictionary.load(dictionary_path)
+
+
+@pytest.fixture(scope="session")
+def flight_folder(tmp_path_factory, dictionary_path):
+    """Raw logs of a synthetic flight with known figures."""
+    folder = tmp_path_factory.mktemp("flight")
+    synthetic.write(folder, Dictionary.load(dictionary_path))
+    return folder

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A stand-in of a spacecraft on a TCP port: answers telecommands as told by a table."""
+
+import socket
+import struct
+import threading
+
+from hirosco_gse import packets
+
+
+def notice(code, detail, instruction=0):
+    """Failure notice."""
+    return struct.pack(">HHI", code, instruction, detail)
+
+
+class Spacecraft:
+    """Serves one connection at a time. answer(packet) -> list of (apid, service, subtype, data, user)."""
+
+    def __init__(self, answer, epoch_ns=0):
+        self._answer, self._epoch_ns = answer, epoch_ns
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.port = self._server.getsockname()[1]
+        self.received = []
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    def _serve(self):
+        while True:
+            try:
+                stream, _ = self._server.accept()
+            except OSError:
+                return
+            with stream:
+                self._talk(stream)
+
+    def _talk(self, stream):
+        splitter = packets.Splitter()
+        while True:
+            try:
+                octets = stream.recv(4096)
+            except OSError:
+                return
+            if not octets:
+                return
+            for raw in splitter.feed(octets):
+                packet = packets.parse(raw)
+                self.received.append(packet)
+                answer = self._answer(packet)
+                if answer is None:
+                    return  # hang up
+                for apid, service, subtype, data, user in answer:
+                    stream.sendall(packets.build_tm(apid, 0, service, subtype, data, user, self._epoch_ns + 10**9))
+
+    def close(self):
+        """No more connections."""
+        self._server.close()
+
+
+def success(packet, *reports):
+    """Full verification of a request, reports before its completion."""
+    request = packet.request_id
+    return [
+        (packet.apid, 1, 1, request, packet.user),
+        (packet.apid, 1, 3, request, packet.user),
+        *[(packet.apid, service, subtype, data, packet.user) for service, subtype, data in reports],
+        (packet.apid, 1, 7, request, packet.user),
+    ]
+
+
+def failure(packet, subtype, code, detail):
+    """A request that fails at a stage."""
+    return [(packet.apid, 1, subtype, packet.request_id + notice(code, detail), packet.user)]

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line against a stand-in of a spacecraft: what is sent, what is printed, exit codes."""
+
+import json
+import pathlib
+import struct
+import subprocess
+import sys
+
+import pytest
+from hirosco_gse import packets
+from hirosco_gse.cli import main
+from spacecraft import Spacecraft, failure, success
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture
+def console(dictionary_path, capsys):
+    """run(answer, *words) -> (exit code, stdout, stderr, received telecommands)."""
+    crafts = []
+
+    def run(answer, *words):
+        craft = Spacecraft(answer)
+        crafts.append(craft)
+        code = main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "--timeout", "0.5", *words])
+        out, err = capsys.readouterr()
+        assert "Traceback" not in err
+        return code, out, err, craft.received
+
+    yield run
+    for craft in crafts:
+        craft.close()
+
+
+def test_ping(console):
+    code, out, _, received = console(lambda p: success(p, (17, 2, b"")), "ping", "MANIPULATOR")
+    assert code == 0
+    assert "MANIPULATOR is alive" in out
+    assert [(p.apid, p.message, p.user, p.ack, p.data) for p in received] == [(16, (17, 1), 1, 15, b"")]
+
+
+def test_ping_all_as_json(console):
+    code, out, _, received = console(lambda p: success(p, (17, 2, b"")), "ping", "--json")
+    assert code == 0
+    assert {json.loads(line)["subsystem"] for line in out.splitlines()} == {
+        "JOYSTICK", "MANIPULATOR", "SUPERVISOR", "COMMUNICATION",
+    }
+    assert len(received) == 4
+
+
+def test_function_with_arguments(console):
+    words = ["cmd", "manipulator.move_to", "position=0.5,-0.25", "duration=2"]
+    code, _, _, received = console(success, *words)
+    assert code == 0
+    expected = b"MOVE_TO\0" + struct.pack(">BHddHd", 2, 1, 0.5, -0.25, 2, 2.0)
+    assert received[0].message == (8, 1)
+    assert received[0].data == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "apid", "message", "data"),
+    [
+        (["state", "MANIPULATOR", "SAFE_OPERATIONAL"], 16, (129, 1), b"\x04"),
+        (["config", "JOYSTICK", "TELEPRESENCE"], 17, (129, 3), b"\0\2"),
+        (["mode", "SAFE"], 1, (131, 1), b"\0"),
+        (["log", "sqlite"], 1, (131, 3), b"\1"),
+        (["shutdown"], 1, (131, 5), b""),
+        (["hk", "enable", "MANIPULATOR", "4711"], 16, (3, 5), struct.pack(">BH", 1, 4711)),
+        (["hk", "interval", "MANIPULATOR", "4711", "100"], 16, (3, 31), struct.pack(">BHI", 1, 4711, 100)),
+        (["event", "disable", "JOYSTICK", "OPERATOR_NOTE"], 17, (5, 6), b"\1\0\x09"),
+        (["process", "start", "JOYSTICK"], 1, (131, 6), b"\0\x11"),
+    ],
+)
+def test_requests_on_the_wire(console, words, apid, message, data):
+    code, _, _, received = console(success, *words)
+    assert code == 0
+    assert (received[0].apid, received[0].message, received[0].data) == (apid, message, data)
+
+
+def test_set_takes_negative_values(console, dictionary):
+    code, _, _, received = console(success, "set", "MANIPULATOR.DES_POSITION", "-0.5,0.25")
+    assert code == 0
+    parameter = dictionary.subsystem("MANIPULATOR").parameter("DES_POSITION")
+    assert received[0].data == struct.pack(">BIdd", 1, parameter.parameter_id, -0.5, 0.25)
+
+
+def test_get_prints_the_value(console, dictionary):
+    parameter = dictionary.subsystem("MANIPULATOR").parameter("TORQUE_LIMIT")
+    report = (20, 2, struct.pack(">HIdd", 1, parameter.parameter_id, 12.0, 38.5))
+    code, out, _, _ = console(lambda p: success(p, report), "get", "MANIPULATOR.TORQUE_LIMIT")
+    assert code == 0
+    assert "TORQUE_LIMIT=[12, 38.5]" in out
+
+
+def test_create_structure(console, dictionary):
+    words = ["hk", "create", "MANIPULATOR", "5000", "1000", "TORQUE_OFFSET", "4:DES_POSITION"]
+    code, _, _, received = console(success, *words)
+    assert code == 0
+    ids = [dictionary.subsystem("MANIPULATOR").parameter(n).parameter_id for n in ("TORQUE_OFFSET", "DES_POSITION")]
+    assert received[0].data == struct.pack(">HIBIBHBI", 5000, 1000, 1, ids[0], 1, 4, 1, ids[1])
+
+
+def _link_spacecraft(packet):
+    if packet.message == (130, 3):
+        transaction = packet.data[:4]
+        accept = transaction + struct.pack(">H", 9) + bytes(21) + b"\0\0"
+        return success(packet, (130, 4, accept))
+    return success(packet)
+
+
+def test_link_is_requested_then_opened(console):
+    code, out, _, received = console(_link_spacecraft, "link", "open", "HAND_POSITION")
+    assert code == 0
+    assert "id 9" in out
+    assert [p.message for p in received] == [(130, 3), (130, 6)]
+    assert received[0].data[4:14] == struct.pack(">HHHHH", 0, 17, 1, 16, 2)
+    assert len(received[0].data) == 4 + 10 + 21
+    assert received[1].data == struct.pack(">HIBBI", 9, 0, 0, 0, 1000)
+
+
+def test_link_refusal_in_words(console):
+    code, _, err, _ = console(lambda p: failure(p, 8, 0x0409, 3 << 8 | 4), "link", "open", "HAND_POSITION")
+    assert code == 1
+    assert "sampling period" in err
+
+
+@pytest.mark.parametrize(
+    ("subtype", "code", "detail", "words"),
+    [
+        (2, 0x0110, 1 << 8 | 3, "not permitted in mode NOMINAL while in state PRE_OPERATIONAL"),
+        (2, 0x0111, 16 << 16 | 2, "MANIPULATOR requires HAND_POSITION"),
+        (2, 0x0113, 17, "JOYSTICK"),
+        (4, 0x0204, 0, "not allowed in the present state"),
+        (8, 0x0405, 0, "superseded"),
+        (10, 0x0002, 16, "MANIPULATOR does not run"),
+    ],
+)
+def test_rejections_are_told_in_words(console, subtype, code, detail, words):
+    exit_code, _, err, _ = console(lambda p: failure(p, subtype, code, detail), "state", "MANIPULATOR", "SAFE_OPERATIONAL")
+    assert exit_code == 1
+    assert words in err
+    assert f"0x{code:04X}" in err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [], ["frobnicate"], ["ping", "NOBODY"], ["state", "MANIPULATOR"], ["state", "MANIPULATOR", "HARDWARE_INIT"],
+        ["cmd", "MANIPULATOR"], ["cmd", "MANIPULATOR.MOVE_TO"], ["cmd", "MANIPULATOR.TARE", "x=1"],
+        ["cmd", "MANIPULATOR.MOVE_TO", "position=1", "duration=1"], ["set", "MANIPULATOR.TORQUE_LIMIT", "a,b"],
+        ["link", "open", "NOWHERE"], ["log", "papyrus"], ["raw", "xyz"], ["raw", "00"], ["hk", "enable", "MANIPULATOR"],
+        ["mode", "PARTY"], ["--port", "many", "ping"], ["hk", "create", "MANIPULATOR", "x", "1", "DES_POSITION"],
+    ],
+)
+def test_usage_errors(dictionary_path, capsys, words):
+    """Found before a link is needed."""
+    assert main(["--port", "1", "--dictionary", str(dictionary_path), *words]) == 2
+    assert capsys.readouterr().err
+
+
+def test_no_link(dictionary_path, capsys):
+    assert main(["--port", "1", "--dictionary", str(dictionary_path), "ping"]) == 3
+    assert "no link" in capsys.readouterr().err
+
+
+def test_link_lost(console):
+    code, _, err, _ = console(lambda p: None, "ping", "MANIPULATOR")
+    assert code == 3
+    assert "closed the link" in err
+
+
+def test_time_out_names_what_is_missing(console):
+    code, _, err, _ = console(lambda p: [(16, 1, 1, p.request_id, p.user)], "ping", "MANIPULATOR")
+    assert code == 4
+    assert "end of verification" in err
+
+
+def test_others_reports_are_not_ours(console):
+    """The verification of another client's request with another sequence count does not end ours."""
+
+    def answer(packet):
+        other = bytes([packet.raw[0], packet.raw[1], 0xC0 | (packet.raw[2] ^ 1) & 0x3F, packet.raw[3]])
+        return [(16, 1, 7, other, packet.user)]
+
+    assert console(answer, "state", "MANIPULATOR", "OFFLINE")[0] == 4
+
+
+def test_raw_sends_octets_as_they_are(console):
+    raw = packets.build_tc(16, 77, 17, 1, b"", source=1)
+    code, _, _, received = console(success, "raw", raw.hex())
+    assert code == 0
+    assert received[0].raw == raw
+
+
+def test_stop_orders_all_that_fly(console):
+    def answer(packet):
+        if packet.message == (131, 8):
+            rows = [(17, 2, 5), (16, 2, 4), (1, 2, 5), (2, 2, 5)]
+            table = struct.pack(">H", 4) + b"".join(struct.pack(">HBBBHB", a, p, s, 0, 2, 0) for a, p, s in rows)
+            return success(packet, (131, 9, table))
+        return success(packet)
+
+    code, _, _, received = console(answer, "stop")
+    assert code == 0
+    assert [(p.apid, p.message, p.data) for p in received[1:]] == [(17, (129, 1), b"\6"), (16, (129, 1), b"\6")]
+
+
+def test_events_are_shown(dictionary, dictionary_path, capsys, monkeypatch):
+    monkeypatch.setattr("hirosco_gse.cli.LISTEN_S", 0.3)
+    event = dictionary.subsystem("JOYSTICK").event("OPERATOR_NOTE")
+
+    class Talker(Spacecraft):
+        def _talk(self, stream):
+            data = struct.pack(">H", event.id)
+            stream.sendall(packets.build_tm(17, 0, 5, 2, data, 0, dictionary.epoch_ns + 1_500_000_000))
+            stream.recv(1)
+
+    craft = Talker(None)
+    try:
+        code = main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "events"])
+    finally:
+        craft.close()
+    assert code == 0
+    out = capsys.readouterr().out
+    assert "JOYSTICK: LOW OPERATOR_NOTE" in out
+    assert "1.500000" in out
+
+
+def test_permissions_need_no_link(dictionary_path, capsys):
+    assert main(["--dictionary", str(dictionary_path), "permissions"]) == 0
+    assert "MOVE_TO" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("program", [[sys.executable, "gse/gse"], [sys.executable, "-m", "gse"], ["gse/gse"]])
+def test_the_command_runs_with_plain_python(program, dictionary_path):
+    done = subprocess.run([*program, "--help"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert "exit codes" in done.stdout
+    done = subprocess.run(
+        [*program, "--port", "1", "--dictionary", dictionary_path, "ping"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 3
+    assert "Traceback" not in done.stderr
+
+
+def test_the_command_line_needs_no_package():
+    """Neither numpy nor matplotlib may be imported by the command."""
+    code = "import sys; sys.path.insert(0, 'gse'); import hirosco_gse.cli; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-S", "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert not {"numpy", "matplotlib"} & set(done.stdout.split())

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dictionary and decoding of telemetry, with the dictionary made from the real descriptors."""
+
+import json
+import re
+import struct
+
+import pytest
+from hirosco_gse import packets, telemetry
+from hirosco_gse.dictionary import Dictionary, DictionaryError
+from hirosco_gse.failures import Failure
+from hirosco_gse.values import ValueProblem
+
+MANIPULATOR, SUPERVISOR = 16, 1
+
+
+def tm(apid, service, subtype, data, user=1):
+    return packets.parse(packets.build_tm(apid, 0, service, subtype, data, user, 10**18))
+
+
+def test_names_and_numbers(dictionary):
+    manipulator = dictionary.subsystem("manipulator")
+    assert manipulator is dictionary.subsystem("16") is dictionary.subsystem_of_apid(16)
+    assert dictionary.mode("nominal") == dictionary.mode("1") == 1
+    assert [item.name for item in dictionary.members] == ["JOYSTICK", "MANIPULATOR"]
+    position = manipulator.parameter("DES_POSITION")
+    assert position.parameter_id >> 21 == 16
+    assert position.size == 16
+
+
+@pytest.mark.parametrize("path", ["subsystem", "link"])
+def test_unknown_names_offer_the_known(dictionary, path):
+    with pytest.raises(DictionaryError, match="there are: "):
+        getattr(dictionary, path)("NOBODY")
+
+
+def test_layout_hash_is_that_of_the_generator(dictionary):
+    for subsystem in dictionary.content["subsystems"]:
+        ours = dictionary.subsystem(subsystem["name"])
+        for configuration in subsystem["configurations"]:
+            for port in configuration["provides"] + configuration["requires"]:
+                is_consumer = port in configuration["requires"]
+                assert ours.port(port["id"], is_consumer).layout_hash == port["layout_hash"]
+                assert ours.port(port["id"], is_consumer).octets == port["octets"]
+
+
+def test_a_file_that_is_no_dictionary(tmp_path):
+    with pytest.raises(DictionaryError, match="run make"):
+        Dictionary.load(tmp_path / "none.json")
+    for text in ("{", "[]", '{"mission": "x"}', '{"mission": "x", "epoch": 0, "subsystems": [{}]}'):
+        (tmp_path / "d.json").write_text(text)
+        with pytest.raises(DictionaryError, match="not a mission dictionary"):
+            Dictionary.load(tmp_path / "d.json")
+
+
+def test_housekeeping_interleaves_sample_by_sample(dictionary_path):
+    content = json.loads(dictionary_path.read_text())
+    manipulator = next(s for s in content["subsystems"] if s["name"] == "MANIPULATOR")
+    manipulator["configurations"][0]["housekeeping"] = [
+        {"id": 7, "interval": 8, "once": ["LINK_AGE"], "repeated": [{"nrep": 2, "parameters": ["DES_POSITION", "TORQUE_LIMIT"]}]}
+    ]
+    dictionary = Dictionary(content)
+    data = struct.pack(">HI8d", 7, 500, *range(8))
+    decoded = telemetry.decode(tm(MANIPULATOR, 3, 25, data, 0), dictionary)
+    assert decoded["values"] == {
+        "LINK_AGE": [500],
+        "DES_POSITION": [[0.0, 1.0], [4.0, 5.0]],
+        "TORQUE_LIMIT": [[2.0, 3.0], [6.0, 7.0]],
+    }
+    for wrong in (data[:-1], data + b"\0"):
+        assert "error" in telemetry.decode(tm(MANIPULATOR, 3, 25, wrong, 0), dictionary)
+
+
+def test_the_configuration_in_force_chooses_the_structure(dictionary):
+    """4711 differs between the configurations by LINK_AGE."""
+    manipulator = dictionary.subsystem("MANIPULATOR")
+    for configuration in manipulator.configurations.values():
+        structure = configuration.structures[4711]
+        size = sum(p.size for p in structure.once) + sum(n * sum(p.size for p in sampled) for n, sampled in structure.repeated)
+        packet = tm(MANIPULATOR, 3, 25, struct.pack(">H", 4711) + bytes(size), 0)
+        for known in ({}, {MANIPULATOR: configuration.id}):
+            decoded = telemetry.decode(packet, dictionary, known)
+            assert ("LINK_AGE" in decoded["values"]) == (configuration.name == "TELEPRESENCE")
+
+
+def test_event_with_values(dictionary):
+    event = dictionary.subsystem("MANIPULATOR").event("TORQUE_LIMIT")
+    data = struct.pack(">H", event.id) + b"".join(bytes(item.size) for item in event.parameters)
+    decoded = telemetry.decode(tm(MANIPULATOR, 5, 3, data, 0), dictionary)
+    assert (decoded["event"], decoded["severity"]) == ("TORQUE_LIMIT", "MEDIUM")
+    assert "TORQUE_LIMIT" in telemetry.describe(tm(MANIPULATOR, 5, 3, data, 0), decoded, dictionary)
+    assert "error" in telemetry.decode(tm(MANIPULATOR, 5, 3, data + b"\0", 0), dictionary)
+    assert "error" in telemetry.decode(tm(MANIPULATOR, 5, 3, b"\0\xff", 0), dictionary)
+
+
+def test_reports_of_the_mission_services(dictionary):
+    decoded = telemetry.decode(tm(16, 129, 2, struct.pack(">BBBHBHI", 4, 5, 0, 2, 1, 9, 77)), dictionary)
+    assert (decoded["previous"], decoded["state"], decoded["configuration"], decoded["cause"], decoded["cycle"]) == (
+        "SAFE_OPERATIONAL", "OPERATIONAL", "TELEPRESENCE", "own error", 77,
+    )
+    decoded = telemetry.decode(tm(16, 129, 5, struct.pack(">BBBHQQII", 3, 5, 3, 1, 0xAB, 0xCD, 2, 3)), dictionary)
+    assert (decoded["phase"], decoded["interface_hash"]) == ("CONFIGURED", "0x00000000000000ab")
+    decoded = telemetry.decode(tm(1, 131, 9, struct.pack(">HHBBBHB", 1, 17, 2, 5, 0, 2, 1)), dictionary)
+    assert decoded["rows"][0]["subsystem"] == "JOYSTICK"
+    decoded = telemetry.decode(tm(1, 131, 11, struct.pack(">HHHHHHH", 1, 1, 2, 16, 17, 1, 3)), dictionary)
+    assert decoded["rows"] == [{"network": 1, "members": ["MANIPULATOR", "JOYSTICK"], "links": [3]}]
+    row = struct.pack(">HBHHHH", 3, 3, 16, 1, 17, 2) + struct.pack(">IIBIHBBI", 1, 32, 1, 500, 0, 2, 1, 2000)
+    decoded = telemetry.decode(tm(1, 130, 9, struct.pack(">H", 1) + row + struct.pack(">IIIII", 9, 8, 1, 0, 9)), dictionary)
+    assert (decoded["rows"][0]["state"], decoded["rows"][0]["lost"], decoded["rows"][0]["properties"]["method"]) == (
+        "open", 1, "UDP",
+    )
+
+
+def test_every_truncation_is_an_error_and_no_exception(dictionary):
+    bodies = {
+        (1, 2): bytes(12), (3, 10): bytes(11), (3, 35): b"\0\1" + bytes(7), (5, 8): b"\0\1\0\1",
+        (20, 2): b"\0\1" + bytes(6),
+        (129, 2): bytes(12), (129, 5): bytes(29), (130, 2): b"\0\1" + bytes(24), (130, 4): bytes(29),
+        (130, 5): bytes(27), (130, 9): b"\0\1" + bytes(52), (130, 10): bytes(13), (131, 2): bytes(3),
+        (131, 4): bytes(12), (131, 9): b"\0\1" + bytes(8), (131, 11): b"\0\1" + bytes(6),
+    }
+    for (service, subtype), body in bodies.items():
+        for size in range(len(body)):
+            decoded = telemetry.decode(tm(16, service, subtype, body[:size]), dictionary)
+            assert "error" in decoded, (service, subtype, size)
+
+
+@pytest.mark.parametrize(
+    ("code", "detail", "words"),
+    [
+        (0x0111, 16 << 16 | 2, "MANIPULATOR requires HAND_POSITION"),
+        (0x0110, 1 << 8 | 3, "mode NOMINAL while in state PRE_OPERATIONAL"),
+        (0x0113, 16, "MANIPULATOR"),
+        (0x0106, 3 << 8 | 99, r"\[3,99\]"),
+        (0x0408, 17, "JOYSTICK"),
+        (0x0409, 1 << 8 | 1, "layout"),
+        (0x7777, 5, "not known"),
+    ],
+)
+def test_failures_in_words(dictionary, code, detail, words):
+    failure = Failure.decode(2, struct.pack(">HHI", code, 0, detail))
+    text = failure.words(dictionary)
+    assert re.search(words, text)
+    assert f"0x{code:04X}" in text
+    assert "refused at acceptance" in text
+
+
+def test_failed_step_has_its_step(dictionary):
+    failure = Failure.decode(6, struct.pack(">HHHI", 2, 0x0301, 0, 2))
+    assert "HARDWARE_INIT" in failure.words(dictionary)
+
+
+def test_structured_values_of_users(dictionary):
+    control = dictionary.subsystem("JOYSTICK").parameter("CONTROL")
+    text = ",".join(str(n) for n in range(sum(item.count for item in control.fields)))
+    assert len(control.encode_text(text)) == control.size
+    with pytest.raises(ValueProblem, match="CONTROL"):
+        control.encode_text(text + ",1")

@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures on synthetic logs with known answers; every figure must be able to fail."""
+
+import copy
+
+import numpy as np
+import pytest
+import synthetic
+from hirosco_gse import figures, logs
+from hirosco_gse import run as runs
+from hirosco_gse.dictionary import Dictionary
+
+
+@pytest.fixture(scope="module")
+def flown(flight_folder, dictionary_path):
+    return runs.Run(flight_folder, Dictionary.load(dictionary_path))
+
+
+@pytest.fixture
+def run(flown):
+    """A copy whose arrays a test may change."""
+    return copy.deepcopy(flown)
+
+
+def value(run, name):
+    return figures.compute(run)[0][name]
+
+
+def test_known_answers(flown):
+    found, reasons = figures.compute(flown)
+    assert not reasons
+    assert all(figures.holds(name, found[name]) for name in figures.BOUNDS)
+    assert found["latency_forward_cycles"] == synthetic.FORWARD
+    assert found["latency_back_cycles"] == synthetic.BACK
+    assert found["tracking_error"] == pytest.approx(synthetic.TRACKING_ERROR, rel=0.05)
+    assert found["tracking_periods"] == pytest.approx(4, abs=0.01)
+    assert found["tracking_frequency_hz"] == pytest.approx(0.5, abs=0.002)
+    assert found["reflection_error"] == pytest.approx(synthetic.REFLECTION_ERROR, rel=0.1)
+    assert found["reflection_error_contour"] == pytest.approx(synthetic.REFLECTION_ERROR_CONTOUR, rel=0.1)
+    assert found["contact_force_max_n"] == pytest.approx(15.0)
+    assert found["unplug_reaction_s"] == pytest.approx(synthetic.UNPLUG_REACTION_US / 1e6)
+    assert found["unplug_members_told"] is True
+    assert found["torque_limit_reaction_cycles"] == synthetic.LIMIT_REACTION
+    assert found["brake_engagements"] == 4
+    assert found["engagements"] == 4
+
+
+def _later(cycles, names, lag):
+    for name in names:
+        cycles.words[name] = np.roll(cycles.words[name], lag)
+
+
+@pytest.mark.parametrize("lag", [1, 2, 3])
+def test_forward_latency_is_seen(run, lag):
+    for cycles in run.joint_cst:
+        _later(cycles, ["torque"], lag)
+    assert value(run, "latency_forward_cycles") == lag
+    assert figures.holds("latency_forward_cycles", lag) == (lag <= 2)
+
+
+@pytest.mark.parametrize("lag", [1, 2])
+def test_back_latency_is_seen(run, lag):
+    _later(run.stick_rpdo, ["0", "1"], lag)
+    assert value(run, "latency_back_cycles") == 1 + lag
+    assert figures.holds("latency_back_cycles", 1 + lag) == (lag <= 1)
+
+
+def test_no_answer_to_ticks_is_no_latency(run):
+    for cycles in run.joint_cst:
+        cycles.words["torque"][:] = np.random.default_rng(3).normal(0, 100, run.count)
+    found, reasons = figures.compute(run)
+    assert found["latency_forward_cycles"] is None
+    assert "no clear answer" in reasons["latency_forward_cycles"]
+    assert not figures.holds("latency_forward_cycles", None)
+
+
+def test_no_answer_to_noise_is_no_latency(run):
+    run.stick_rpdo.words["0"][:] = 5
+    run.stick_rpdo.words["1"][:] = 5
+    assert value(run, "latency_back_cycles") is None
+
+
+def test_tracking_sees_gain_and_ignores_lag(run):
+    clean = value(run, "tracking_error")
+    for cycles in run.joint_tpdo:
+        _later(cycles, ["position"], 5)
+    assert value(run, "tracking_error") == pytest.approx(clean, rel=0.05)
+    assert figures.tracking(run)["tracking_lag_cycles"] == 5
+    for cycles in run.joint_tpdo:
+        middle = cycles.words["position"].mean()
+        cycles.words["position"] = (middle + 1.02 * (cycles.words["position"] - middle)).astype(np.int64)
+    assert value(run, "tracking_error") > 0.01
+
+
+def test_tracking_needs_three_periods(run):
+    verbs = run.truth["OPERATOR"]["verb"]
+    verbs[(run.truth["OPERATOR"]["time_us"] > 8_000_000) & (verbs == "circle")] = "rest"
+    found, reasons = figures.compute(run)
+    assert found["tracking_error"] is None
+    assert "periods" in reasons["tracking_error"]
+
+
+@pytest.mark.parametrize(("name", "window"), [("reflection_error", (28, 37)), ("reflection_error_contour", (16, 25))])
+def test_reflection_sees_a_wrong_mean(run, name, window):
+    part = slice(int(window[0] / synthetic.DT), int(window[1] / synthetic.DT))
+    run.stick_rpdo.words["0"][part] = (run.stick_rpdo.words["0"][part] * 1.03).astype(np.int64)
+    assert value(run, name) == pytest.approx(0.03, abs=0.01)
+    assert not figures.holds(name, value(run, name))
+
+
+def test_reflection_needs_a_force(run):
+    run.truth["CONTACT"]["external_torque_nm"][:] *= 0.1
+    assert value(run, "reflection_error") is None
+
+
+@pytest.mark.parametrize("second", [20.0, 33.0])
+def test_motion_in_either_hold_is_seen(run, second):
+    run.stick_tpdo.words["1"][int(second / synthetic.DT)] += 1500
+    assert value(run, "hold_motion_rad") == pytest.approx(0.0015, rel=0.01)
+
+
+def test_motion_before_the_window_does_not_count(run):
+    run.stick_tpdo.words["1"][int(17.0 / synthetic.DT)] += 1500
+    assert value(run, "hold_motion_rad") < 0.001
+
+
+def test_lost_contact_and_peaks_are_seen(run):
+    contact = run.truth["CONTACT"]
+    at = int(18.0 / synthetic.DT)
+    contact["in_contact"][at : at + 400] = False
+    contact["contact_force_n"][at + 400, 2] = 30.0
+    assert value(run, "contact_share") == pytest.approx(1 - 400 / (11.0 / synthetic.DT), abs=1e-4)
+    assert not figures.holds("contact_share", value(run, "contact_share"))
+    assert value(run, "contact_force_max_n") == pytest.approx(30.0)
+
+
+def test_an_arm_that_falls_is_seen(run):
+    run.truth["JOINTS"]["position_rad"][synthetic.OVER + 200 :, 1] -= 0.002
+    assert value(run, "brake_drop_rad") == pytest.approx(0.002)
+
+
+def test_a_jerk_at_engagement_is_seen(run):
+    run.joint_tpdo[1].words["position"][synthetic.ENGAGE + 10 :] += 1200
+    assert value(run, "engagement_step_rad") == pytest.approx(0.0012)
+
+
+def test_a_later_motion_is_no_jerk(run):
+    run.joint_tpdo[1].words["position"][synthetic.ENGAGE + 50 :] += 1200
+    assert value(run, "engagement_step_rad") < 0.001
+
+
+def test_a_torque_step_at_engagement_is_seen(run):
+    run.joint_cst[0].words["torque"][synthetic.ENGAGE :] += 600
+    assert value(run, "engagement_step_rad") == pytest.approx(0.0015, abs=1e-4)
+
+
+def test_a_jump_of_the_position_command_is_seen(run):
+    run.joint_csp, run.joint_cst = run.joint_cst, run.joint_csp
+    for joint, cycles in enumerate(run.joint_csp):
+        cycles.words["position"] = run.joint_tpdo[joint]["position"] + 3000
+    assert value(run, "engagement_step_rad") == pytest.approx(0.003)
+
+
+def test_lost_link_samples_are_seen(run):
+    for _, _, decoded in run.reports_of("links"):
+        decoded["rows"][0]["lost"] = 3
+    assert value(run, "link_lost") == 3
+    run.reports = [report for report in run.reports if report[2]["kind"] not in ("links", "housekeeping")]
+    assert value(run, "link_lost") is None
+
+
+def test_a_slow_drive_is_seen(run):
+    for entry in run.truth["DRIVE"]:
+        if entry["bus"] == "robot" and entry["node"] == 0x12 and entry["time_us"] > synthetic.UNPLUG * 500:
+            entry["time_us"] += 4000
+    assert value(run, "unplug_reaction_s") == pytest.approx(0.007)
+
+
+def test_a_drive_that_stays_enabled_is_no_figure(run):
+    run.truth["DRIVE"] = [e for e in run.truth["DRIVE"] if e["time_us"] < synthetic.UNPLUG * 500 or e["node"] != 0x11]
+    assert value(run, "unplug_reaction_s") is None
+
+
+def test_a_member_that_was_not_told_is_seen(run):
+    run.reports = [
+        r for r in run.reports if not (r[2].get("state") == "ERROR_OPERATIONAL" and r[1].apid == 16)
+    ]
+    assert value(run, "unplug_members_told") is False
+
+
+def test_a_slow_answer_to_the_limit_is_seen(run):
+    for cycles in run.joint_cst:
+        cycles.words["control"][synthetic.OVER : synthetic.OVER + 4] = 0x0F
+    assert value(run, "torque_limit_reaction_cycles") == 4
+
+
+def test_no_answer_to_the_limit_is_no_figure(run):
+    for cycles in run.joint_cst:
+        cycles.words["control"][:] = 0x0F
+    assert value(run, "torque_limit_reaction_cycles") is None
+
+
+def test_an_empty_folder_has_reasons_for_everything(tmp_path, dictionary):
+    run = runs.Run(tmp_path, dictionary)
+    found, reasons = figures.compute(run)
+    for name in figures.BOUNDS:
+        assert found[name] is None
+        assert reasons[name]
+
+
+def test_bus_log_lines():
+    text = b"(0000000001.000500) robot 191##5010203040506070A\n(0000000002.123456) robot 080#\n(0000000002.200000) robot 20000024#0008000000000000\n"
+    bus = logs.parse_bus(text)
+    assert list(bus.time_us) == [1_000_500, 2_123_456, 2_200_000]
+    assert [hex(i) for i in bus.id] == ["0x191", "0x80", "0x20000024"]
+    assert list(bus.length) == [8, 0, 8]
+    assert list(bus.is_fd) == [True, False, False]
+    assert bus.data[0].tobytes().hex() == "010203040506070a"
+    assert bus.field(np.array([0]), 2, "i4")[0] == 0x06050403
+    assert len(logs.parse_bus(b"")) == 0
+    assert len(logs.parse_bus(text + b"(0000000003.0")) == 3  # cut off while it was written
+    for wrong in (b"hello world, this is no frame\n", b"(0000000001.000500) robot 191\n", b"(1.5) robot 191#00\n"):
+        with pytest.raises(logs.LogError, match="line 4"):
+            logs.parse_bus(text + wrong)
+
+
+def test_packet_log_lines(dictionary):
+    from hirosco_gse import packets
+
+    raw = packets.build_tc(16, 0, 17, 1)
+    line = f"12.000500000 TC {raw.hex()}\n"
+    found = logs.parse_packets([line, "\n", f"13.000000000 TC {raw.hex()[:-1]}0\n", "14.0000"])
+    assert found[0][0] == 12_000_500_000
+    assert found[0][2].message == (17, 1)
+    assert found[1][2] is None
+    assert len(found) == 2
+    for wrong in ("x\n", "1.0 TC 00\n", "1.000000000 TX 00\n", "1.000000000 TC zz\n"):
+        with pytest.raises(logs.LogError, match=":1:"):
+            logs.parse_packets([wrong])
+
+
+def test_truth_cut_off_in_the_middle(flight_folder, tmp_path):
+    octets = (flight_folder / "truth.lcm").read_bytes()[: 1_000_003]
+    channels = logs.parse_lcm(octets)
+    assert len(channels["JOINTS"][0]) > 1000
+    with pytest.raises(logs.LogError, match="no event at octet 0"):
+        logs.parse_lcm(b"\0" * 100)
+
+
+def test_truth_is_read_as_lcm_reads_it(flight_folder):
+    lcm = pytest.importorskip("lcm")
+    channels = logs.read_lcm(flight_folder / "truth.lcm")
+    counts, first = {}, {}
+    for event in lcm.EventLog(str(flight_folder / "truth.lcm"), "r"):
+        counts[event.channel] = counts.get(event.channel, 0) + 1
+        first.setdefault(event.channel, (event.timestamp, event.data))
+    assert counts == {name: len(times) for name, (times, _) in channels.items()}
+    for name, (timestamp, data) in first.items():
+        assert channels[name][0][0] == timestamp
+        assert bytes(channels[name][1][0]) == data

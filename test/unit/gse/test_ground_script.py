@@ -1,0 +1,303 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenario scripts: what is refused to load, how steps run in stepped and in real time, how failures read."""
+
+import contextlib
+import json
+import pathlib
+import socket
+import struct
+import threading
+
+import pytest
+from hirosco_gse import packets
+from hirosco_gse.cli import main
+from hirosco_gse.link import StepClock, StepDriver
+from hirosco_gse.script import Script, ScriptError, ScriptFailure
+from hirosco_gse.session import LinkLost, Session
+from spacecraft import Spacecraft, failure, success
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+SECOND = 1_000_000_000
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "sim" / "scenarios").glob("*.scn")), ids=lambda path: path.stem)
+def test_the_scenarios_of_the_repository_load(path, dictionary):
+    Script.load(path, dictionary)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("soon operator ping", "found 'soon', expected a time"),
+        ("-1 operator ping", "expected a time"),
+        ("nan operator ping", "expected a time"),
+        ("1 pilot ping", "found 'pilot', expected"),
+        ("1 operator", "expected <time>"),
+        ("1 operator dance", "no command 'dance'"),
+        ("1 operator state MANIPULATOR FLYING", "not a state to ask for"),
+        ("1 operator wait-state MANIPULATOR FLYING 1", "no state 'FLYING'"),
+        ("1 operator wait-state MANIPULATOR OFFLINE", "usage: wait-state"),
+        ("1 operator wait-state MANIPULATOR OFFLINE long", "found 'long'"),
+        ("1 operator wait-event JOYSTICK PARTY 1", "no event of JOYSTICK 'PARTY'"),
+        ("1 operator expect-refusal state MANIPULATOR OFFLINE", "expected a failure code"),
+        ("1 operator expect-refusal 0x0111", "usage: expect-refusal"),
+        ("1 operator nowait fly", "no command 'fly'"),
+        ("1 operator end now", "usage: end"),
+        ("2 operator ping\n1 operator ping", "before the operator's line above"),
+    ],
+)
+def test_lines_that_are_no_steps(dictionary, text, message):
+    with pytest.raises(ScriptError, match=message) as error:
+        Script.parse("# a comment\n" + text, "some.scn", dictionary)
+    assert str(error.value).startswith("some.scn:")
+    assert f":{1 + len(text.splitlines())}:" in str(error.value)
+
+
+def test_other_actors_are_skipped(dictionary):
+    script = Script.parse("5 hand press 15 0.02 # hard\n1 operator ping\n64 fault unplug joystick 0x21\n", "x", dictionary)
+    assert [step.text for step in script.steps] == ["ping"]
+
+
+class Flight:
+    """Drives a script without sockets: answer(packet) -> reports, delivered `delay` later; events(session, now)."""
+
+    def __init__(self, dictionary, answer=success, delay_ns=1_000_000):
+        self.dictionary, self.answer, self.delay_ns = dictionary, answer, delay_ns
+        self.session = Session(dictionary, first_sequence=0)
+        self.sent, self.told, self.pending = [], [], []
+
+    def at(self, time_s, *reports):
+        """Reports that come by themselves: (apid, service, subtype, data)."""
+        for apid, service, subtype, data in reports:
+            self.pending.append((round(time_s * SECOND), packets.build_tm(apid, 0, service, subtype, data, 0, 0)))
+        return self
+
+    def run(self, text, timeout_s=1.0):
+        script = Script.parse(text, "test.scn", self.dictionary)
+        procedure = script.procedure(self.session, round(timeout_s * SECOND), self.told.append)
+        with contextlib.suppress(StopIteration):
+            wake = procedure.send(None)
+            while True:
+                for raw in packets.Splitter().feed(self.session.outbox):
+                    packet = packets.parse(raw)
+                    self.sent.append((self.session.now_ns, packet))
+                    for apid, service, subtype, data, user in self.answer(packet):
+                        raw = packets.build_tm(apid, 0, service, subtype, data, user, 0)
+                        self.pending.append((self.session.now_ns + self.delay_ns, raw))
+                self.session.outbox.clear()
+                self.pending.sort(key=lambda item: item[0])
+                due = [item for item in self.pending if wake is None or item[0] <= wake]
+                if due:
+                    self.pending.remove(due[0])
+                    self.session.now_ns = max(self.session.now_ns, due[0][0])
+                    self.session.feed(due[0][1])
+                else:
+                    self.session.now_ns = wake
+                wake = procedure.send(None)
+        return self
+
+
+def transition(apid, state):
+    """TM[129,2]."""
+    return apid, 129, 2, struct.pack(">BBBHBHI", 0, state, 0, 0, 0, 0, 0)
+
+
+def test_steps_run_in_order_and_not_before_their_time(dictionary):
+    flight = Flight(dictionary, lambda p: success(p, (17, 2, b"")) if p.service == 17 else success(p))
+    flight.run("1 operator ping MANIPULATOR\n1 operator mode SAFE\n2.5 operator mode NOMINAL\n")
+    assert [packet.message for _, packet in flight.sent] == [(17, 1), (131, 1), (131, 1)]
+    times = [time for time, _ in flight.sent]
+    assert times[0] == SECOND
+    assert times[1] == SECOND + 1_000_000  # behind the verification of the ping
+    assert times[2] == 2_500_000_000
+    assert [entry["outcome"] for entry in flight.told][0] == "MANIPULATOR is alive"
+    assert all({"time", "end", "line", "verb", "words", "outcome"} <= set(entry) for entry in flight.told)
+
+
+def test_sequence_counts_start_at_zero_per_apid(dictionary):
+    flight = Flight(dictionary).run("0 operator mode SAFE\n0 operator mode NOMINAL\n0 operator state JOYSTICK OFFLINE\n")
+    assert [(p.apid, p.sequence) for _, p in flight.sent] == [(1, 0), (1, 1), (17, 0)]
+
+
+def test_rejection_ends_the_script_with_file_and_line(dictionary):
+    flight = Flight(dictionary, lambda p: failure(p, 4, 0x0204, 0))
+    with pytest.raises(ScriptFailure, match=r"test.scn:2: state JOYSTICK OFFLINE: refused at start .*\[0x0204\]"):
+        flight.run("# x\n0 operator state JOYSTICK OFFLINE\n1 operator mode SAFE\n")
+    assert len(flight.sent) == 1
+    assert flight.told[-1]["outcome"].startswith("FAILED")
+
+
+def test_time_out_of_a_step(dictionary):
+    with pytest.raises(ScriptFailure, match="end of verification did not come within 1 s"):
+        Flight(dictionary, lambda p: []).run("0 operator mode SAFE\n")
+
+
+def test_expected_refusal(dictionary):
+    text = "0 operator expect-refusal 0x0111 state MANIPULATOR SAFE_OPERATIONAL\n"
+    flight = Flight(dictionary, lambda p: failure(p, 2, 0x0111, 16 << 16 | 2)).run(text)
+    assert "HAND_POSITION" in flight.told[0]["outcome"]
+    with pytest.raises(ScriptFailure, match="expected refusal 0x0111, came: .*0x0110"):
+        Flight(dictionary, lambda p: failure(p, 2, 0x0110, 0)).run(text)
+    with pytest.raises(ScriptFailure, match="expected refusal 0x0111 .*carried out"):
+        Flight(dictionary).run(text)
+
+
+def test_wait_state(dictionary):
+    text = "0 operator wait-state MANIPULATOR OFFLINE 2\n"
+    flight = Flight(dictionary).at(0.5, transition(16, 6)).at(1.5, transition(16, 0)).run(text)
+    assert flight.told[0]["end"] == 1.5
+    with pytest.raises(ScriptFailure, match="did not reach OFFLINE within 2 s; its state is ERROR_OPERATIONAL"):
+        Flight(dictionary).at(0.5, transition(16, 6)).at(2.5, transition(16, 0)).run(text)
+
+
+def test_expect_state(dictionary):
+    text = "1 operator expect-state MANIPULATOR OPERATIONAL\n"
+    Flight(dictionary).at(0.5, transition(16, 5)).run(text)
+    with pytest.raises(ScriptFailure, match="its state is SAFE_OPERATIONAL"):
+        Flight(dictionary).at(0.5, transition(16, 5)).at(0.7, transition(16, 4)).run(text)
+
+
+def note(dictionary):
+    """TM[5,2] OPERATOR_NOTE of the joystick."""
+    return 17, 5, 2, struct.pack(">H", dictionary.subsystem("JOYSTICK").event("OPERATOR_NOTE").id)
+
+
+def test_each_event_answers_one_wait(dictionary):
+    wait = "1 operator wait-event JOYSTICK OPERATOR_NOTE 1\n"
+    Flight(dictionary).at(0.5, note(dictionary)).run(wait)  # it came before
+    Flight(dictionary).at(0.5, note(dictionary)).at(1.5, note(dictionary)).run(wait + wait)
+    with pytest.raises(ScriptFailure, match="the last event was OPERATOR_NOTE of JOYSTICK"):
+        Flight(dictionary).at(0.5, note(dictionary)).run(wait + wait)
+    with pytest.raises(ScriptFailure, match="no event at all"):
+        Flight(dictionary).run("1 operator expect-event JOYSTICK OPERATOR_NOTE\n")
+
+
+def test_nowait_is_settled_at_the_end(dictionary):
+    text = "0 operator nowait mode SAFE\n0 operator nowait mode NOMINAL\n1 operator mode NOMINAL\n"
+    assert [time for time, _ in Flight(dictionary).run(text).sent] == [0, 0, SECOND]
+    with pytest.raises(ScriptFailure, match="test.scn:1: expected success of mode SAFE, came: .*aborted"):
+        Flight(dictionary, lambda p: failure(p, 8, 0x0405, 0) if p.data == b"\0" else success(p)).run(text)
+
+
+def test_end_leaves_the_rest(dictionary):
+    assert len(Flight(dictionary).run("0 operator mode SAFE\n1 operator end\n2 operator mode NOMINAL\n").sent) == 1
+
+
+class Door(threading.Thread):
+    """The calendar's side: grants by a script, checks that nothing is said outside of a grant."""
+
+    def __init__(self, path, port):
+        super().__init__(daemon=True)
+        self.server = socket.socket(socket.AF_UNIX)
+        self.server.bind(str(path))
+        self.server.listen(1)
+        self.station = socket.create_server(("127.0.0.1", port))
+        self.lines, self.error = [], None
+
+    def run(self):
+        try:
+            self._run()
+        except (OSError, AssertionError, ValueError) as error:
+            self.error = error
+
+    def _run(self):
+        stream, address = self.station.accept()
+        door, _ = self.server.accept()
+        door.settimeout(10)
+        stream.settimeout(10)
+        lines = door.makefile("rw")
+        assert lines.readline().split() == ["join", "operator", str(address[1])]
+        time_ns, octets = 0, b""
+        while True:
+            # Octets are on the stream before they are announced; half a packet is announced, then the rest.
+            half = len(octets) // 2
+            stream.sendall(octets)
+            if half:
+                assert self._grant(lines, time_ns, half)[1] == 0, "half a packet must not be acted upon"
+                time_ns += 500_000
+            wake, sent = self._grant(lines, time_ns, len(octets) - half)
+            received = b""
+            while len(received) < sent:
+                received += stream.recv(sent - len(received))
+            octets = b""
+            for raw in packets.Splitter().feed(received):
+                packet = packets.parse(raw)
+                self.lines.append((time_ns, packet.message))
+                for apid, service, subtype, data, user in success(packet):
+                    octets += packets.build_tm(apid, 0, service, subtype, data, user, time_ns)
+            if wake == "leave":
+                assert stream.recv(1) == b"", "it hangs up before it leaves, so that both fall into one grant"
+                return
+            time_ns = time_ns + 1_000_000 if octets else max(int(wake), time_ns + 500_000)
+
+    def _grant(self, lines, time_ns, octets):
+        lines.write(f"grant {time_ns} 0 {octets}\n")
+        lines.flush()
+        words = lines.readline().split()
+        if words == ["leave"]:
+            return "leave", 0
+        assert words[0] == "done"
+        return words[1], int(words[2])
+
+
+def test_stepped_time_through_the_door(dictionary_path, tmp_path, capsys):
+    door = Door(tmp_path / "door", 0)
+    port = door.station.getsockname()[1]
+    door.start()
+    (tmp_path / "s.scn").write_text("0 operator mode SAFE\n0.25 operator mode NOMINAL\n")
+    words = ["--port", str(port), "--dictionary", str(dictionary_path), "--door", str(tmp_path / "door")]
+    code = main([*words, "--run", str(tmp_path), "script", str(tmp_path / "s.scn")])
+    door.join(5)
+    assert door.error is None
+    assert code == 0
+    assert door.lines == [(0, (131, 1)), (250_000_000, (131, 1))]
+    entries = [json.loads(line) for line in (tmp_path / "operator.log").read_text().splitlines()]
+    assert [entry["verb"] for entry in entries] == ["mode", "mode"]
+    assert entries[1]["time"] == 0.25
+    assert "mode SAFE" in capsys.readouterr().out
+
+
+def test_a_script_that_fails_exits_with_1(dictionary_path, tmp_path, capsys):
+    craft = Spacecraft(lambda p: failure(p, 2, 0x0110, 0))
+    (tmp_path / "s.scn").write_text("0 operator mode SAFE\n")
+    code = main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "script", str(tmp_path / "s.scn")])
+    craft.close()
+    assert code == 1
+    assert "s.scn:1: mode SAFE" in capsys.readouterr().err
+
+
+def test_the_port_may_go_down_with_the_mission(dictionary_path, tmp_path, capsys):
+    craft = Spacecraft(lambda p: None)
+    (tmp_path / "s.scn").write_text("0 operator shutdown\n")
+    code = main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "script", str(tmp_path / "s.scn")])
+    assert code == 0
+    (tmp_path / "t.scn").write_text("0 operator mode SAFE\n")
+    code = main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "script", str(tmp_path / "t.scn")])
+    craft.close()
+    assert code == 3
+    capsys.readouterr()
+
+
+def test_a_script_that_does_not_load_is_a_usage_error(dictionary_path, tmp_path, capsys):
+    words = ["--port", "1", "--dictionary", str(dictionary_path), "script"]
+    assert main([*words, str(tmp_path / "none.scn")]) == 2
+    (tmp_path / "s.scn").write_text("0 operator dance\n")
+    assert main([*words, str(tmp_path / "s.scn")]) == 2
+    assert "s.scn:1:" in capsys.readouterr().err
+
+
+def test_no_calendar_behind_the_door(tmp_path):
+    with pytest.raises(LinkLost, match="no calendar"):
+        StepClock(tmp_path / "none", 1)
+
+
+def test_the_end_of_the_run_is_a_lost_link(dictionary, tmp_path):
+    server = socket.socket(socket.AF_UNIX)
+    server.bind(str(tmp_path / "door"))
+    server.listen(1)
+    clock = StepClock(tmp_path / "door", 1)
+    server.accept()[0].close()
+    driver = StepDriver(None, Session(dictionary, 0), clock)
+    with pytest.raises(LinkLost, match="run has ended|calendar is gone"):
+        driver.run(Session(dictionary, 0).wait_until(1))
+    server.close()

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/process.h"
+
+#include "test/support/assertion.h"
+#include "test/unit/pus/reports.h"
+#include "unity.h"
+
+#include <string.h>
+
+void setUp(void)
+{
+    bench_start();
+}
+
+void tearDown(void)
+{
+}
+
+static octet_writer_t begin(const uint8_t service, const uint8_t subtype, const uint16_t destination)
+{
+    return pus_tm_begin(&bench.process, service, subtype, destination, TEST_NOW_NS);
+}
+
+/// Send a report of one octet that names it.
+static status_t send(const uint8_t name)
+{
+    octet_writer_t writer = begin(5U, 1U, 0U);
+    octet_write_u8(&writer, name);
+    return pus_tm_send(&bench.process, &writer);
+}
+
+static status_t post(const uint8_t name)
+{
+    octet_writer_t writer = begin(5U, 1U, 0U);
+    octet_write_u8(&writer, name);
+    return pus_tm_post(&bench.process, &writer);
+}
+
+static void a_report_is_a_whole_packet(void)
+{
+    octet_writer_t writer = begin(3U, 25U, 9U);
+    octet_write_u32(&writer, 0xC0FFEE01U);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&bench.process, &writer));
+    const pus_tm_t tm = bench_report(0U);
+    TEST_ASSERT_EQUAL_UINT16(0U, tm.sequence);
+    TEST_ASSERT_EQUAL_UINT8(0U, tm.time_status);
+    TEST_ASSERT_EQUAL_UINT8(3U, tm.service);
+    TEST_ASSERT_EQUAL_UINT8(25U, tm.subtype);
+    TEST_ASSERT_EQUAL_UINT16(0U, tm.counter);
+    TEST_ASSERT_EQUAL_UINT16(9U, tm.destination);
+    TEST_ASSERT_EQUAL_UINT64((TEST_EPOCH_S * 1000000000ULL) + TEST_NOW_NS, tm.time_ns);
+    TEST_ASSERT_EQUAL_UINT64(4U, tm.size);
+    TEST_ASSERT_EQUAL_HEX8(0xC0U, tm.data[0]);
+    TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.sent);
+}
+
+static void types_and_destinations_are_counted_apart(void)
+{
+    static const uint8_t messages[][2] = {{3U, 25U}, {3U, 25U}, {5U, 1U}, {3U, 25U}, {3U, 10U}, {5U, 1U}};
+    static const uint16_t counters[]   = {0U, 1U, 0U, 2U, 0U, 1U};
+    for (size_t i = 0U; i < 6U; i++) {
+        octet_writer_t writer = begin(messages[i][0], messages[i][1], 0U);
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&bench.process, &writer));
+        TEST_ASSERT_EQUAL_UINT16(counters[i], bench_report(i).counter);
+        TEST_ASSERT_EQUAL_UINT16(i, bench_report(i).sequence);
+    }
+    octet_writer_t writer = begin(3U, 25U, 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&bench.process, &writer));
+    TEST_ASSERT_EQUAL_UINT16(0U, bench_report(6U).counter);
+}
+
+static void a_refused_report_leaves_no_gap(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, send(0U));
+    bench.refusals = 3U;
+    for (unsigned i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_FULL, send(99U));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, send(1U));
+    TEST_ASSERT_EQUAL_UINT64(2U, bench.count);
+    TEST_ASSERT_EQUAL_UINT16(1U, bench_report(1U).sequence);
+    TEST_ASSERT_EQUAL_UINT16(1U, bench_report(1U).counter);
+    TEST_ASSERT_EQUAL_UINT32(3U, bench.process.counters.refused);
+}
+
+static void the_sequence_wraps_after_16384(void)
+{
+    for (unsigned i = 0U; i <= PUS_SEQUENCE_COUNT; i++) {
+        bench_clear();
+        TEST_ASSERT_EQUAL(STATUS_OK, send(0U));
+        TEST_ASSERT_EQUAL_UINT16(i % PUS_SEQUENCE_COUNT, bench_report(0U).sequence);
+        TEST_ASSERT_EQUAL_UINT16(i, bench_report(0U).counter);
+    }
+}
+
+static void posted_reports_wait_and_keep_their_order(void)
+{
+    bench.refusals = 2U; // The first post, and the flush before the second.
+    TEST_ASSERT_EQUAL(STATUS_OK, post(1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, post(2U));
+    TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
+    TEST_ASSERT_EQUAL_UINT32(2U, bench.process.counters.kept);
+    bench.refusals = 1U;
+    TEST_ASSERT_EQUAL(STATUS_FULL, send(99U)); // Nothing overtakes.
+    bench.refusals = 1U;
+    TEST_ASSERT_EQUAL(STATUS_FULL, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL(STATUS_OK, post(3U)); // Sends the backlog first.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL_UINT64(3U, bench.count);
+    for (size_t i = 0U; i < 3U; i++) {
+        const pus_tm_t tm = bench_report(i);
+        TEST_ASSERT_EQUAL_UINT8(i + 1U, tm.data[0]);
+        TEST_ASSERT_EQUAL_UINT16(i, tm.sequence);
+        TEST_ASSERT_EQUAL_UINT16(i, tm.counter);
+    }
+}
+
+static void a_full_backlog_loses_and_counts(void)
+{
+    const unsigned room = PUS_BACKLOG_SIZE / (2U + PUS_TM_MIN + 1U);
+    for (unsigned i = 0U; i < (room + 5U); i++) {
+        bench.refusals = 1U;
+        TEST_ASSERT_EQUAL((i < room) ? STATUS_OK : STATUS_EXHAUSTED, post((uint8_t)i));
+    }
+    TEST_ASSERT_EQUAL_UINT32(5U, bench.process.counters.lost);
+    TEST_ASSERT_EQUAL_UINT32(room, bench.process.counters.kept);
+    bench.refusals = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL_UINT64(room, bench.count);
+    for (unsigned i = 0U; i < room; i++) {
+        TEST_ASSERT_EQUAL_UINT8((uint8_t)i, bench_report(i).data[0]);
+    }
+}
+
+static void the_largest_report_can_wait_too(void)
+{
+    static uint8_t data[PUS_TM_DATA_MAX];
+    memset(data, 0x5A, sizeof(data));
+    octet_writer_t writer = begin(3U, 25U, 0U);
+    octet_write_octets(&writer, data, sizeof(data));
+    bench.refusals = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_post(&bench.process, &writer));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL_UINT64(PUS_PACKET_MAX, bench.sizes[0]);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(data, bench_report(0U).data, sizeof(data));
+}
+
+static void what_does_not_fit_is_refused_whole(void)
+{
+    static uint8_t data[PUS_TM_DATA_MAX + 1U];
+    octet_writer_t writer = begin(3U, 25U, 0U);
+    octet_write_octets(&writer, data, sizeof(data));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tm_send(&bench.process, &writer));
+    TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
+    TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.oversized);
+    TEST_ASSERT_EQUAL(STATUS_OK, send(1U));
+    TEST_ASSERT_EQUAL_UINT16(0U, bench_report(0U).sequence);
+}
+
+static void a_report_begun_in_another_is_sent_and_the_outer_is_refused(void)
+{
+    octet_writer_t outer = begin(3U, 25U, 0U);
+    octet_write_u8(&outer, 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, send(2U));
+    octet_write_u8(&outer, 3U);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_send(&bench.process, &outer));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_post(&bench.process, &outer));
+    TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
+    TEST_ASSERT_EQUAL_UINT8(2U, bench_report(0U).data[0]);
+    TEST_ASSERT_EQUAL_UINT32(3U, bench.process.counters.discarded);
+}
+
+static void a_report_is_sent_once_and_can_be_cancelled(void)
+{
+    octet_writer_t writer = begin(3U, 25U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&bench.process, &writer));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_send(&bench.process, &writer));
+    writer = begin(3U, 25U, 0U);
+    pus_tm_cancel(&bench.process);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_send(&bench.process, &writer));
+    TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
+}
+
+static void more_message_types_than_counters_are_sent_uncounted(void)
+{
+    for (unsigned i = 0U; i < (PUS_MESSAGE_COUNTERS + 2U); i++) {
+        for (unsigned k = 0U; k < 2U; k++) {
+            bench_clear();
+            octet_writer_t writer = begin(5U, 1U, (uint16_t)i);
+            TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&bench.process, &writer));
+            TEST_ASSERT_EQUAL_UINT16((i < PUS_MESSAGE_COUNTERS) ? k : 0U, bench_report(0U).counter);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(4U, bench.process.counters.uncounted);
+}
+
+static void start_with_apid_0(void)
+{
+    const pus_port_t port = bench_port();
+    pus_process_init(&bench.process, 0U, 0U, &port);
+}
+
+static void apid_0_is_no_process(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(start_with_apid_0));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_report_is_a_whole_packet);
+    RUN_TEST(types_and_destinations_are_counted_apart);
+    RUN_TEST(a_refused_report_leaves_no_gap);
+    RUN_TEST(the_sequence_wraps_after_16384);
+    RUN_TEST(posted_reports_wait_and_keep_their_order);
+    RUN_TEST(a_full_backlog_loses_and_counts);
+    RUN_TEST(the_largest_report_can_wait_too);
+    RUN_TEST(what_does_not_fit_is_refused_whole);
+    RUN_TEST(a_report_begun_in_another_is_sent_and_the_outer_is_refused);
+    RUN_TEST(a_report_is_sent_once_and_can_be_cancelled);
+    RUN_TEST(more_message_types_than_counters_are_sent_uncounted);
+    RUN_TEST(apid_0_is_no_process);
+    return UNITY_END();
+}

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/st05_events.h"
+
+#include "test/unit/pus/reports.h"
+#include "unity.h"
+
+static const pus_event_definition_t definitions[] = {
+    {.id = 1U, .severity = PUS_SEVERITY_HIGH, .aux_size = 3U},
+    {.id = 2U, .severity = PUS_SEVERITY_MEDIUM},
+    {.id = 300U, .severity = PUS_SEVERITY_LOW},
+    {.id = 4U, .severity = PUS_SEVERITY_INFORMATIVE, .aux_size = 8U},
+};
+static pus_event_state_t states[4];
+static pus_events_t events;
+
+void setUp(void)
+{
+    bench_start();
+    pus_events_init(&events, &bench.process, definitions, states, 4U);
+    bench_serve(pus_events_service(&events));
+}
+
+void tearDown(void)
+{
+}
+
+static status_t raise_event(const uint16_t id, const size_t size)
+{
+    static const uint8_t aux[] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+    return pus_event_raise(&events, id, aux, size, TEST_NOW_NS);
+}
+
+static void severity_is_the_subtype_and_the_data_follows_the_id(void)
+{
+    static const uint8_t high[] = {0, 1, 1, 2, 3};
+    TEST_ASSERT_EQUAL(STATUS_OK, raise_event(1U, 3U));
+    TEST_ASSERT_EQUAL(STATUS_OK, raise_event(2U, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 300U, NULL, 0U, TEST_NOW_NS));
+    TEST_ASSERT_EQUAL(STATUS_OK, raise_event(4U, 8U));
+    EXPECT_MESSAGES(5, 4, 5, 3, 5, 2, 5, 1);
+    TEST_ASSERT_EQUAL_UINT64(5U, bench_report(0U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(high, bench_report(0U).data, 5U);
+    TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, bench_report(0U).destination);
+    TEST_ASSERT_EQUAL_UINT32(4U, events.counters.reported);
+    TEST_ASSERT_EQUAL_UINT32(1U, pus_event_state(&events, 300U)->raised);
+}
+
+static void unknown_ids_and_other_sizes_are_refused(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, raise_event(3U, 0U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, raise_event(1U, 2U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, raise_event(1U, 4U));
+    TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
+    TEST_ASSERT_EQUAL_UINT32(3U, events.counters.refused);
+    TEST_ASSERT_EQUAL_UINT32(0U, pus_event_state(&events, 1U)->raised);
+    TEST_ASSERT_NULL(pus_event_state(&events, 3U));
+}
+
+static void a_disabled_event_is_counted_and_not_reported(void)
+{
+    static const uint8_t two[]  = {2, 0, 1, 1, 44};
+    static const uint8_t list[] = {0, 2, 0, 1, 1, 44};
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, two, sizeof(two)));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, raise_event(1U, 3U));
+    TEST_ASSERT_EQUAL(STATUS_OK, raise_event(300U, 0U));
+    TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
+    TEST_ASSERT_EQUAL_UINT32(1U, pus_event_state(&events, 1U)->raised);
+    TEST_ASSERT_EQUAL_UINT32(2U, events.counters.disabled);
+
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 5, 8, 1, 7);
+    TEST_ASSERT_EQUAL_UINT64(sizeof(list), bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(list, bench_report(2U).data, sizeof(list));
+    TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
+
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(5U, two, sizeof(two)));
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, raise_event(1U, 3U));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, NULL, 0U));
+    EXPECT_MESSAGES(5, 4, 1, 1, 1, 3, 5, 8, 1, 7);
+    TEST_ASSERT_EQUAL_UINT64(2U, bench_report(3U).size); // An empty list.
+}
+
+static void unknown_instructions_are_refused_alone(void)
+{
+    static const uint8_t three[] = {3, 0, 9, 0, 1, 0, 8};
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, three, sizeof(three)));
+    EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 1, 4, 1, 8);
+    expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 9U);
+    expect_failure(3U, 4U, PUS_FAILURE_UNKNOWN_ID, 3U, 8U);
+    expect_failure(4U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 2U);
+    TEST_ASSERT_TRUE(pus_event_state(&events, 1U)->is_disabled);
+}
+
+static void an_event_waits_while_the_port_refuses(void)
+{
+    bench.refusals = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, raise_event(1U, 3U));
+    TEST_ASSERT_EQUAL(STATUS_OK, raise_event(2U, 0U));
+    EXPECT_MESSAGES(5, 4, 5, 3);
+    unsigned raised = 0U;
+    bench_clear();
+    do {
+        bench.refusals = 1U;
+        raised++;
+    } while (raise_event(4U, 8U) == STATUS_OK);
+    TEST_ASSERT_EQUAL_UINT32(raised, pus_event_state(&events, 4U)->raised);
+    TEST_ASSERT_EQUAL_UINT32(1U, events.counters.refused);
+    bench.refusals = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL_UINT64(raised - 1U, bench.count);
+}
+
+static void the_largest_auxiliary_data_fits_and_the_next_does_not(void)
+{
+    static uint8_t aux[PUS_TM_DATA_MAX];
+    static const pus_event_definition_t large[] = {
+        {.id = 1U, .severity = PUS_SEVERITY_LOW, .aux_size = PUS_TM_DATA_MAX - 2U},
+        {.id = 2U, .severity = PUS_SEVERITY_LOW, .aux_size = PUS_TM_DATA_MAX - 1U}};
+    pus_events_init(&events, &bench.process, large, states, 2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 1U, aux, PUS_TM_DATA_MAX - 2U, TEST_NOW_NS));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_event_raise(&events, 2U, aux, PUS_TM_DATA_MAX - 1U, TEST_NOW_NS));
+    TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
+}
+
+static void more_disabled_events_than_a_report_holds_are_refused(void)
+{
+    static pus_event_definition_t many[2100];
+    static pus_event_state_t many_states[2100];
+    const unsigned room = (PUS_TM_DATA_MAX - 2U) / 2U;
+    for (uint16_t i = 0U; i < 2100U; i++) {
+        many[i] = (pus_event_definition_t){.id = i, .severity = PUS_SEVERITY_LOW};
+    }
+    pus_events_init(&events, &bench.process, many, many_states, 2100U);
+    for (unsigned i = 0U; i <= room; i++) {
+        many_states[i].is_disabled = true;
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, NULL, 0U));
+    expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, room);
+    many_states[0].is_disabled = false;
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 5, 8, 1, 7);
+}
+
+static void every_request_has_a_strict_shape(void)
+{
+    static const uint8_t two[] = {2, 0, 1, 0, 2};
+    expect_strict_shape(5U, two, sizeof(two));
+    expect_strict_shape(6U, two, sizeof(two));
+    expect_strict_shape(7U, NULL, 0U);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(5U, "\0", 1U));
+    for (uint8_t subtype = 0U; subtype < 5U; subtype++) {
+        TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(subtype, two, sizeof(two)));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(severity_is_the_subtype_and_the_data_follows_the_id);
+    RUN_TEST(unknown_ids_and_other_sizes_are_refused);
+    RUN_TEST(a_disabled_event_is_counted_and_not_reported);
+    RUN_TEST(unknown_instructions_are_refused_alone);
+    RUN_TEST(an_event_waits_while_the_port_refuses);
+    RUN_TEST(the_largest_auxiliary_data_fits_and_the_next_does_not);
+    RUN_TEST(more_disabled_events_than_a_report_holds_are_refused);
+    RUN_TEST(every_request_has_a_strict_shape);
+    return UNITY_END();
+}

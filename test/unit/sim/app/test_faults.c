@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// The fault lines of a scenario: every verb, every error with its line, and what they do.
+#include "sim/app/faults.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static faults_t faults;
+static char error[SCENARIO_ERROR_MAX];
+static char path[] = "/tmp/hirosco-scn-XXXXXX";
+
+void setUp(void)
+{
+    memcpy(path, "/tmp/hirosco-scn-XXXXXX", sizeof path);
+    const int file = mkstemp(path);
+    TEST_ASSERT_TRUE(file >= 0);
+    (void)close(file);
+}
+
+void tearDown(void)
+{
+    (void)unlink(path);
+}
+
+static status_t load(const char* text)
+{
+    FILE* file = fopen(path, "w");
+    TEST_ASSERT_NOT_NULL(file);
+    (void)fputs(text, file);
+    (void)fclose(file);
+    return faults_load(&faults, path, error);
+}
+
+static void test_every_verb(void)
+{
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK,
+                                  load("# times in seconds\n"
+                                       "1 hand rest\n"
+                                       "1 operator ping all\n"
+                                       "2.5 fault unplug joystick\n"
+                                       "2.500125 fault unplug robot JOINT1\n"
+                                       "3 fault plug robot 0x12\n"
+                                       "4 fault loss robot 0.001\n"
+                                       "4 fault corruption joystick 1\n"
+                                       "4 fault duplication joystick 0\n"
+                                       "5 fault delay robot JOINT2 120\n"
+                                       "5 fault babble joystick STICK on\n"
+                                       "5 fault stuck robot off\n"
+                                       "6 fault reset joystick 0x21\n"
+                                       "6 fault error robot 0x11 0x4310 on\n"
+                                       "7 fault torque-offset JOINT2 -0.5\n"
+                                       "8 fault temperature JOINT1 90\n"
+                                       "9 fault unplug robot FLIGHT\n"),
+                                  error);
+    TEST_ASSERT_EQUAL_UINT(14U, faults.count);
+    TEST_ASSERT_EQUAL_UINT64(2500000000U, faults_next_ns(&faults));
+    TEST_ASSERT_EQUAL_INT(FAULT_UNPLUG, faults.fault[0].kind);
+    TEST_ASSERT_EQUAL_INT(FAULT_NODE_ALL, faults.fault[0].node);
+    TEST_ASSERT_EQUAL_UINT(1U, faults.fault[0].bus);
+    TEST_ASSERT_EQUAL_STRING("joystick", faults.fault[0].target);
+    TEST_ASSERT_EQUAL_UINT64(2500125000U, faults.fault[1].time_ns);
+    TEST_ASSERT_EQUAL_STRING("robot JOINT1", faults.fault[1].target);
+    TEST_ASSERT_EQUAL_INT(FAULT_NODE_JOINT2, faults.fault[2].node);
+    TEST_ASSERT_FALSE(fault_is_onset(&faults.fault[2]));
+    TEST_ASSERT_TRUE(fault_is_onset(&faults.fault[3]));
+    TEST_ASSERT_FALSE(fault_is_onset(&faults.fault[5]));
+    TEST_ASSERT_EQUAL_HEX16(0x4310U, faults.fault[10].code);
+    TEST_ASSERT_EQUAL_STRING("temperature", fault_word(faults.fault[12].kind));
+    TEST_ASSERT_EQUAL_INT(FAULT_NODE_FLIGHT, faults.fault[13].node);
+}
+
+static void expect_error(const char* line, const char* words)
+{
+    char text[256];
+    char begin[64];
+    (void)snprintf(text, sizeof text, "# first line\n%s\n", line);
+    (void)snprintf(begin, sizeof begin, "%s:2: ", path);
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, load(text));
+    if ((strncmp(error, begin, strlen(begin)) != 0) || (strstr(error, words) == NULL)) {
+        TEST_ASSERT_EQUAL_STRING(words, error);
+    }
+}
+
+static void test_errors_name_file_line_and_what_is_expected(void)
+{
+    expect_error("1 fault unplugg joystick", "unplug, plug");
+    expect_error("1 fault unplug wheel", "robot or joystick");
+    expect_error("1 fault unplug robot JOINT3", "JOINT1");
+    expect_error("1 fault unplug robot STICK", "STICK (joystick)");
+    expect_error("1 fault unplug", "unplug <bus> [node]");
+    expect_error("1 fault unplug robot JOINT1 now", "unplug <bus> [node]");
+    expect_error("1 fault loss robot", "loss <bus>");
+    expect_error("1 fault loss robot 1.5", "probability");
+    expect_error("1 fault loss robot much", "probability");
+    expect_error("1 fault stuck robot yes", "on or off");
+    expect_error("1 fault error robot 0x11 0x0 on", "emergency code");
+    expect_error("1 fault error robot 0x11 0x12345 on", "emergency code");
+    expect_error("1 fault torque-offset STICK 1", "JOINT1 or JOINT2");
+    expect_error("1 fault torque-offset FLIGHT 1", "JOINT1 or JOINT2");
+    expect_error("1 fault delay robot JOINT1 -5", "delay");
+}
+
+static void test_no_scenario_means_no_faults(void)
+{
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, faults_load(&faults, NULL, error));
+    TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, faults_next_ns(&faults));
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, faults_load(&faults, "/nowhere.scn", error));
+}
+
+static void test_scenarios_of_the_mission_are_read(void)
+{
+    static const char* const scenarios[] = {
+        "sim/scenarios/telepresence.scn", "sim/scenarios/commissioning.scn", "sim/scenarios/standalone.scn"};
+    for (unsigned i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, faults_load(&faults, scenarios[i], error), error);
+    }
+}
+
+static void test_faults_reach_the_bus(void)
+{
+    const bus_config_t config    = {.nominal_bit_rate = 1000000U, .seed = 1U};
+    const bus_callbacks_t silent = {.context = NULL};
+    fault_world_t world          = {.flight_node = {0U, BUS_NODES_MAX}};
+    unsigned node                = 0U;
+    world.bus[0]                 = bus_create(&config);
+    world.bus[1]                 = bus_create(&config);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(world.bus[0], &silent, &node));
+    TEST_ASSERT_EQUAL_UINT(0U, node);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                          load("1 fault unplug robot FLIGHT\n2 fault plug robot FLIGHT\n"
+                               "3 fault babble robot FLIGHT on\n4 fault unplug joystick FLIGHT\n"));
+    (void)faults_apply_next(&faults, &world);
+    TEST_ASSERT_FALSE(bus_is_plugged(world.bus[0], 0U));
+    (void)faults_apply_next(&faults, &world);
+    TEST_ASSERT_TRUE(bus_is_plugged(world.bus[0], 0U));
+    (void)faults_apply_next(&faults, &world);
+    bus_run_until(world.bus[0], 1000000U);
+    TEST_ASSERT_GREATER_THAN_UINT64(0U,
+                                    bus_statistics(world.bus[0])->errors); // Babbles, and nobody hears it.
+    TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target); // Nobody there.
+    bus_destroy(world.bus[0]);
+    bus_destroy(world.bus[1]);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_verb);
+    RUN_TEST(test_errors_name_file_line_and_what_is_expected);
+    RUN_TEST(test_no_scenario_means_no_faults);
+    RUN_TEST(test_scenarios_of_the_mission_are_read);
+    RUN_TEST(test_faults_reach_the_bus);
+    return UNITY_END();
+}

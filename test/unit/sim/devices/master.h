@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A CANopen master for tests of the devices: sends frames, remembers what it hears, does SDO transfers by
+/// hand.
+#ifndef TEST_UNIT_SIM_DEVICES_MASTER_H
+#define TEST_UNIT_SIM_DEVICES_MASTER_H
+
+#include "sim/bus/bus.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define MASTER_HEARD_MAX 8192U
+#define MASTER_US 1000U
+#define MASTER_MS 1000000U
+
+typedef struct {
+    bus_t* bus;
+    unsigned node;
+    unsigned count;
+    osal_can_frame_t heard[MASTER_HEARD_MAX];
+} master_t;
+
+/// A fresh FD bus (classic if `classic`) with the master as its first node.
+void master_open(master_t* master, bool classic);
+void master_close(master_t* master);
+/// Let simulated time pass.
+void master_wait(master_t* master, uint64_t ns);
+void master_send(master_t* master, uint32_t id, const void* data, uint8_t length);
+void master_nmt(master_t* master, uint8_t command, uint8_t node);
+/// SYNC, then let `ns` pass.
+void master_sync(master_t* master, uint64_t ns);
+
+/// Forget what was heard.
+void master_forget(master_t* master);
+/// Frames heard with an identifier.
+unsigned master_heard(const master_t* master, uint32_t id);
+/// The last of them; null if none.
+const osal_can_frame_t* master_last(const master_t* master, uint32_t id);
+
+/// One SDO request and its answer (8 octets each). Returns false if there is no answer within 2 ms.
+bool master_request(master_t* master, uint8_t node, const uint8_t request[8], uint8_t answer[8]);
+/// Expedited transfers. Return 0 or the abort code; UINT32_MAX without an answer.
+uint32_t master_write(master_t* master, uint8_t node, uint16_t index, uint8_t subindex, uint32_t value,
+                      uint8_t size);
+uint32_t master_read(master_t* master, uint8_t node, uint16_t index, uint8_t subindex, uint32_t* out_value);
+
+/// Little-endian numbers out of a frame.
+uint16_t octets_u16(const uint8_t* octets);
+uint32_t octets_u32(const uint8_t* octets);
+
+#endif // TEST_UNIT_SIM_DEVICES_MASTER_H

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// The CiA 402 state machine: every state with every controlword, against the standard's transitions written
+// down once more as a list.
+#include "sim/devices/axis.h"
+#include "unity.h"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+/// A command of the standard: bits that count, their values.
+typedef struct {
+    uint16_t mask;
+    uint16_t value;
+} pattern_t;
+
+static const pattern_t shutdown          = {0x07U, 0x06U};
+static const pattern_t switch_on         = {0x0FU, 0x07U};
+static const pattern_t disable_voltage   = {0x02U, 0x00U};
+static const pattern_t quick_stop        = {0x06U, 0x02U};
+static const pattern_t disable_operation = {0x0FU, 0x07U};
+static const pattern_t enable_operation  = {0x0FU, 0x0FU};
+
+typedef struct {
+    int number; // As in the standard.
+    axis_state_t from;
+    const pattern_t* command;
+    axis_state_t to;
+} transition_t;
+
+static const transition_t transitions[] = {
+    {2, AXIS_SWITCH_ON_DISABLED, &shutdown, AXIS_READY},
+    {3, AXIS_READY, &switch_on, AXIS_SWITCHED_ON},
+    {3 + 4, AXIS_READY, &enable_operation, AXIS_ENABLED}, // Automatic, as the standard allows.
+    {4, AXIS_SWITCHED_ON, &enable_operation, AXIS_ENABLED},
+    {5, AXIS_ENABLED, &disable_operation, AXIS_SWITCHED_ON},
+    {6, AXIS_SWITCHED_ON, &shutdown, AXIS_READY},
+    {7, AXIS_READY, &quick_stop, AXIS_SWITCH_ON_DISABLED},
+    {7, AXIS_READY, &disable_voltage, AXIS_SWITCH_ON_DISABLED},
+    {8, AXIS_ENABLED, &shutdown, AXIS_READY},
+    {9, AXIS_ENABLED, &disable_voltage, AXIS_SWITCH_ON_DISABLED},
+    {10, AXIS_SWITCHED_ON, &quick_stop, AXIS_SWITCH_ON_DISABLED},
+    {10, AXIS_SWITCHED_ON, &disable_voltage, AXIS_SWITCH_ON_DISABLED},
+    {11, AXIS_ENABLED, &quick_stop, AXIS_QUICK_STOP},
+    {12, AXIS_QUICK_STOP, &disable_voltage, AXIS_SWITCH_ON_DISABLED},
+};
+
+static axis_state_t expected_state(axis_state_t state, uint16_t controlword, uint16_t before)
+{
+    if (state == AXIS_FAULT) { // 15: fault reset on its rising edge.
+        const bool rises = ((controlword & 0x80U) != 0U) && ((before & 0x80U) == 0U);
+        return rises ? AXIS_SWITCH_ON_DISABLED : AXIS_FAULT;
+    }
+    for (size_t i = 0U; i < (sizeof transitions / sizeof transitions[0]); i++) {
+        const transition_t* candidate = &transitions[i];
+        if ((candidate->from == state) &&
+            ((controlword & candidate->command->mask) == candidate->command->value)) {
+            return candidate->to;
+        }
+    }
+    return state;
+}
+
+static void test_every_state_with_every_controlword(void)
+{
+    for (unsigned state = 0U; state < AXIS_STATE_COUNT; state++) {
+        for (unsigned controlword = 0U; controlword <= 0xFFFFU; controlword++) {
+            for (unsigned before = 0U; before <= 0x80U; before += 0x80U) {
+                const axis_state_t next =
+                    axis_next((axis_state_t)state, (uint16_t)controlword, (uint16_t)before);
+                if (next != expected_state((axis_state_t)state, (uint16_t)controlword, (uint16_t)before)) {
+                    TEST_ASSERT_EQUAL_HEX16(0xFFFFU, controlword);
+                    TEST_FAIL();
+                }
+            }
+        }
+    }
+}
+
+static void test_statusword_shows_the_state_under_the_masks_of_the_standard(void)
+{
+    TEST_ASSERT_EQUAL_HEX16(0x00U, axis_state_bits(AXIS_NOT_READY) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(0x40U, axis_state_bits(AXIS_SWITCH_ON_DISABLED) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(0x21U, axis_state_bits(AXIS_READY) & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(0x23U, axis_state_bits(AXIS_SWITCHED_ON) & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(0x27U, axis_state_bits(AXIS_ENABLED) & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(0x07U, axis_state_bits(AXIS_QUICK_STOP) & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(0x0FU, axis_state_bits(AXIS_FAULT_REACTION) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(0x08U, axis_state_bits(AXIS_FAULT) & 0x4FU);
+}
+
+static void test_the_brake_is_off_only_where_the_drive_controls_the_motor(void)
+{
+    for (unsigned state = 0U; state < AXIS_STATE_COUNT; state++) {
+        const bool moves =
+            (state == AXIS_ENABLED) || (state == AXIS_QUICK_STOP) || (state == AXIS_FAULT_REACTION);
+        TEST_ASSERT_EQUAL(moves, axis_moves((axis_state_t)state));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_state_with_every_controlword);
+    RUN_TEST(test_statusword_shows_the_state_under_the_masks_of_the_standard);
+    RUN_TEST(test_the_brake_is_off_only_where_the_drive_controls_the_motor);
+    return UNITY_END();
+}

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading data sheets: what is taken, and every error with its line.
+#include "sim/devices/eds.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define GOOD_HEAD "[DeviceInfo]\nVendorName=x\n\n[1000]\nParameterName=Device type\n"
+
+static dictionary_t dictionary;
+static char error[EDS_ERROR_MAX];
+static char path[] = "/tmp/hirosco-eds-XXXXXX";
+
+void setUp(void)
+{
+    memcpy(path, "/tmp/hirosco-eds-XXXXXX", sizeof path);
+    const int file = mkstemp(path);
+    TEST_ASSERT_TRUE(file >= 0);
+    (void)close(file);
+}
+
+void tearDown(void)
+{
+    dictionary_destroy(&dictionary);
+    (void)unlink(path);
+}
+
+static status_t load(const char* text)
+{
+    FILE* file = fopen(path, "w");
+    TEST_ASSERT_NOT_NULL(file);
+    (void)fputs(text, file);
+    (void)fclose(file);
+    error[0] = '\0';
+    return eds_load(path, 0x11U, &dictionary, error);
+}
+
+/// The text is refused, and the message begins with file:line and holds `words`.
+static void expect_error(const char* text, unsigned line, const char* words)
+{
+    char begin[64];
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, load(text));
+    (void)snprintf(begin, sizeof begin, "%s:%u: ", path, line);
+    if ((strncmp(error, begin, strlen(begin)) != 0) || (strstr(error, words) == NULL)) {
+        TEST_ASSERT_EQUAL_STRING(begin, error);
+    }
+    TEST_ASSERT_EQUAL_UINT(0U, dictionary.count);
+}
+
+static void test_values_of_all_kinds(void)
+{
+    TEST_ASSERT_EQUAL_INT(
+        STATUS_OK, load("[1000]\r\nParameterName=Device type\r\nDataType=0x0007\r\nAccessType=ro\r\n"
+                        "DefaultValue=0x20192\r\n\r\n"
+                        "[1800]\nParameterName=TPDO\nObjectType=0x9\nSubNumber=2\n"
+                        "[1800sub0]\nParameterName=n\nDataType=5\nAccessType=const\nDefaultValue=2\n"
+                        "[1800sub1]\nparametername=COB\ndatatype=0x7\naccesstype=RW\n"
+                        "defaultvalue=$NODEID+0x40000180\npdomapping=0\n"
+                        "; comment\n# comment\n"
+                        "[2000]\nParameterName=text\nDataType=0x9\nAccessType=rw\nDefaultValue=some words\n"
+                        "[2001]\nParameterName=low\nDataType=3\nAccessType=wo\nLowLimit=-5\nHighLimit=5\n"
+                        "DefaultValue=-5\nPDOMapping=1\n"
+                        "[2002]\nParameterName=long\nDataType=0x15\nAccessType=rww\n"
+                        "DefaultValue=-9000000000\n"
+                        "[2003]\nParameterName=empty\nDataType=6\nAccessType=rwr\nDefaultValue=\n"));
+    TEST_ASSERT_EQUAL_UINT(7U, dictionary.count);
+    TEST_ASSERT_EQUAL_HEX64(0x20192U, dictionary_find(&dictionary, 0x1000U, 0U)->value);
+    TEST_ASSERT_FALSE(dictionary_find(&dictionary, 0x1000U, 0U)->is_writable);
+    TEST_ASSERT_EQUAL_HEX64(0x40000191U, dictionary_find(&dictionary, 0x1800U, 1U)->value);
+    TEST_ASSERT_TRUE(dictionary_find(&dictionary, 0x1800U, 1U)->is_writable);
+    TEST_ASSERT_NULL(dictionary_find(&dictionary, 0x1800U, 2U));
+    TEST_ASSERT_TRUE(dictionary_has_index(&dictionary, 0x1800U));
+    TEST_ASSERT_FALSE(dictionary_has_index(&dictionary, 0x1801U));
+    const object_t* text = dictionary_find(&dictionary, 0x2000U, 0U);
+    TEST_ASSERT_EQUAL_UINT8(10U, text->size);
+    TEST_ASSERT_EQUAL_MEMORY("some words", text->text, 10U);
+    const object_t* low = dictionary_find(&dictionary, 0x2001U, 0U);
+    TEST_ASSERT_EQUAL_INT64(-5, object_signed(low));
+    TEST_ASSERT_EQUAL_HEX64(0xFFFBU, low->value);
+    TEST_ASSERT_FALSE(low->is_readable);
+    TEST_ASSERT_TRUE(low->is_mappable && low->has_low && low->has_high);
+    TEST_ASSERT_EQUAL_INT64(-9000000000, object_signed(dictionary_find(&dictionary, 0x2002U, 0U)));
+    TEST_ASSERT_EQUAL_HEX64(0U, dictionary_find(&dictionary, 0x2003U, 0U)->value);
+}
+
+static void test_errors_name_file_and_line(void)
+{
+    expect_error("[1000\n", 1U, "']'");
+    expect_error("nonsense\n", 1U, "key=value");
+    expect_error("[1000]\nDataType=7\nAccessType=ro\n", 1U, "ParameterName");
+    expect_error(GOOD_HEAD "AccessType=ro\n", 4U, "DataType");
+    expect_error(GOOD_HEAD "DataType=7\n[1001]\n", 4U, "AccessType");
+    expect_error(GOOD_HEAD "DataType=0x8\nAccessType=ro\n", 6U, "DataType");
+    expect_error(GOOD_HEAD "DataType=seven\nAccessType=ro\n", 6U, "a number");
+    expect_error(GOOD_HEAD "DataType=7\nAccessType=rx\n", 7U, "AccessType ro");
+    expect_error(GOOD_HEAD "ObjectType=0x5\n", 6U, "ObjectType");
+    expect_error(GOOD_HEAD "DataType=7\nAccessType=ro\nDefaultValue=many\n", 8U, "a number as DefaultValue");
+    expect_error(GOOD_HEAD "DataType=7\nAccessType=ro\nDefaultValue=$NODEID+\n", 8U,
+                 "a number as DefaultValue");
+    expect_error(GOOD_HEAD "DataType=5\nAccessType=ro\nDefaultValue=256\n", 8U, "inside DataType");
+    expect_error(GOOD_HEAD "DataType=5\nAccessType=ro\nDefaultValue=-1\n", 8U, "inside DataType");
+    expect_error(GOOD_HEAD "DataType=2\nAccessType=ro\nDefaultValue=128\n", 8U, "inside DataType");
+    expect_error(GOOD_HEAD "DataType=1\nAccessType=ro\nDefaultValue=2\n", 8U, "inside DataType");
+    expect_error(GOOD_HEAD "DataType=5\nAccessType=ro\nHighLimit=9\nDefaultValue=10\n", 9U, "HighLimit");
+    expect_error(GOOD_HEAD "DataType=9\nAccessType=ro\nDefaultValue="
+                           "12345678901234567890123456789012345678901234567890123456789012345\n",
+                 8U, "64 characters");
+}
+
+static void test_doubled_objects_and_empty_files_are_refused(void)
+{
+    static const char* const object = "[1000]\nParameterName=a\nDataType=7\nAccessType=ro\n";
+    char twice[256];
+    (void)snprintf(twice, sizeof twice, "%s%s", object, object);
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, load(twice));
+    TEST_ASSERT_NOT_NULL(strstr(error, "1000:00 is described twice"));
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, load("[Comments]\nLines=0\n"));
+    TEST_ASSERT_NOT_NULL(strstr(error, "no object"));
+}
+
+static void test_a_missing_file_is_told_with_the_next_step(void)
+{
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, eds_load("/nowhere/none.eds", 1U, &dictionary, error));
+    TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere/none.eds"));
+    TEST_ASSERT_NOT_NULL(strstr(error, "project's root"));
+}
+
+static void test_sheets_of_the_mission_are_whole(void)
+{
+    static const char* const sheets[] = {"descriptors/devices/joint-drive.eds",
+                                         "descriptors/devices/joystick.eds"};
+    for (unsigned i = 0U; i < 2U; i++) {
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, eds_load(sheets[i], 0x21U, &dictionary, error), error);
+        TEST_ASSERT_GREATER_THAN_UINT(100U, dictionary.count);
+        // Default mappings name mappable objects of the right size.
+        for (size_t k = 0U; k < dictionary.count; k++) {
+            const object_t* object = &dictionary.objects[k];
+            const bool is_mapping  = ((object->index >= 0x1600U) && (object->index < 0x1800U)) ||
+                                    ((object->index >= 0x1A00U) && (object->index < 0x1C00U));
+            if (!is_mapping || (object->subindex == 0U) || (object->value == 0U)) {
+                continue;
+            }
+            const object_t* mapped =
+                dictionary_find(&dictionary, (uint16_t)(object->value >> 16), (uint8_t)(object->value >> 8));
+            TEST_ASSERT_NOT_NULL(mapped);
+            TEST_ASSERT_TRUE(mapped->is_mappable);
+            TEST_ASSERT_EQUAL_UINT64(8U * mapped->size, object->value & 0xFFU);
+        }
+        dictionary_destroy(&dictionary);
+    }
+}
+
+static void test_reset_restores_initial_values(void)
+{
+    TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                          load("[1000]\nParameterName=a\nDataType=7\nAccessType=rw\nDefaultValue=5\n"
+                               "[2000]\nParameterName=b\nDataType=9\nAccessType=rw\nDefaultValue=ab\n"));
+    object_t* number = dictionary_find(&dictionary, 0x1000U, 0U);
+    object_t* text   = dictionary_find(&dictionary, 0x2000U, 0U);
+    object_set(number, 9);
+    text->text[0] = 'x';
+    text->size    = 1U;
+    dictionary_reset_range(&dictionary, 0x1000U, 0x1FFFU);
+    TEST_ASSERT_EQUAL_UINT64(5U, number->value);
+    TEST_ASSERT_EQUAL_UINT8(1U, text->size);
+    dictionary_reset(&dictionary);
+    TEST_ASSERT_EQUAL_UINT8(2U, text->size);
+    TEST_ASSERT_EQUAL_MEMORY("ab", text->text, 2U);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_values_of_all_kinds);
+    RUN_TEST(test_errors_name_file_and_line);
+    RUN_TEST(test_doubled_objects_and_empty_files_are_refused);
+    RUN_TEST(test_a_missing_file_is_told_with_the_next_step);
+    RUN_TEST(test_sheets_of_the_mission_are_whole);
+    RUN_TEST(test_reset_restores_initial_values);
+    return UNITY_END();
+}

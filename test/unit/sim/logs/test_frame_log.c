@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// Log lines and pcap records, character by character, and the files as a whole.
+#include "sim/logs/frame_log.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static char folder[32];
+static char path[128];
+
+void setUp(void)
+{
+    (void)strcpy(folder, "/tmp/hirosco-log-XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+}
+
+static const char* file_name(const char* suffix)
+{
+    (void)snprintf(path, sizeof path, "%s/can-robot.%s", folder, suffix);
+    return path;
+}
+
+void tearDown(void)
+{
+    (void)unlink(file_name("log"));
+    (void)unlink(file_name("pcap"));
+    (void)rmdir(folder);
+}
+
+static void expect_line(const osal_can_frame_t* frame, const char* wanted)
+{
+    char text[FRAME_LOG_LINE_MAX + 1U];
+    const size_t size = frame_log_line(frame, "robot", text);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT(FRAME_LOG_LINE_MAX, size);
+    text[size] = '\0';
+    TEST_ASSERT_EQUAL_STRING(wanted, text);
+}
+
+static void test_lines_of_all_kinds(void)
+{
+    const osal_can_frame_t classic = {
+        .time_ns = 1234567891U, .id = 0x123U, .length = 3U, .data = {0x0AU, 0xBCU, 0xFFU}};
+    expect_line(&classic, "(0000000001.234567) robot 123#0ABCFF\n");
+    const osal_can_frame_t sync = {.time_ns = 999U, .id = 0x080U};
+    expect_line(&sync, "(0000000000.000000) robot 080#\n");
+    const osal_can_frame_t fd = {.time_ns = 95000000000U,
+                                 .id      = 0x191U,
+                                 .length  = 8U,
+                                 .flags   = OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS,
+                                 .data    = {0x01U, 0x23U, 0x45U, 0x67U, 0x89U, 0xABU, 0xCDU, 0xEFU}};
+    expect_line(&fd, "(0000000095.000000) robot 191##10123456789ABCDEF\n");
+    const osal_can_frame_t extended = {
+        .time_ns = 1000U, .id = 0x12ABCDEFU | OSAL_CAN_EXTENDED, .length = 5U, .data = {1U, 2U, 3U, 4U, 5U}};
+    expect_line(&extended, "(0000000000.000001) robot 12ABCDEF#0102030405\n");
+    const osal_can_frame_t remote = {.id = 0x7FFU | OSAL_CAN_REMOTE, .length = 4U};
+    expect_line(&remote, "(0000000000.000000) robot 7FF#R4\n");
+    const osal_can_frame_t error = {
+        .id = OSAL_CAN_ERROR | 0x4U, .length = 8U, .data = {0U, 0x20U, 0U, 0U, 0U, 0U, 128U, 0U}};
+    expect_line(&error, "(0000000000.000000) robot 20000004#0020000000008000\n");
+    osal_can_frame_t longest = {.time_ns = UINT32_MAX * 1000000000ULL,
+                                .id      = 1U,
+                                .length  = 64U,
+                                .flags   = OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_ESI};
+    char text[FRAME_LOG_LINE_MAX];
+    TEST_ASSERT_EQUAL_UINT(20U + 6U + 3U + 3U + 128U + 1U, frame_log_line(&longest, "robot", text));
+}
+
+static void test_every_octet_has_its_two_digits(void)
+{
+    for (unsigned value = 0U; value < 256U; value++) {
+        osal_can_frame_t frame = {.id = 1U, .length = 8U};
+        char text[FRAME_LOG_LINE_MAX];
+        char wanted[20];
+        memset(frame.data, (int)value, 8U);
+        (void)snprintf(wanted, sizeof wanted, "%02X%02X%02X%02X%02X%02X%02X%02X", value, value, value, value,
+                       value, value, value, value);
+        (void)frame_log_line(&frame, "robot", text);
+        TEST_ASSERT_EQUAL_MEMORY(wanted, strchr(text, '#') + 1, 16U);
+    }
+}
+
+static void test_records(void)
+{
+    uint8_t octets[FRAME_LOG_RECORD_MAX];
+    const osal_can_frame_t fd = {.time_ns = 3000000005U,
+                                 .id      = 0x191U,
+                                 .length  = 2U,
+                                 .flags   = OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS,
+                                 .data    = {0xAAU, 0xBBU}};
+    const uint8_t wanted[]    = {3, 0, 0, 0, 5, 0,    0,    0, 10, 0, 0, 0,    10,
+                                 0, 0, 0, 0, 0, 0x01, 0x91, 2, 5,  0, 0, 0xAA, 0xBB};
+    TEST_ASSERT_EQUAL_UINT(sizeof wanted, frame_log_record(&fd, octets));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(wanted, octets, sizeof wanted);
+    const osal_can_frame_t error = {.id = OSAL_CAN_ERROR | 0x20U, .length = 8U};
+    TEST_ASSERT_EQUAL_UINT(32U, frame_log_record(&error, octets));
+    TEST_ASSERT_EQUAL_HEX8(0x20U, octets[16]);
+    TEST_ASSERT_EQUAL_HEX8(0x20U, octets[19]);
+    osal_can_frame_t longest = {.id = 1U, .length = 64U, .flags = OSAL_CAN_FLAG_FD};
+    TEST_ASSERT_EQUAL_UINT(88U, frame_log_record(&longest, octets));
+}
+
+static long size_of(const char* suffix)
+{
+    FILE* file = fopen(file_name(suffix), "rb");
+    TEST_ASSERT_NOT_NULL(file);
+    (void)fseek(file, 0, SEEK_END);
+    const long size = ftell(file);
+    (void)fclose(file);
+    return size;
+}
+
+static void test_files_hold_every_frame(void)
+{
+    frame_log_t* log = NULL;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(folder, "robot", &log));
+    const osal_can_frame_t frame = {.id = 0x123U, .length = 8U};
+    for (unsigned i = 0U; i < 20000U; i++) { // More than the buffers hold.
+        frame_log_write(log, &frame);
+    }
+    frame_log_flush(log);
+    const long line = (long)strlen("(0000000000.000000) robot 123#0000000000000000\n");
+    TEST_ASSERT_EQUAL_INT(20000 * line, size_of("log"));
+    TEST_ASSERT_EQUAL_INT(24 + (20000 * 32), size_of("pcap"));
+    frame_log_write(log, &frame);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_close(log));
+    TEST_ASSERT_EQUAL_INT(20001 * line, size_of("log"));
+}
+
+static void test_the_pcap_header_names_socketcan_and_nanoseconds(void)
+{
+    static const uint8_t wanted[24] = {0x4D, 0x3C, 0xB2, 0xA1, 2, 0, 4, 0, 0, 0,  0,
+                                       0,    0,    0,    0,    0, 0, 0, 4, 0, 227};
+    uint8_t octets[24];
+    frame_log_t* log = NULL;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(folder, "robot", &log));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_close(log));
+    FILE* file = fopen(file_name("pcap"), "rb");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_EQUAL_UINT(24U, fread(octets, 1U, 24U, file));
+    (void)fclose(file);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(wanted, octets, 24U);
+}
+
+static void test_what_cannot_be_written_is_told(void)
+{
+    frame_log_t* log = NULL;
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, frame_log_open("/nowhere", "robot", &log));
+    TEST_ASSERT_NULL(log);
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, frame_log_open(folder, "a-name-of-17-char", &log));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_close(NULL));
+    // A full disk.
+    (void)unlink(file_name("log"));
+    if (symlink("/dev/full", file_name("log")) == 0) {
+        const osal_can_frame_t frame = {.id = 1U};
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(folder, "robot", &log));
+        frame_log_write(log, &frame);
+        TEST_ASSERT_EQUAL_INT(STATUS_IO, frame_log_close(log));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_lines_of_all_kinds);
+    RUN_TEST(test_every_octet_has_its_two_digits);
+    RUN_TEST(test_records);
+    RUN_TEST(test_files_hold_every_frame);
+    RUN_TEST(test_the_pcap_header_names_socketcan_and_nanoseconds);
+    RUN_TEST(test_what_cannot_be_written_is_told);
+    return UNITY_END();
+}

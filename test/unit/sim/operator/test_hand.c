@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/operator/hand.h"
+#include "sim/operator/scene.h"
+#include "sim/parameters/rokviss.h"
+#include "test/support/bounds.h"
+#include "test/unit/sim/operator/script_file.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+static hand_t* hand;
+static uint64_t now_ns;
+static char error[SCENARIO_ERROR_MAX];
+
+void setUp(void)
+{
+    now_ns = 0U;
+}
+
+void tearDown(void)
+{
+    hand_destroy(hand);
+    hand = NULL;
+    script_file_remove();
+}
+
+static void play(const char* text)
+{
+    hand_destroy(hand);
+    now_ns = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      hand_load(&rokviss_hand, &rokviss_plant, script_file_write(text), &hand, error));
+}
+
+static const hand_intent_t* at(double time_s)
+{
+    for (; (double)now_ns * 1e-9 < time_s - 1e-9; now_ns += 500000U) {
+        hand_step(hand, now_ns);
+    }
+    hand_step(hand, now_ns);
+    return hand_intent(hand);
+}
+
+/// Intent must come from wanted pose and expected torque as the header says.
+static void expect_lean(const hand_intent_t* intent, double grip_nm_rad)
+{
+    for (unsigned i = 0U; i < PLANT_AXES; i++) {
+        const double load  = intent->expected_torque_nm[i];
+        const double joint = intent->wanted_joint_rad[i] - load / 2667.0;
+        EXPECT_WITHIN((joint - rokviss_plant.home_rad[i]) / 2.0 - 0.03 * load / grip_nm_rad, 1e-12,
+                      intent->intent_rad[i]);
+    }
+}
+
+// --- knowledge of the scene
+// ---------------------------------------------------------------------------------
+
+static void test_inverse_kinematics_undoes_forward(void)
+{
+    unsigned count = 0U;
+    for (double x = -0.45; x < 0.46; x += 0.05) {
+        for (double z = -0.45; z < 0.46; z += 0.05) {
+            const plane_t tip = {x, z};
+            if (scene_reachable(&rokviss_plant, tip)) {
+                double joint[PLANT_JOINTS];
+                scene_joints(&rokviss_plant, tip, joint);
+                const plane_t back = scene_tip(&rokviss_plant, joint);
+                EXPECT_WITHIN(x, 1e-12, back.x);
+                EXPECT_WITHIN(z, 1e-12, back.z);
+                TEST_ASSERT_TRUE(joint[1] < 0.0);
+                count++;
+            }
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT(200U, count);
+    TEST_ASSERT_FALSE(scene_reachable(&rokviss_plant, (plane_t){0.47, 0.0}));
+    TEST_ASSERT_FALSE(scene_reachable(&rokviss_plant, (plane_t){0.0, 0.03}));
+}
+
+/// Elastic energy of finger in contour and of the cable.
+static double energy(plane_t tip, bool spring)
+{
+    if (spring) {
+        const double dx      = tip.x - 0.327;
+        const double dz      = tip.z - 0.005;
+        const double stretch = sqrt(dx * dx + dz * dz) - 0.15;
+        return 5.0 * stretch + 250.0 * stretch * stretch;
+    }
+    const double bx   = tip.x - 0.325;
+    const double bz   = tip.z + 0.135;
+    const double flat = fmax(0.0, -0.030 - tip.z);
+    const double bump = fmax(0.0, 0.112 - sqrt(bx * bx + bz * bz));
+    return 2500.0 * (flat * flat + bump * bump);
+}
+
+static void expect_gradient(plane_t tip, bool spring, const double torque[PLANT_JOINTS])
+{
+    double joint[PLANT_JOINTS];
+    scene_joints(&rokviss_plant, tip, joint);
+    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+        double up[]        = {joint[0], joint[1]};
+        double down[]      = {joint[0], joint[1]};
+        const double delta = 1e-6;
+        up[i] += delta;
+        down[i] -= delta;
+        const double slope =
+            energy(scene_tip(&rokviss_plant, up), spring) - energy(scene_tip(&rokviss_plant, down), spring);
+        EXPECT_WITHIN(-slope / (2.0 * delta), 1e-6, torque[i]);
+    }
+}
+
+static void test_expected_torque_is_the_gradient_of_energy(void)
+{
+    const plane_t touching[] = {
+        {0.25, -0.033}, {0.325, -0.025}, {0.35, -0.027}, {0.3635, -0.032}, {0.27, -0.029}};
+    const plane_t pulling[] = {{0.327, 0.215}, {0.30, 0.20}, {0.35, 0.18}};
+    double torque[PLANT_JOINTS];
+    for (unsigned i = 0U; i < 5U; i++) {
+        scene_contact_torque(&rokviss_plant, touching[i], 0.0, torque);
+        expect_gradient(touching[i], false, torque);
+    }
+    for (unsigned i = 0U; i < 3U; i++) {
+        scene_spring_torque(&rokviss_plant, pulling[i], torque);
+        expect_gradient(pulling[i], true, torque);
+    }
+    scene_spring_torque(&rokviss_plant, (plane_t){0.327, 0.150}, torque);
+    EXPECT_WITHIN(0.0, 0.0, torque[0]);
+}
+
+static void test_expected_friction_turns_with_the_slide(void)
+{
+    const plane_t tip = {0.25, -0.033};
+    double none[PLANT_JOINTS];
+    double right[PLANT_JOINTS];
+    double left[PLANT_JOINTS];
+    scene_contact_torque(&rokviss_plant, tip, 0.0, none);
+    scene_contact_torque(&rokviss_plant, tip, 1.0, right);
+    scene_contact_torque(&rokviss_plant, tip, -1.0, left);
+    // 4.5 N to -x at the sphere's lowest point.
+    EXPECT_WITHIN(-4.5 * 0.045, 1e-9, right[0] - none[0]);
+    EXPECT_WITHIN(none[1], 1e-12, 0.5 * (left[1] + right[1]));
+}
+
+static void test_press_height_gives_the_force(void)
+{
+    EXPECT_WITHIN(-0.030, 1e-9, scene_press_height(&rokviss_plant, 0.25, 0.0));
+    EXPECT_WITHIN(-0.033, 1e-9, scene_press_height(&rokviss_plant, 0.25, 15.0));
+    EXPECT_WITHIN(-0.023, 1e-9, scene_press_height(&rokviss_plant, 0.325, 0.0));
+    EXPECT_WITHIN(-0.026, 1e-9, scene_press_height(&rokviss_plant, 0.325, 15.0));
+    double before = scene_press_height(&rokviss_plant, 0.27, 15.0);
+    for (double x = 0.27; x < 0.38; x += 1e-4) { // No steps, not even in the corners of the bump.
+        const double height = scene_press_height(&rokviss_plant, x, 15.0);
+        EXPECT_WITHIN(before, 5e-5, height);
+        before = height;
+    }
+}
+
+// --- verbs
+// --------------------------------------------------------------------------------------------------
+
+static void test_no_script_rests_at_home(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, hand_load(&rokviss_hand, &rokviss_plant, NULL, &hand, error));
+    const hand_intent_t* intent = at(1.0);
+    EXPECT_WITHIN(0.0, 1e-12, intent->intent_rad[0]);
+    EXPECT_WITHIN(0.0, 1e-12, intent->intent_rad[1]);
+    EXPECT_WITHIN(0.3265, 1e-4, intent->wanted_tip_m[0]);
+    EXPECT_WITHIN(0.0655, 1e-4, intent->wanted_tip_m[1]);
+    TEST_ASSERT_EQUAL_STRING("rest", intent->verb);
+}
+
+static void test_torque_is_an_impedance(void)
+{
+    play("0 hand grip 4 0.2\n");
+    (void)at(0.1);
+    const double position[] = {0.05, -0.02};
+    const double velocity[] = {0.1, 0.3};
+    double torque[PLANT_AXES];
+    hand_act(hand, 0U, position, velocity, torque);
+    EXPECT_WITHIN(-0.2 - 0.02, 1e-12, torque[0]);
+    EXPECT_WITHIN(0.08 - 0.06, 1e-12, torque[1]);
+}
+
+static void test_circle_ramps_holds_and_ends_where_it_began(void)
+{
+    play("1 hand circle 0.19 0.5 2 9 1\n");
+    EXPECT_WITHIN(0.0, 1e-12, at(1.0)->intent_rad[0]);
+    for (double t = 3.0; t < 12.0; t += 0.25) {
+        const hand_intent_t* intent = at(t);
+        const double phase          = acos(-1.0) * (t - 1.0);
+        EXPECT_WITHIN(0.095 * sin(phase), 1e-9, intent->intent_rad[0]);
+        EXPECT_WITHIN(0.095 * cos(phase), 1e-9, intent->intent_rad[1]);
+        EXPECT_BELOW(0.150, intent->wanted_tip_m[1]); // Below the hook, above the contour.
+        EXPECT_ABOVE(-0.020, intent->wanted_tip_m[1]);
+    }
+    EXPECT_WITHIN(0.0, 1e-12, at(13.0)->intent_rad[0]);
+    EXPECT_WITHIN(0.0, 1e-12, at(14.0)->intent_rad[1]);
+    expect_lean(at(14.0), 3.0);
+}
+
+static void test_move_is_smooth_and_arrives(void)
+{
+    play("1 hand move 0.28 -0.02 2\n");
+    double before = at(1.0)->wanted_tip_m[0];
+    double speed  = 0.0;
+    while (now_ns < 3000000000U) {
+        const double x    = at((double)now_ns * 1e-9 + 0.0005)->wanted_tip_m[0];
+        const double next = (x - before) / 0.0005;
+        EXPECT_WITHIN(speed, 0.001, next); // No jump of speed.
+        speed  = next;
+        before = x;
+    }
+    const hand_intent_t* intent = at(3.0);
+    EXPECT_WITHIN(0.28, 1e-12, intent->wanted_tip_m[0]);
+    EXPECT_WITHIN(-0.02, 1e-12, intent->wanted_tip_m[1]);
+    EXPECT_WITHIN(0.0, 1e-12, intent->expected_torque_nm[0]);
+    expect_lean(intent, 3.0);
+    TEST_ASSERT_EQUAL_STRING("move", intent->verb);
+}
+
+static void test_press_touches_at_its_speed_then_leans(void)
+{
+    play("0 hand move 0.25 -0.02 1\n2 hand press 15 0.02\n");
+    EXPECT_WITHIN(-0.025, 1e-9, at(2.25)->wanted_tip_m[1]);
+    EXPECT_WITHIN(-0.030, 1e-6, at(2.5)->wanted_tip_m[1]);
+    EXPECT_WITHIN(0.0, 1e-3, at(2.5)->expected_torque_nm[0]);
+    const hand_intent_t* intent = at(4.0);
+    EXPECT_WITHIN(-0.033, 1e-9, intent->wanted_tip_m[1]);
+    EXPECT_WITHIN(15.0 * 0.25, 1e-6, intent->expected_torque_nm[0]);
+    expect_lean(intent, 3.0);
+}
+
+static void test_follow_keeps_the_force_over_the_bump(void)
+{
+    play("0 hand move 0.28 -0.02 1\n2 hand press 15 0.02\n4 hand follow 0.39 6\n10 hand hold\n");
+    for (double t = 4.0; t < 10.0; t += 0.05) {
+        const hand_intent_t* intent = at(t);
+        const plane_t tip           = {intent->wanted_tip_m[0], intent->wanted_tip_m[1]};
+        EXPECT_WITHIN(scene_press_height(&rokviss_plant, tip.x, 15.0), 1e-9, tip.z);
+        expect_lean(intent, 3.0);
+    }
+    const hand_intent_t* intent = at(12.0);
+    EXPECT_WITHIN(0.39, 1e-9, intent->wanted_tip_m[0]);
+    // Normal force, and the friction of having come from the left.
+    EXPECT_WITHIN(15.0 * 0.39 - 4.5 * 0.045, 1e-6, intent->expected_torque_nm[0]);
+    const double kept = intent->intent_rad[1];
+    EXPECT_WITHIN(kept, 0.0, at(20.0)->intent_rad[1]);
+    TEST_ASSERT_EQUAL_STRING("hold", at(20.0)->verb);
+}
+
+static void test_lifting_forgets_the_contour(void)
+{
+    play("0 hand move 0.28 -0.02 1\n2 hand press 15 0.02\n4 hand follow 0.30 2\n7 hand move 0.30 0.02 1\n");
+    EXPECT_ABOVE(3.0, at(7.0)->expected_torque_nm[0]);
+    EXPECT_WITHIN(0.0, 0.0, at(9.0)->expected_torque_nm[0]);
+    EXPECT_WITHIN(0.0, 0.0, at(9.0)->expected_torque_nm[1]);
+}
+
+static void test_pull_leans_against_the_spring_and_release_lets_it_go(void)
+{
+    play("0 hand move 0.327 0.145 2\n3 hand pull 0.06 3\n6 hand hold\n8 hand release 1.5\n10 hand home 1\n");
+    EXPECT_WITHIN(0.0, 0.0, at(3.0)->expected_torque_nm[0]);
+    const hand_intent_t* intent = at(7.0);
+    EXPECT_WITHIN(0.215, 1e-9, intent->wanted_tip_m[1]);
+    EXPECT_WITHIN(-35.0 * 0.327, 1e-6, intent->expected_torque_nm[0]);
+    expect_lean(intent, 3.0);
+    EXPECT_WITHIN(0.145, 1e-12, at(9.6)->wanted_tip_m[1]);
+    EXPECT_WITHIN(0.0, 0.0, at(9.6)->expected_torque_nm[0]);
+    EXPECT_WITHIN(0.0, 1e-12, at(11.0)->intent_rad[0]);
+    EXPECT_WITHIN(0.0, 1e-12, at(11.0)->intent_rad[1]);
+}
+
+static void test_rest_stops_leaning_without_moving(void)
+{
+    play("0 hand move 0.327 0.145 1\n1 hand pull 0.06 2\n4 hand rest\n6 hand home 1\n");
+    const double tip = at(4.0)->wanted_tip_m[1];
+    double before    = at(4.0)->intent_rad[0];
+    for (double t = 4.0; t < 5.0; t += 0.0005) {
+        EXPECT_WITHIN(before, 5e-4, at(t)->intent_rad[0]); // It fades.
+        before = at(t)->intent_rad[0];
+    }
+    EXPECT_WITHIN(0.0, 0.0, at(5.0)->expected_torque_nm[0]);
+    EXPECT_WITHIN(tip, 0.0, at(5.0)->wanted_tip_m[1]);
+    EXPECT_WITHIN(0.0, 0.0, at(6.2)->expected_torque_nm[0]); // The spring is forgotten on the way home.
+    EXPECT_WITHIN(0.0, 1e-12, at(7.0)->intent_rad[0]);
+}
+
+static void test_let_go_leaves_the_stick_and_the_next_verb_takes_it(void)
+{
+    play("1 hand let_go\n2 hand rest\n");
+    const double position[] = {0.1, -0.1};
+    const double velocity[] = {0.0, 0.0};
+    double torque[PLANT_AXES];
+    (void)at(0.9);
+    hand_torque(hand, position, velocity, torque);
+    EXPECT_WITHIN(-0.3, 1e-12, torque[0]);
+    EXPECT_WITHIN(0.0, 0.0, at(1.0)->grip);
+    hand_torque(hand, position, velocity, torque);
+    EXPECT_WITHIN(0.0, 0.0, torque[0]);
+    EXPECT_WITHIN(0.0, 0.0, at(1.9)->grip);
+    EXPECT_WITHIN(0.5, 0.01, at(2.15)->grip);
+    EXPECT_WITHIN(1.0, 1e-9, at(2.4)->grip);
+}
+
+static void test_grip_changes_the_hand_and_not_the_motion(void)
+{
+    play("0 hand move 0.28 -0.02 1\n2 hand press 15 0.02\n4 hand grip 5 0.3\n4 hand follow 0.30 2\n5 hand "
+         "grip 6 0.3\n");
+    expect_lean(at(4.5), 5.0);
+    expect_lean(at(5.5), 6.0);
+    EXPECT_WITHIN(0.30, 1e-12, at(6.0)->wanted_tip_m[0]);
+    TEST_ASSERT_EQUAL_STRING("follow", at(6.0)->verb);
+}
+
+static void test_a_new_verb_begins_where_the_old_one_was(void)
+{
+    play("0 hand move 0.28 -0.02 2\n1 hand home 1\n");
+    const double x = at(0.9995)->wanted_tip_m[0];
+    EXPECT_WITHIN(x, 1e-4, at(1.0)->wanted_tip_m[0]);
+    EXPECT_WITHIN(x, 1e-4, at(1.001)->wanted_tip_m[0]);
+    EXPECT_WITHIN(0.3265, 1e-4, at(2.0)->wanted_tip_m[0]);
+}
+
+static void test_playing_twice_gives_the_same(void)
+{
+    static const char* const text =
+        "0 hand circle 0.1 1 1 1 1\n4 hand move 0.28 -0.02 1\n5 hand press 10 0.05\n";
+    double first[PLANT_AXES];
+    play(text);
+    memcpy(first, at(6.1235)->intent_rad, sizeof(first));
+    play(text);
+    TEST_ASSERT_EQUAL_MEMORY(first, at(6.1235)->intent_rad, sizeof(first));
+}
+
+static void test_mission_script_is_accepted_and_stays_within_the_stick(void)
+{
+    TEST_ASSERT_EQUAL(
+        STATUS_OK, hand_load(&rokviss_hand, &rokviss_plant, "sim/scenarios/telepresence.scn", &hand, error));
+    for (double t = 0.0; t < 95.0; t += 0.01) {
+        const hand_intent_t* intent = at(t);
+        for (unsigned i = 0U; i < PLANT_AXES; i++) {
+            const double stick = intent->intent_rad[i] + 0.03 * intent->expected_torque_nm[i] / 3.0;
+            EXPECT_BELOW(0.30, fabs(stick)); // Of 0.35: where it comes to rest under the expected load.
+        }
+    }
+}
+
+// --- errors
+// -------------------------------------------------------------------------------------------------
+
+typedef struct {
+    const char* text;
+    const char* message; // After the path.
+} bad_t;
+
+static void test_bad_lines_are_named(void)
+{
+    static const bad_t bad[] = {
+        {"0 hand wave\n",
+         ":1: found 'wave', expected rest, grip, circle, move, press, follow, hold, pull, release, "
+         "home or let_go"},
+        {"0 hand rest\n1 hand move 0.3\n", ":2: found 'end of line', expected move <x> <z> <duration>"},
+        {"0 hand hold 3\n", ":1: found '3', expected hold"},
+        {"0 hand move 0.3 low 1\n", ":1: found 'low', expected z [m] from -1 to 1"},
+        {"0 hand move 0.3 0.1 0\n", ":1: found '0', expected duration [s] from 0.05 to 600"},
+        {"0 hand move 0.6 0.1 1\n", ":1: found '0.6', expected a target within reach of the arm"},
+        {"0 hand follow 0.5 1\n", ":1: found '0.5', expected a target within reach of the arm"},
+        {"0 hand press 100 0.02\n", ":1: found '100', expected force [N] from 0 to 60"},
+        {"0 hand press 10 0\n", ":1: found '0', expected speed [m/s] from 0.001 to 0.2"},
+        {"0 hand pull 0.2 1\n", ":1: found '0.2', expected distance [m] from 0 to 0.15"},
+        {"0 hand pull 0.149 1\n", NULL},
+        {"0 hand grip 0 0.1\n", ":1: found '0', expected stiffness [Nm/rad] from 0.1 to 50"},
+        {"0 hand circle 0.1 0.5 1 1\n",
+         ":1: found 'end of line', expected circle <amplitude> <frequency> <ramp> <hold> <down>"},
+        {"0 hand release nan\n", ":1: found 'nan', expected duration [s] from 0.05 to 600"},
+        {"0 hand home inf\n", ":1: found 'inf', expected duration [s] from 0.05 to 600"},
+        {"0 foot rest\n", ":1: found 'foot', expected an actor: hand, fault or operator"},
+    };
+    for (size_t i = 0U; i < sizeof(bad) / sizeof(bad[0]); i++) {
+        const char* const path = script_file_write(bad[i].text);
+        hand_t* loaded         = NULL;
+        const status_t status  = hand_load(&rokviss_hand, &rokviss_plant, path, &loaded, error);
+        if (bad[i].message != NULL) {
+            TEST_ASSERT_EQUAL(STATUS_INVALID, status);
+            TEST_ASSERT_NULL(loaded);
+            TEST_ASSERT_EQUAL_STRING_LEN(path, error, strlen(path));
+            TEST_ASSERT_EQUAL_STRING(bad[i].message, error + strlen(path));
+        }
+        hand_destroy(loaded);
+    }
+}
+
+static void test_missing_script_is_named(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
+                      hand_load(&rokviss_hand, &rokviss_plant, "/nowhere.scn", &hand, error));
+    TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere.scn"));
+}
+
+static void test_too_many_lines_are_refused(void)
+{
+    static char text[257U * 12U + 1U];
+    text[0] = '\0';
+    for (unsigned i = 0U; i < 257U; i++) {
+        strcat(text, "1 hand rest\n");
+    }
+    hand_t* loaded = NULL;
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED,
+                      hand_load(&rokviss_hand, &rokviss_plant, script_file_write(text), &loaded, error));
+    TEST_ASSERT_NOT_NULL(strstr(error, ":257: found 'rest', expected at most 256 lines for the hand"));
+    text[256U * 12U] = '\0';
+    play(text);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_inverse_kinematics_undoes_forward);
+    RUN_TEST(test_expected_torque_is_the_gradient_of_energy);
+    RUN_TEST(test_expected_friction_turns_with_the_slide);
+    RUN_TEST(test_press_height_gives_the_force);
+    RUN_TEST(test_no_script_rests_at_home);
+    RUN_TEST(test_torque_is_an_impedance);
+    RUN_TEST(test_circle_ramps_holds_and_ends_where_it_began);
+    RUN_TEST(test_move_is_smooth_and_arrives);
+    RUN_TEST(test_press_touches_at_its_speed_then_leans);
+    RUN_TEST(test_follow_keeps_the_force_over_the_bump);
+    RUN_TEST(test_lifting_forgets_the_contour);
+    RUN_TEST(test_pull_leans_against_the_spring_and_release_lets_it_go);
+    RUN_TEST(test_rest_stops_leaning_without_moving);
+    RUN_TEST(test_let_go_leaves_the_stick_and_the_next_verb_takes_it);
+    RUN_TEST(test_grip_changes_the_hand_and_not_the_motion);
+    RUN_TEST(test_a_new_verb_begins_where_the_old_one_was);
+    RUN_TEST(test_playing_twice_gives_the_same);
+    RUN_TEST(test_mission_script_is_accepted_and_stays_within_the_stick);
+    RUN_TEST(test_bad_lines_are_named);
+    RUN_TEST(test_missing_script_is_named);
+    RUN_TEST(test_too_many_lines_are_refused);
+    return UNITY_END();
+}

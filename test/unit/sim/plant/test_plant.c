@@ -1,0 +1,585 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the robot does to its surroundings and they to it: friction, brakes, contour, spring, stops,
+// repeatability.
+#include "sim/parameters/rokviss.h"
+#include "sim/plant/plant.h"
+#include "sim/plant/world.h"
+#include "test/support/bounds.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
+
+#define STEP_NS 500000U
+
+/// Motors that hold a pose: proportional, damping, and a constant torque on top.
+typedef struct {
+    double wanted_rad[PLANT_JOINTS];
+    double extra_nm[PLANT_JOINTS];
+    double stiffness;
+    double damping;
+} holder_t;
+
+static plant_t* plant;
+static plant_input_t input;
+static holder_t holder;
+
+static void hold_pose(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
+                      double out_torque_nm[PLANT_JOINTS])
+{
+    const holder_t* own = context;
+    (void)substep;
+    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+        out_torque_nm[i] = own->extra_nm[i] + own->stiffness * (own->wanted_rad[i] - motor[i].position_rad) -
+                           own->damping * motor[i].velocity_rad_s;
+    }
+}
+
+static void begin_with(const plant_parameters_t* parameters, bool gravity)
+{
+    const plant_options_t options = {.gravity = gravity};
+    plant_destroy(plant);
+    plant  = plant_create(parameters, &options);
+    holder = (holder_t){.stiffness = 4000.0, .damping = 100.0};
+    memcpy(holder.wanted_rad, parameters->home_rad, sizeof(holder.wanted_rad));
+    input = (plant_input_t){.drive = hold_pose, .drive_context = &holder};
+}
+
+void setUp(void)
+{
+    begin_with(&rokviss_plant, true);
+}
+
+void tearDown(void)
+{
+    plant_destroy(plant);
+    plant = NULL;
+}
+
+static void run(double seconds)
+{
+    const unsigned steps = (unsigned)lround(seconds * 2000.0);
+    for (unsigned i = 0U; i < steps; i++) {
+        plant_step(plant, &input, STEP_NS);
+    }
+}
+
+/// Motors only push with a constant torque.
+static void push(double first_nm, double second_nm)
+{
+    holder = (holder_t){.extra_nm = {first_nm, second_nm}};
+}
+
+/// Joint angles for a tip, elbow up; straight from the law of cosines.
+static void aim(double x, double z)
+{
+    const double l1 = rokviss_plant.link_length_m[0];
+    const double l2 = rokviss_plant.link_length_m[1];
+    const double d2 = x * x + z * z;
+    const double d  = sqrt(d2);
+
+    holder.wanted_rad[0] = atan2(z, x) + acos((l1 * l1 + d2 - l2 * l2) / (2.0 * l1 * d));
+    holder.wanted_rad[1] = acos((l1 * l1 + l2 * l2 - d2) / (2.0 * l1 * l2)) - acos(-1.0);
+}
+
+/// Slowly from where it aims now to another place.
+static void glide(double from_x, double from_z, double to_x, double to_z, double seconds)
+{
+    const unsigned steps = (unsigned)lround(seconds * 2000.0);
+    for (unsigned i = 0U; i < steps; i++) {
+        const double s = (double)(i + 1U) / (double)steps;
+        aim(from_x + s * (to_x - from_x), from_z + s * (to_z - from_z));
+        plant_step(plant, &input, STEP_NS);
+    }
+}
+
+static void pull_spring(void)
+{
+    glide(0.3265, 0.0655, 0.327, 0.145, 1.0);
+    glide(0.327, 0.145, 0.327, 0.215, 2.0);
+    run(1.0);
+}
+
+// --- joints
+// -------------------------------------------------------------------------------------------------
+
+static void test_gear_carries_gravity_when_at_rest(void)
+{
+    run(2.0);
+    const plant_truth_t* truth = plant_truth(plant);
+    const double q1            = truth->link_position_rad[0];
+    const double q12           = q1 + truth->link_position_rad[1];
+    const double g2            = 2.0 * 9.81 * 0.125 * cos(q12);
+    const double g1            = (3.0 * 0.11 + 2.0 * 0.22) * 9.81 * cos(q1) + g2;
+    EXPECT_WITHIN(g1, 1e-3, truth->joint_torque_nm[0]);
+    EXPECT_WITHIN(g2, 1e-3, truth->joint_torque_nm[1]);
+    EXPECT_WITHIN(g1 / 8000.0, 1e-6, truth->motor[0].position_rad - truth->link_position_rad[0]);
+    EXPECT_WITHIN(truth->joint_torque_nm[0] + truth->friction_nm[0], 1e-9, truth->motor_torque_nm[0]);
+}
+
+static void test_tip_follows_from_the_joint_angles(void)
+{
+    run(0.5);
+    const plant_truth_t* truth = plant_truth(plant);
+    const double q1            = truth->link_position_rad[0];
+    const double q12           = q1 + truth->link_position_rad[1];
+    EXPECT_WITHIN(0.22 * cos(q1) + 0.25 * cos(q12), 1e-7, truth->tip_m[0]);
+    EXPECT_WITHIN(0.22 * sin(q1) + 0.25 * sin(q12), 1e-7, truth->tip_m[2]);
+    EXPECT_WITHIN(0.0, 1e-9, truth->tip_m[1]);
+}
+
+static void test_stiction_holds_below_and_yields_above(void)
+{
+    begin_with(&rokviss_plant, false);
+    const double start = plant_truth(plant)->motor[0].position_rad;
+    push(1.9, -1.9);
+    run(2.0);
+    TEST_ASSERT_TRUE(plant_truth(plant)->motor[0].position_rad == start);
+    EXPECT_WITHIN(1.9, 1e-12, plant_truth(plant)->friction_nm[0]);
+    push(2.35, 0.0); // Above Coulomb, below stiction.
+    run(1.0);
+    TEST_ASSERT_TRUE(plant_truth(plant)->motor[0].position_rad == start);
+    push(2.5, 0.0);
+    run(1.0);
+    EXPECT_ABOVE(0.02, plant_truth(plant)->motor[0].position_rad - start);
+}
+
+static void test_moving_rotor_meets_coulomb_and_viscous_friction(void)
+{
+    plant_parameters_t parameters = rokviss_plant;
+    parameters.range_rad          = 100.0;
+    begin_with(&parameters, false);
+    push(2.6, 0.0);
+    run(8.0);
+    const plant_truth_t* truth = plant_truth(plant);
+    const double speed         = truth->motor[0].velocity_rad_s;
+    EXPECT_ABOVE(0.3, speed);
+    EXPECT_WITHIN(2.0 + 0.4 / (1.0 + speed * speed / 4.0e-4) + speed, 2e-3, truth->friction_nm[0]);
+    // Less than Coulomb: it comes to rest and stays, without turning round.
+    push(0.0, 0.0);
+    run(2.0);
+    const double rest = truth->motor[0].position_rad;
+    TEST_ASSERT_TRUE(truth->motor[0].velocity_rad_s == 0.0);
+    run(1.0);
+    TEST_ASSERT_TRUE(truth->motor[0].position_rad == rest);
+}
+
+static void test_without_brake_the_arm_falls(void)
+{
+    run(1.0);
+    const double before = plant_truth(plant)->link_position_rad[0];
+    push(0.0, 0.0);
+    run(0.3);
+    EXPECT_BELOW(before - 0.2, plant_truth(plant)->link_position_rad[0]);
+}
+
+/// Largest motion of a link after the motors lose their current and the brakes close.
+static double brake_drop(double seconds)
+{
+    const plant_truth_t* truth = plant_truth(plant);
+    const double first         = truth->link_position_rad[0];
+    const double second        = truth->link_position_rad[1];
+    double worst               = 0.0;
+    push(0.0, 0.0);
+    input.brake_engaged[0] = true;
+    input.brake_engaged[1] = true;
+    for (unsigned i = 0U; i < (unsigned)lround(seconds * 2000.0); i++) {
+        plant_step(plant, &input, STEP_NS);
+        worst = fmax(worst, fabs(truth->link_position_rad[0] - first));
+        worst = fmax(worst, fabs(truth->link_position_rad[1] - second));
+    }
+    return worst;
+}
+
+static void test_brake_holds_against_gravity(void)
+{
+    run(1.0);
+    EXPECT_BELOW(1e-4, brake_drop(10.0));
+    TEST_ASSERT_TRUE(plant_truth(plant)->brake_engaged[1]);
+    TEST_ASSERT_TRUE(plant_truth(plant)->motor[0].velocity_rad_s == 0.0);
+}
+
+static void test_brake_holds_against_the_spring(void)
+{
+    pull_spring();
+    EXPECT_BELOW(-30.0, plant_truth(plant)->spring_force_n[2]);
+    EXPECT_BELOW(1e-4, brake_drop(10.0));
+}
+
+static void test_brake_stops_a_moving_joint(void)
+{
+    begin_with(&rokviss_plant, false);
+    push(10.0, 0.0);
+    run(0.05);
+    const plant_truth_t* truth = plant_truth(plant);
+    const double speed         = truth->motor[0].velocity_rad_s;
+    const double from          = truth->motor[0].position_rad;
+    EXPECT_ABOVE(0.3, speed);
+    input.brake_engaged[0] = true;
+    run(0.02);
+    TEST_ASSERT_TRUE(truth->motor[0].velocity_rad_s == 0.0);
+    // 100 Nm against the rotor and less than half of the links' inertia at the end of an elastic gear.
+    EXPECT_BELOW(speed * speed * (0.256 + 0.25) / 2.0 / 100.0, truth->motor[0].position_rad - from);
+}
+
+static void test_joint_stops_at_its_range(void)
+{
+    begin_with(&rokviss_plant, false);
+    push(10.0, 0.0);
+    run(4.0);
+    EXPECT_WITHIN(rokviss_plant.home_rad[0] + rokviss_plant.range_rad, 2e-3,
+                  plant_truth(plant)->motor[0].position_rad);
+    EXPECT_WITHIN(0.0, 1e-3, plant_truth(plant)->motor[0].velocity_rad_s);
+}
+
+// --- contour
+// ------------------------------------------------------------------------------------------------
+
+/// Press on the flat part at x by aiming below it.
+static void press_at(double x, double below_m)
+{
+    glide(0.3265, 0.0655, x, -0.02, 1.0);
+    glide(x, -0.02, x, -0.030 - below_m, 1.0);
+    run(1.0);
+}
+
+static void test_contact_is_a_spring_of_the_given_stiffness(void)
+{
+    const double stiffness[] = {2000.0, 5000.0, 20000.0};
+    for (unsigned i = 0U; i < 3U; i++) {
+        plant_parameters_t parameters    = rokviss_plant;
+        parameters.contour_stiffness_n_m = stiffness[i];
+        begin_with(&parameters, true);
+        press_at(0.25, 0.005);
+        const plant_truth_t* truth = plant_truth(plant);
+        const double depth         = parameters.contour_top_m + parameters.tip_radius_m - truth->tip_m[2];
+        TEST_ASSERT_TRUE(truth->in_contact);
+        EXPECT_ABOVE(5.0, truth->contact_force_n[2]);
+        EXPECT_WITHIN(1.0, 1e-3, truth->contact_force_n[2] / (stiffness[i] * depth));
+        EXPECT_WITHIN(truth->tip_m[2] - 0.012, 1e-6, truth->contact_point_m[2]);
+    }
+}
+
+static void test_contact_only_pushes(void)
+{
+    press_at(0.25, 0.005);
+    const unsigned lift = 2000U;
+    for (unsigned i = 0U; i < lift; i++) {
+        aim(0.25, -0.035 + 0.02 * (double)i / lift);
+        plant_step(plant, &input, STEP_NS);
+        TEST_ASSERT_TRUE(plant_truth(plant)->contact_force_n[2] >= 0.0);
+    }
+    TEST_ASSERT_FALSE(plant_truth(plant)->in_contact);
+    EXPECT_WITHIN(0.0, 0.0, plant_truth(plant)->contact_point_m[0]);
+}
+
+// ODE takes the limit of friction from the normal force as it was before friction acted back on it: 1 % here.
+static void test_friction_stays_in_its_cone_and_opposes_the_motion(void)
+{
+    press_at(0.22, 0.005);
+    const plant_truth_t* truth = plant_truth(plant);
+    unsigned sliding           = 0U;
+    for (unsigned i = 0U; i < 4000U; i++) { // 50 mm along the flat part in 2 s, with stick-slip of the rotors
+        const double before = truth->tip_m[0];
+        aim(0.22 + 0.05 * (double)i / 4000.0, -0.035);
+        plant_step(plant, &input, STEP_NS);
+        const double normal  = truth->contact_force_n[2];
+        const double tangent = truth->contact_force_n[0];
+        EXPECT_BELOW(0.303 * normal + 1e-6, fabs(tangent));
+        if (truth->tip_m[0] - before > 2.0e-6) { // 4 mm/s
+            EXPECT_WITHIN(-0.3 * normal, 0.004 * normal, tangent);
+            sliding++;
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT(1000U, sliding);
+}
+
+static void test_sticking_finger_does_not_creep(void)
+{
+    press_at(0.25, 0.005);
+    run(2.0);
+    const double x = plant_truth(plant)->tip_m[0];
+    run(5.0);
+    EXPECT_WITHIN(x, 1e-6, plant_truth(plant)->tip_m[0]);
+}
+
+static void test_bump_pushes_along_its_own_normal(void)
+{
+    plant_parameters_t parameters = rokviss_plant;
+    parameters.contour_friction   = 0.0;
+    begin_with(&parameters, true);
+    glide(0.3265, 0.0655, 0.345, 0.0, 1.0);
+    glide(0.345, 0.0, 0.345, -0.03, 1.0);
+    run(1.0);
+    const plant_truth_t* truth = plant_truth(plant);
+    const double x             = truth->tip_m[0] - 0.325;
+    const double z             = truth->tip_m[2] - (-0.042 + 0.007 - 0.10);
+    const double depth         = 0.112 - sqrt(x * x + z * z);
+    EXPECT_ABOVE(0.0, depth);
+    EXPECT_WITHIN(x / z, 1e-6, truth->contact_force_n[0] / truth->contact_force_n[2]);
+    EXPECT_WITHIN(5000.0 * depth, 0.02,
+                  sqrt(truth->contact_force_n[0] * truth->contact_force_n[0] +
+                       truth->contact_force_n[2] * truth->contact_force_n[2]));
+}
+
+static void test_external_torque_balances_gear_and_gravity(void)
+{
+    // At rest the sensor carries gravity minus what the surroundings take: an independent way to the same
+    // number.
+    press_at(0.25, 0.005);
+    run(3.0);
+    const plant_truth_t* truth = plant_truth(plant);
+    const double q1            = truth->link_position_rad[0];
+    const double q12           = q1 + truth->link_position_rad[1];
+    const double g2            = 2.0 * 9.81 * 0.125 * cos(q12);
+    const double g1            = (3.0 * 0.11 + 2.0 * 0.22) * 9.81 * cos(q1) + g2;
+    EXPECT_ABOVE(2.0, truth->external_torque_nm[0]);
+    EXPECT_WITHIN(g1 - truth->joint_torque_nm[0], 1e-3, truth->external_torque_nm[0]);
+    EXPECT_WITHIN(g2 - truth->joint_torque_nm[1], 1e-3, truth->external_torque_nm[1]);
+}
+
+// --- spring
+// -------------------------------------------------------------------------------------------------
+
+static double pull_at(spring_t* spring, double x, double z)
+{
+    const double tip[3] = {x, 0.0, z};
+    double force[3];
+    spring_force(&rokviss_plant, spring, tip, force);
+    return -force[2];
+}
+
+static void test_spring_law(void)
+{
+    spring_t spring = {.below = true};
+    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.150));
+    EXPECT_WITHIN(3.0, 1e-9, pull_at(&spring, 0.327, 0.156)); // Half the preload and 0.5 N.
+    EXPECT_WITHIN(6.0, 1e-9, pull_at(&spring, 0.327, 0.157));
+    EXPECT_WITHIN(35.0, 1e-9, pull_at(&spring, 0.327, 0.215));
+    EXPECT_WITHIN(6.0, 1e-9, pull_at(&spring, 0.327, 0.157)); // The same on the way back.
+    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.154));  // A cable does not push.
+    TEST_ASSERT_FALSE(spring.hooked);
+    EXPECT_WITHIN(35.0, 1e-9, pull_at(&spring, 0.327, 0.215)); // Hooked again.
+}
+
+static void test_spring_pulls_towards_its_anchor(void)
+{
+    spring_t spring     = {.below = true};
+    const double tip[3] = {0.340, 0.0, 0.200};
+    double force[3];
+    (void)pull_at(&spring, 0.330, 0.155);
+    spring_force(&rokviss_plant, &spring, tip, force);
+    EXPECT_WITHIN((0.340 - 0.327) / (0.200 - 0.005), 1e-12, force[0] / force[2]);
+    EXPECT_BELOW(0.0, force[0]);
+}
+
+static void test_hook_is_missed_beside_it(void)
+{
+    spring_t spring = {.below = true};
+    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.36, 0.160));
+    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.160)); // Above it already: nothing to pick up.
+    TEST_ASSERT_FALSE(spring.hooked);
+}
+
+static void test_hook_slips_off_and_can_be_hooked_again(void)
+{
+    spring_t spring = {.below = true};
+    EXPECT_WITHIN(59.5, 1e-9, pull_at(&spring, 0.327, 0.264));
+    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.266)); // 60.5 N
+    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.215));
+    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.150));
+    EXPECT_WITHIN(35.0, 1e-9, pull_at(&spring, 0.327, 0.215));
+}
+
+static void test_arm_feels_the_spring(void)
+{
+    pull_spring();
+    const plant_truth_t* truth = plant_truth(plant);
+    TEST_ASSERT_TRUE(truth->spring_hooked);
+    const double force = truth->spring_force_n[2];
+    EXPECT_WITHIN(5.0 + 500.0 * (truth->tip_m[2] - 0.155), 0.05, -force);
+    EXPECT_WITHIN(truth->tip_m[0] * force, 0.1, truth->external_torque_nm[0]);
+    EXPECT_BELOW(-10.0, truth->external_torque_nm[0]);
+    EXPECT_BELOW(-7.0, truth->external_torque_nm[1]);
+}
+
+// --- joystick
+// -----------------------------------------------------------------------------------------------
+
+static void push_stick(void* context, unsigned substep, const double stick_position_rad[PLANT_AXES],
+                       const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES])
+{
+    (void)context;
+    (void)substep;
+    out_torque_nm[0] = 3.0 * (0.1 - stick_position_rad[0]) - 0.1 * stick_velocity_rad_s[0];
+    out_torque_nm[1] = 0.0;
+}
+
+static void test_stick_balances_hand_and_motor(void)
+{
+    input.hand               = push_stick;
+    input.stick_torque_nm[0] = -0.15;
+    run(3.0);
+    const plant_truth_t* truth = plant_truth(plant);
+    EXPECT_WITHIN(0.05, 1e-5, truth->stick_position_rad[0]);
+    EXPECT_WITHIN(0.15, 1e-4, truth->hand_torque_nm[0]);
+    EXPECT_WITHIN(-0.15, 0.0, truth->stick_torque_nm[0]);
+    EXPECT_WITHIN(0.0, 0.0, truth->stick_position_rad[1]);
+}
+
+static void test_stick_accelerates_by_its_inertia(void)
+{
+    input.stick_torque_nm[1] = 0.02; // 10 rad/s2
+    run(0.1);
+    EXPECT_WITHIN(1.0, 0.3, plant_truth(plant)->stick_velocity_rad_s[1]);
+    EXPECT_WITHIN(0.02 / 0.01 * (1.0 - exp(-0.1 * 0.01 / 2e-3)), 2e-3,
+                  plant_truth(plant)->stick_velocity_rad_s[1]);
+}
+
+static void test_stick_stops_at_its_range(void)
+{
+    input.stick_torque_nm[0] = 1.5;
+    input.stick_torque_nm[1] = -1.5;
+    run(1.0);
+    const plant_truth_t* truth = plant_truth(plant);
+    EXPECT_WITHIN(rokviss_plant.stick_range_rad + 1.5 / 200.0, 1e-4, truth->stick_position_rad[0]);
+    EXPECT_WITHIN(-rokviss_plant.stick_range_rad - 1.5 / 200.0, 1e-4, truth->stick_position_rad[1]);
+}
+
+// --- repeatability
+// ------------------------------------------------------------------------------------------
+
+/// A motion with everything in it; the checksum of the state at its end.
+static uint64_t eventful_run(void)
+{
+    begin_with(&rokviss_plant, true);
+    input.hand = push_stick;
+    press_at(0.28, 0.003);
+    glide(0.28, -0.033, 0.36, -0.033, 1.0);
+    glide(0.36, -0.033, 0.327, 0.145, 1.0);
+    glide(0.327, 0.145, 0.327, 0.215, 1.0);
+    input.brake_engaged[0] = true;
+    run(0.5);
+    return plant_hash(plant);
+}
+
+static void test_repeats_are_bit_identical(void)
+{
+    const uint64_t first = eventful_run();
+    TEST_ASSERT_TRUE(first == eventful_run());
+}
+
+static void test_worlds_do_not_disturb_each_other(void)
+{
+    const uint64_t alone          = eventful_run();
+    const plant_options_t options = {.gravity = true, .seed = 99U};
+    plant_t* const other          = plant_create(&rokviss_plant, &options);
+    const plant_input_t idle      = {0};
+    for (unsigned i = 0U; i < 500U; i++) {
+        plant_step(other, &idle, STEP_NS);
+    }
+    TEST_ASSERT_TRUE(alone == eventful_run());
+    for (unsigned i = 0U; i < 500U; i++) {
+        plant_step(other, &idle, STEP_NS);
+    }
+    plant_t* const again = plant_create(&rokviss_plant, &options);
+    for (unsigned i = 0U; i < 1000U; i++) {
+        plant_step(again, &idle, STEP_NS);
+    }
+    TEST_ASSERT_TRUE(plant_hash(other) == plant_hash(again));
+    plant_destroy(other);
+    plant_destroy(again);
+}
+
+static void test_checksum_sees_the_last_bit(void)
+{
+    const uint64_t before = plant_hash(plant);
+    plant_step(plant, &input, STEP_NS);
+    const uint64_t after = plant_hash(plant);
+    TEST_ASSERT_FALSE(before == after);
+    TEST_ASSERT_TRUE(after == plant_hash(plant));
+}
+
+#if defined(__SSE2__)
+static void test_no_denormals_after_a_contact(void)
+{
+    press_at(0.25, 0.003);
+    glide(0.25, -0.033, 0.327, 0.06, 1.0);
+    run(20.0);
+    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+        for (unsigned axis = 0U; axis < 3U; axis++) {
+            TEST_ASSERT_FALSE(fpclassify(dBodyGetLinearVel(plant->link[i])[axis]) == FP_SUBNORMAL);
+            TEST_ASSERT_FALSE(fpclassify(dBodyGetAngularVel(plant->link[i])[axis]) == FP_SUBNORMAL);
+            TEST_ASSERT_FALSE(fpclassify(dBodyGetPosition(plant->link[i])[axis]) == FP_SUBNORMAL);
+        }
+        TEST_ASSERT_FALSE(fpclassify(plant_truth(plant)->motor[i].velocity_rad_s) == FP_SUBNORMAL);
+    }
+}
+
+static unsigned mode_inside;
+
+static void look_at_mode(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
+                         double out_torque_nm[PLANT_JOINTS])
+{
+    (void)context;
+    (void)substep;
+    (void)motor;
+    (void)out_torque_nm;
+    mode_inside = _mm_getcsr();
+}
+
+static void test_floating_point_mode_of_the_caller_is_untouched(void)
+{
+    const unsigned before  = _mm_getcsr();
+    const unsigned modes[] = {before & ~0x8040U, before | 0x8040U, (before & ~0x6000U) | 0x2000U};
+    input.drive            = look_at_mode;
+    for (unsigned i = 0U; i < 3U; i++) {
+        _mm_setcsr(modes[i]);
+        plant_step(plant, &input, STEP_NS);
+        const unsigned after = _mm_getcsr();
+        _mm_setcsr(before);
+        TEST_ASSERT_EQUAL_HEX32(modes[i], after);
+        TEST_ASSERT_EQUAL_HEX32(0x8040U, mode_inside & 0x8040U);
+    }
+}
+#endif
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_gear_carries_gravity_when_at_rest);
+    RUN_TEST(test_tip_follows_from_the_joint_angles);
+    RUN_TEST(test_stiction_holds_below_and_yields_above);
+    RUN_TEST(test_moving_rotor_meets_coulomb_and_viscous_friction);
+    RUN_TEST(test_without_brake_the_arm_falls);
+    RUN_TEST(test_brake_holds_against_gravity);
+    RUN_TEST(test_brake_holds_against_the_spring);
+    RUN_TEST(test_brake_stops_a_moving_joint);
+    RUN_TEST(test_joint_stops_at_its_range);
+    RUN_TEST(test_contact_is_a_spring_of_the_given_stiffness);
+    RUN_TEST(test_contact_only_pushes);
+    RUN_TEST(test_friction_stays_in_its_cone_and_opposes_the_motion);
+    RUN_TEST(test_sticking_finger_does_not_creep);
+    RUN_TEST(test_bump_pushes_along_its_own_normal);
+    RUN_TEST(test_external_torque_balances_gear_and_gravity);
+    RUN_TEST(test_spring_law);
+    RUN_TEST(test_spring_pulls_towards_its_anchor);
+    RUN_TEST(test_hook_is_missed_beside_it);
+    RUN_TEST(test_hook_slips_off_and_can_be_hooked_again);
+    RUN_TEST(test_arm_feels_the_spring);
+    RUN_TEST(test_stick_balances_hand_and_motor);
+    RUN_TEST(test_stick_accelerates_by_its_inertia);
+    RUN_TEST(test_stick_stops_at_its_range);
+    RUN_TEST(test_repeats_are_bit_identical);
+    RUN_TEST(test_worlds_do_not_disturb_each_other);
+    RUN_TEST(test_checksum_sees_the_last_bit);
+#if defined(__SSE2__)
+    RUN_TEST(test_no_denormals_after_a_contact);
+    RUN_TEST(test_floating_point_mode_of_the_caller_is_untouched);
+#endif
+    return UNITY_END();
+}

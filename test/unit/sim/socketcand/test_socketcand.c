@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+// The socketcand server: handshake as python-can does it, frames both ways, slow and rude clients.
+#include "osal/include/osal/socket.h"
+#include "sim/socketcand/socketcand.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define MS 1000000U
+
+static bus_t* bus;
+static socketcand_t* server;
+static unsigned node; // A device on the bus.
+static osal_can_frame_t heard;
+static unsigned heard_count;
+static char answer[300000];
+
+static void hear(void* context, const osal_can_frame_t* frame)
+{
+    (void)context;
+    heard = *frame;
+    heard_count++;
+}
+
+void setUp(void)
+{
+    const bus_config_t config       = {.nominal_bit_rate = 1000000U, .data_bit_rate = 5000000U, .seed = 1U};
+    const bus_callbacks_t callbacks = {.on_frame = hear};
+    heard_count                     = 0U;
+    bus                             = bus_create(&config);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(bus, &callbacks, &node));
+    const socketcand_bus_t buses[] = {{"robot", bus}};
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, socketcand_open(0U, buses, 1U, &server));
+    TEST_ASSERT_TRUE(socketcand_port(server) != 0U);
+}
+
+void tearDown(void)
+{
+    socketcand_close(server);
+    bus_destroy(bus);
+}
+
+static osal_socket_t join(void)
+{
+    osal_socket_t client    = OSAL_SOCKET_CLOSED;
+    const osal_address_t to = {.ipv4 = OSAL_IPV4_LOOPBACK, .port = socketcand_port(server)};
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_tcp_connect(&client, to));
+    return client;
+}
+
+/// Let the server look (it looks for newcomers now and then only) and the bus run.
+static void serve(void)
+{
+    for (unsigned i = 0U; i < 70U; i++) {
+        (void)socketcand_receive(server);
+        bus_run_until(bus, bus_now_ns(bus) + MS);
+        socketcand_send(server);
+    }
+}
+
+/// What has come, as text.
+static const char* take(osal_socket_t* client)
+{
+    size_t total = 0U;
+    size_t size  = 0U;
+    while ((total < (sizeof answer - 1U)) && (osal_socket_wait_readable(client, 50U) == STATUS_OK) &&
+           (osal_stream_receive(client, (uint8_t*)&answer[total], sizeof answer - 1U - total, &size) ==
+            STATUS_OK)) {
+        total += size;
+    }
+    answer[total] = '\0';
+    return answer;
+}
+
+static void say(osal_socket_t* client, const char* text)
+{
+    size_t sent = 0U;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_stream_send(client, (const uint8_t*)text, strlen(text), &sent));
+    TEST_ASSERT_EQUAL_UINT(strlen(text), sent);
+    serve();
+}
+
+static osal_socket_t join_raw(void)
+{
+    osal_socket_t client = join();
+    serve();
+    TEST_ASSERT_EQUAL_STRING("< hi >", take(&client));
+    say(&client, "< open robot >");
+    TEST_ASSERT_EQUAL_STRING("< ok >", take(&client));
+    say(&client, "< rawmode >");
+    TEST_ASSERT_EQUAL_STRING("< ok >", take(&client));
+    return client;
+}
+
+static void test_frames_both_ways(void)
+{
+    osal_socket_t client = join_raw();
+    say(&client, "< send 123 3 a bc ff >");
+    TEST_ASSERT_EQUAL_UINT(1U, heard_count);
+    TEST_ASSERT_EQUAL_HEX32(0x123U, heard.id);
+    TEST_ASSERT_EQUAL_UINT8(3U, heard.length);
+    TEST_ASSERT_EQUAL_HEX8(0x0AU, heard.data[0]);
+    TEST_ASSERT_EQUAL_STRING("", take(&client)); // Its own frame does not come back.
+    const osal_can_frame_t frame = {.id = 0x591U, .length = 2U, .data = {0x4BU, 0x17U}};
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_submit(bus, node, &frame, 0U));
+    serve();
+    TEST_ASSERT_NOT_NULL(strstr(take(&client), "< frame 591 "));
+    TEST_ASSERT_NOT_NULL(strstr(answer, " 4B17 >"));
+    osal_socket_close(&client);
+    serve();
+    TEST_ASSERT_EQUAL_UINT(0U, socketcand_clients(server));
+}
+
+static void test_messages_in_pieces_and_in_heaps(void)
+{
+    osal_socket_t client = join_raw();
+    say(&client, "< send 12");
+    say(&client, "3 1 7 ><send 124 0 >noise< send 125 1 ");
+    TEST_ASSERT_EQUAL_UINT(2U, heard_count);
+    say(&client, "9 >");
+    TEST_ASSERT_EQUAL_UINT(3U, heard_count);
+    TEST_ASSERT_EQUAL_HEX32(0x125U, heard.id);
+    char heap[16U * 100U + 1U] = "";
+    for (unsigned i = 0U; i < 100U; i++) {
+        (void)strcat(heap, "< send 7 1 5 >");
+    }
+    say(&client, heap);
+    TEST_ASSERT_EQUAL_UINT(103U, heard_count); // None lost to a full transmit queue.
+    osal_socket_close(&client);
+}
+
+static void test_wrong_words_are_answered_with_an_error(void)
+{
+    osal_socket_t client = join();
+    serve();
+    (void)take(&client);
+    say(&client, "< rawmode >");
+    TEST_ASSERT_EQUAL_STRING("< error unknown command >", take(&client)); // No bus yet.
+    say(&client, "< open wheel >");
+    TEST_ASSERT_EQUAL_STRING("< error could not open bus >", take(&client));
+    say(&client, "< echo >");
+    TEST_ASSERT_EQUAL_STRING("< echo >", take(&client));
+    say(&client, "< open robot >");
+    (void)take(&client);
+    say(&client, "< send 123 0 >");
+    TEST_ASSERT_EQUAL_STRING("< error unknown command >", take(&client)); // Not raw yet.
+    say(&client, "< rawmode >");
+    (void)take(&client);
+    static const char* const bad[] = {"< send 123 9 1 2 3 4 5 6 7 8 9 >",
+                                      "< send 800 0 >",
+                                      "< send 123 2 1 >",
+                                      "< send 123 1 100 >",
+                                      "< send 123 1 1 2 >",
+                                      "< send 123 1 -1 >",
+                                      "< send 20000000 0 >"};
+    for (size_t i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
+        say(&client, bad[i]);
+        TEST_ASSERT_EQUAL_STRING("< error syntax of send >", take(&client));
+    }
+    TEST_ASSERT_EQUAL_UINT(0U, heard_count);
+    osal_socket_close(&client);
+}
+
+static void test_a_client_that_does_not_read_loses_messages_and_stalls_nobody(void)
+{
+    osal_socket_t client         = join_raw();
+    const osal_can_frame_t frame = {.id = 0x100U, .length = 8U};
+    for (unsigned i = 0U; (i < 400000U) && (socketcand_dropped(server) == 0U); i++) {
+        (void)bus_submit(bus, node, &frame, 0U);
+        bus_run_until(bus, bus_now_ns(bus) + (MS / 5U));
+        socketcand_send(server);
+    }
+    TEST_ASSERT_GREATER_THAN_UINT64(0U, socketcand_dropped(server));
+    (void)take(&client);
+    TEST_ASSERT_NOT_NULL(strstr(answer, "< frame 100 "));
+    osal_socket_close(&client);
+}
+
+static void test_four_clients_and_no_more(void)
+{
+    osal_socket_t clients[5];
+    for (unsigned i = 0U; i < 5U; i++) {
+        clients[i] = join();
+        serve();
+    }
+    TEST_ASSERT_EQUAL_UINT(4U, socketcand_clients(server));
+    osal_socket_close(&clients[0]);
+    serve();
+    TEST_ASSERT_EQUAL_UINT(4U, socketcand_clients(server)); // The fifth has moved up.
+    for (unsigned i = 1U; i < 5U; i++) {
+        osal_socket_close(&clients[i]);
+    }
+}
+
+static void test_clients_hear_each_other(void)
+{
+    osal_socket_t one = join_raw();
+    osal_socket_t two = join_raw();
+    say(&one, "< send 12345678 1 2A >");
+    TEST_ASSERT_NOT_NULL(strstr(take(&two), "< frame 12345678 "));
+    osal_socket_close(&one);
+    osal_socket_close(&two);
+}
+
+static void test_messages_of_frames(void)
+{
+    char text[SOCKETCAND_MESSAGE_MAX];
+    const osal_can_frame_t sync = {.time_ns = 1000002999U, .id = 0x080U};
+    TEST_ASSERT_EQUAL_UINT(strlen("< frame 080 1.000002  >"), socketcand_message(&sync, text));
+    TEST_ASSERT_EQUAL_STRING("< frame 080 1.000002  >", text);
+    const osal_can_frame_t error = {.time_ns = 5000U, .id = OSAL_CAN_ERROR | 0x24U, .length = 8U};
+    (void)socketcand_message(&error, text);
+    TEST_ASSERT_EQUAL_STRING("< error 20000024 0.000005 >", text);
+    osal_can_frame_t longest = {.time_ns = UINT64_MAX,
+                                .id      = 0x1FFFFFFFU | OSAL_CAN_EXTENDED,
+                                .length  = 64U,
+                                .flags   = OSAL_CAN_FLAG_FD};
+    TEST_ASSERT_LESS_THAN_UINT(SOCKETCAND_MESSAGE_MAX, socketcand_message(&longest, text) + 1U);
+}
+
+static void test_a_port_in_use_is_told(void)
+{
+    socketcand_t* second           = NULL;
+    const socketcand_bus_t buses[] = {{"robot", bus}};
+    TEST_ASSERT_EQUAL_INT(STATUS_EXISTS, socketcand_open(socketcand_port(server), buses, 1U, &second));
+    TEST_ASSERT_NULL(second);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_frames_both_ways);
+    RUN_TEST(test_messages_in_pieces_and_in_heaps);
+    RUN_TEST(test_wrong_words_are_answered_with_an_error);
+    RUN_TEST(test_a_client_that_does_not_read_loses_messages_and_stalls_nobody);
+    RUN_TEST(test_four_clients_and_no_more);
+    RUN_TEST(test_clients_hear_each_other);
+    RUN_TEST(test_messages_of_frames);
+    RUN_TEST(test_a_port_in_use_is_told);
+    return UNITY_END();
+}

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// With the environment variable TRUTH_FILE the sample log stays there, for readers in other languages.
+#include "sim/truth/truth.h"
+#include "unity.h"
+
+#include <lcm/eventlog.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define SAMPLE_EVENTS 6U
+
+static char path[256];
+
+void setUp(void)
+{
+    const char* wanted = getenv("TRUTH_FILE");
+    (void)snprintf(path, sizeof(path), "/tmp/truth-%ld.lcm", (long)getpid());
+    if (wanted != NULL) {
+        (void)snprintf(path, sizeof(path), "%s", wanted);
+    }
+}
+
+void tearDown(void)
+{
+    if (getenv("TRUTH_FILE") == NULL) {
+        (void)unlink(path);
+    }
+}
+
+/// One event of each kind; numbers tell what they are, so that a reader can see members out of place.
+static void write_sample(const char* where)
+{
+    const truth_joints_t joints = {
+        .position_rad       = {1.1, 1.2},
+        .velocity_rad_s     = {2.1, 2.2},
+        .motor_position_rad = {3.1, 3.2},
+        .motor_torque_nm    = {4.1, 4.2},
+        .joint_torque_nm    = {5.1, 5.2},
+        .friction_nm        = {6.1, -6.2},
+        .brake_engaged      = {true, false},
+    };
+    const truth_stick_t stick     = {{0.1, 0.2}, {0.3, 0.4}, {0.5, 0.6}, {0.7, -1e-300}};
+    const truth_contact_t contact = {
+        .tip_m              = {0.1, 0.2, 0.3},
+        .in_contact         = true,
+        .spring_hooked      = false,
+        .contact_point_m    = {1.1, 1.2, 1.3},
+        .contact_force_n    = {2.1, 2.2, 2.3},
+        .spring_force_n     = {3.1, 3.2, 3.3},
+        .external_torque_nm = {4.1, 4.2},
+    };
+    const truth_operator_t intent = {{0.1, 0.2}, {0.3, 0.4}, {0.5, 0.6}, 0.75, "follow"};
+    const truth_drive_t drive     = {"robot", 0x12U, 1U, 0x8627U, true, false};
+    const truth_fault_t fault     = {"unplug", "robot 0x11", true};
+    truth_t* truth                = NULL;
+
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_open(where, &truth));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_joints(truth, 500000U, &joints));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_stick(truth, 500000U, &stick));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_contact(truth, 1000000U, &contact));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_operator(truth, 1500000U, &intent));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_drive(truth, 1500123U, &drive));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 95000000000U, &fault));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
+}
+
+static void test_lcm_reads_channels_and_simulated_time(void)
+{
+    static const char* const channel[SAMPLE_EVENTS] = {"JOINTS",   "STICK", "CONTACT",
+                                                       "OPERATOR", "DRIVE", "FAULT"};
+    static const int64_t time_us[SAMPLE_EVENTS]     = {500, 500, 1000, 1500, 1500, 95000000};
+    static const int32_t octets[SAMPLE_EVENTS]      = {16 + 96 + 2,  16 + 64,      16 + 112 + 2,
+                                                       16 + 56 + 11, 16 + 10 + 14, 16 + 11 + 15 + 1};
+    write_sample(path);
+    lcm_eventlog_t* log = lcm_eventlog_create(path, "r");
+    TEST_ASSERT_NOT_NULL(log);
+    for (unsigned i = 0U; i < SAMPLE_EVENTS; i++) {
+        lcm_eventlog_event_t* event = lcm_eventlog_read_next_event(log);
+        TEST_ASSERT_NOT_NULL(event);
+        TEST_ASSERT_EQUAL_INT64(i, event->eventnum);
+        TEST_ASSERT_EQUAL_INT64(time_us[i], event->timestamp);
+        TEST_ASSERT_EQUAL_INT32((int32_t)strlen(channel[i]), event->channellen);
+        TEST_ASSERT_EQUAL_STRING(channel[i], event->channel);
+        TEST_ASSERT_EQUAL_INT32(octets[i], event->datalen);
+        lcm_eventlog_free_event(event);
+    }
+    TEST_ASSERT_NULL(lcm_eventlog_read_next_event(log));
+    lcm_eventlog_destroy(log);
+}
+
+static size_t read_all(const char* where, unsigned char* octet, size_t size)
+{
+    FILE* file = fopen(where, "rb");
+    TEST_ASSERT_NOT_NULL(file);
+    const size_t used = fread(octet, 1U, size, file);
+    (void)fclose(file);
+    return used;
+}
+
+static void test_two_runs_give_the_same_octets(void)
+{
+    static unsigned char first[4096];
+    static unsigned char second[4096];
+    write_sample(path);
+    const size_t used = read_all(path, first, sizeof(first));
+    write_sample(path); // Over the old one.
+    TEST_ASSERT_GREATER_THAN_UINT(400U, used);
+    TEST_ASSERT_EQUAL_UINT64(used, read_all(path, second, sizeof(second)));
+    TEST_ASSERT_EQUAL_MEMORY(first, second, used);
+}
+
+static void test_long_words_are_cut(void)
+{
+    static char word[1000];
+    memset(word, 'x', sizeof(word) - 1U);
+    const truth_fault_t fault = {word, word, false};
+    truth_t* truth            = NULL;
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_open(path, &truth));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 0U, &fault));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
+    write_sample(path); // Leaves the sample behind for other readers.
+}
+
+static void test_failures_are_told(void)
+{
+    truth_t* truth            = NULL;
+    const truth_stick_t stick = {{0.0}, {0.0}, {0.0}, {0.0}};
+    TEST_ASSERT_EQUAL(STATUS_IO, truth_open("/nowhere/truth.lcm", &truth));
+    TEST_ASSERT_NULL(truth);
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_close(NULL));
+
+    // A full disk shows at the latest when the log is closed.
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_open("/dev/full", &truth));
+    status_t written = STATUS_OK;
+    for (unsigned i = 0U; (i < 1000U) && (written == STATUS_OK); i++) {
+        written = truth_stick(truth, i, &stick);
+    }
+    TEST_ASSERT_EQUAL(STATUS_IO, written);
+    TEST_ASSERT_EQUAL(STATUS_IO, truth_stick(truth, 1U, &stick));
+    TEST_ASSERT_EQUAL(STATUS_IO, truth_close(truth));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_open("/dev/full", &truth));
+    TEST_ASSERT_EQUAL(STATUS_OK, truth_stick(truth, 1U, &stick));
+    TEST_ASSERT_EQUAL(STATUS_IO, truth_close(truth));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_lcm_reads_channels_and_simulated_time);
+    RUN_TEST(test_two_runs_give_the_same_octets);
+    RUN_TEST(test_failures_are_told);
+    RUN_TEST(test_long_words_are_cut);
+    return UNITY_END();
+}
