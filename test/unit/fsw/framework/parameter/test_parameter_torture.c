@@ -10,7 +10,8 @@
 
 #define READERS 3U
 #define ROUNDS 20000U
-#define PARTY_ROUNDS 100U ///< At least so many of every party before the owner stops, whoever is scheduled when.
+#define PARTY_ROUNDS                                                                                         \
+    100U ///< At least so many of every party before the owner stops, whoever is scheduled when.
 #define VALUES PARAMETER_ID(16U, VALUE_STRUCT, 1U)
 #define COMMAND PARAMETER_ID(16U, VALUE_STRUCT, 2U)
 #define SCALE PARAMETER_ID(16U, VALUE_DOUBLE, 3U)
