@@ -17,6 +17,8 @@
 ##   make coverage   branches the C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises the marks
 ##   make fuzz       run every fuzz target in turn on its kept corpus          ONLY=<part of a name>  SECONDS=20
+##   make vm         a shell in a micro-VM with vcan and TIPC over this tree; what is written there is forgotten, but
+##                   for build/vm/out            CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=folder
 ##   make bench      measure, print a table, write build/bench.json         ONLY=<part of a name>  CHECK=1
 ##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<one that is there>
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
@@ -202,7 +204,7 @@ $(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
 -include $(patsubst %.o,%.d,$(call objects,$(FUZZ_SOURCES)))
 
 # --- targets for people --------------------------------------------------------------------------------------------
-.PHONY: force all help programs tests thread-tests benches fuzzers fuzz fuzz-corpus sim-run test check check-full bench doctor setup clean gse format new-subsystem docs
+.PHONY: force all help programs tests thread-tests benches fuzzers fuzz fuzz-corpus sim-run vm test check check-full bench doctor setup clean gse format new-subsystem docs
 help:
 	@sed -n 's/^## \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 
@@ -252,6 +254,14 @@ fuzz: build/setup/test
 fuzz-corpus: build/setup/test
 	+@$(BUILD_FUZZERS)
 	@$(VENV) test/fuzz/make_corpus.py $(call selected,$(FUZZ_TARGETS))
+
+# The command is passed on as it was written, without make reading its dollar signs.
+build/setup/vm: build/setup/hil gse/vm/prepare.py gse/vm/init.sh
+	@$(PYTHON) gse/vm/prepare.py && touch $@
+vm: export VM_COMMAND := $(value CMD)
+vm: build/setup/vm
+	@$(PYTHON) gse/vm/microvm.py $(call option,seconds,SECONDS) $(call option,cans,CANS) $(call option,memory,MEMORY) \
+	    $(call option,out,OUT)
 
 build/setup/peers: gse/setup/peers.sh gse/setup/peers.txt $(shell find test/bench/peers -type f)
 	@sh gse/setup/peers.sh

@@ -1,18 +1,19 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Install what a target needs: `setup.sh run|docs|test|check|full`. Each level contains the ones before it. Quick when all is
+# Install what a target needs: `setup.sh run|docs|test|hil|check|full`. Each level contains those it builds on. Quick when all is
 # there. Installs as root or through `sudo -n`; otherwise prints the exact command and stops. Never asks.
 set -eu
 
-level=${1:?usage: setup.sh run|docs|test|check|full}
+level=${1:?usage: setup.sh run|docs|test|hil|check|full}
 here=gse/setup
 venv=build/venv
 case $level in
 run) levels='run' ;;
 docs) levels='run docs' ;;
 test) levels='run docs test' ;;
+hil) levels='run docs test hil' ;;
 check) levels='run docs test check' ;;
-full) levels='run docs test check full' ;;
+full) levels='run docs test hil check full' ;;
 *) echo "setup: unknown level '$level'" >&2 && exit 2 ;;
 esac
 
@@ -48,7 +49,7 @@ install_packages() {
     # A source that cannot be read is no reason to stop: the installation below decides.
     $as_root $environment apt-get update -qq || true
     # shellcheck disable=SC2086 # a list of words
-    $as_root $environment apt-get install --no-install-recommends -y -qq $missing </dev/null
+    $as_root $environment apt-get -o DPkg::Lock::Timeout=300 install --no-install-recommends -y -qq $missing </dev/null
 }
 
 python_environment() {

@@ -1,0 +1,83 @@
+#!/bin/busybox sh
+# SPDX-License-Identifier: Apache-2.0
+# First process of the micro-VM. Puts an overlay that is forgotten over the machine's own file system, runs what the
+# control folder says in it, leaves its exit code there, and switches the power off. What fails is told on the console.
+export PATH=/bin:/sbin
+
+end() {
+    poweroff -f
+    sleep 60
+}
+fail() {
+    echo "micro-VM: $*"
+    end
+}
+
+mount -t proc proc /proc
+mount -t sysfs sysfs /sys
+mount -t devtmpfs devtmpfs /dev 2>/dev/null
+while read -r module; do
+    insmod "$module" || fail "the module $module cannot be loaded; run: make build/setup/vm"
+done </modules-at-boot
+
+plan9='trans=virtio,version=9p2000.L,msize=262144'
+mount -t 9p -o "$plan9,cache=none" control /control || fail 'the control folder cannot be mounted (9p)'
+# shellcheck disable=SC1091 # written for each start: directory, out, interactive, cans
+. /control/parameters
+
+mount -t 9p -o "$plan9,ro,cache=loose" root /host || fail 'the file system of the machine cannot be mounted (9p)'
+mount -t tmpfs -o mode=755 tmpfs /over && mkdir /over/upper /over/work
+mount -t overlay -o lowerdir=/host,upperdir=/over/upper,workdir=/over/work overlay /guest ||
+    fail 'the overlay cannot be mounted'
+mount -t proc proc /guest/proc
+mount -t sysfs sysfs /guest/sys
+mount -t devtmpfs devtmpfs /guest/dev
+mkdir -p /guest/dev/pts /guest/dev/shm
+mount -t devpts -o gid=5,mode=620,ptmxmode=666 devpts /guest/dev/pts
+mount -t tmpfs -o mode=1777 tmpfs /guest/dev/shm
+mount -t tmpfs -o mode=755 tmpfs /guest/run
+mkdir -p /guest/run/lock /guest/run/vm
+case $directory/ in
+/tmp/*) ;; # The project itself is there: seen through the overlay like all else.
+*) mount -t tmpfs -o mode=1777 tmpfs /guest/tmp ;;
+esac
+[ -d /guest/lib/modules ] || mkdir -p /guest/lib/modules
+modules=lib/modules/$(uname -r)
+mkdir -p "/guest/$modules" && mount --bind "/$modules" "/guest/$modules"
+mkdir -p "/guest$out" && mount -t 9p -o "$plan9,cache=none" out "/guest$out" ||
+    fail "the output folder $out cannot be mounted (9p)"
+mount --bind /control /guest/run/vm
+
+hostname hirosco-vm
+ip link set lo up
+[ "$cans" -eq 0 ] || modprobe kvaser_pci || fail 'no driver for the CAN controllers (kvaser_pci)'
+
+# The exit code appears whole or not at all.
+leave() {
+    echo "$1" >/control/code.part && mv /control/code.part /control/code
+    end
+}
+
+if [ "$interactive" = yes ]; then
+    : >/control/booted
+    setsid -c chroot /guest /bin/sh /run/vm/guest.sh <>/dev/hvc0 >&0 2>&1
+    leave $?
+fi
+
+# Pipes, so that programs may open /dev/stdout and /dev/stderr anew; what is left of the command's processes is ended,
+# so that the pipes end too and all that was written is on the share before the exit code.
+mkfifo /stdout /stderr
+cat /stdout >/control/stdout &
+out_writer=$!
+cat /stderr >/control/stderr &
+err_writer=$!
+exec 3>/stdout 4>/stderr
+: >/control/booted
+chroot /guest /bin/sh /run/vm/guest.sh </dev/null >&3 2>&4 3>&- 4>&-
+code=$?
+exec 3>&- 4>&-
+for process in /proc/[0-9]*; do
+    [ "$(readlink "$process/root")" != /guest ] || kill -9 "${process#/proc/}" 2>/dev/null
+done
+wait $out_writer $err_writer
+leave $code

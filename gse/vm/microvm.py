@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run a command, or a shell, in a micro-VM with vcan, vxcan and TIPC over this machine's own file system.
+
+    python3 gse/vm/microvm.py [--seconds N] [--cans N] [--memory MB] [--out FOLDER] [-- COMMAND]
+
+The guest sees the tree at the same path and may write anywhere: it is forgotten, but for the output folder, which the
+guest finds in $OUT. Exit code: the command's; 124 time limit, 125 the micro-VM did not start, 130 Ctrl-C.
+Always emulated, /dev/kvm is never opened. Nothing is left behind, however it ends."""
+
+import argparse
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import termios
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "build" / "vm"
+QEMU = "qemu-system-x86_64"
+SECONDS, MEMORY_MB = 300, 1024
+BOOT_SECONDS = 120
+END_SECONDS = 10
+MEMORY_MIN_MB = 256
+CANS_MAX = 8
+OUTPUT_MAX = 1 << 30
+CONSOLE_LINES = 40
+LIMIT_REACHED, NOT_STARTED, INTERRUPTED = 124, 125, 130
+NEXT_STEP = "make build/setup/vm"
+SYSTEM_PATHS = ["/usr/local/sbin", "/usr/sbin", "/sbin", "/usr/local/bin", "/usr/bin", "/bin"]
+# What make says to its children is no business of those in the guest.
+NOT_PASSED = {"MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEOVERRIDES", "MAKE_TERMOUT", "MAKE_TERMERR", "CMD", "SECONDS", "CANS",
+              "MEMORY", "VM_COMMAND", "PWD", "OLDPWD", "_", "TMPDIR"}
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+ESCAPES = re.compile(r"\x1b(\[[0-9;?=]*[A-Za-z]|c|[()].)|[\x00-\x08\x0b-\x1f\x7f]")
+
+
+class NotStarted(Exception):
+    """The command did not run, or its exit code is not known; the text says why, with the console's end and the next step."""
+
+
+class Outcome:
+    """How a command ended: its exit code (124 with `limit` set when its time was over), and what it wrote."""
+
+    def __init__(self, code, stdout=b"", stderr=b"", limit=False):
+        self.code, self.stdout, self.stderr, self.limit = code, stdout, stderr, limit
+
+
+class Stream:
+    """A file that grows in the guest; what is new in it goes to a sink."""
+
+    def __init__(self, path, sink):
+        self.file = open(path, "rb")
+        self.sink = sink
+        self.octets = bytearray()
+
+    def pump(self):
+        """Whether there was something new."""
+        octets = self.file.read(1 << 20)
+        if octets:
+            self.octets += octets
+            if self.sink:
+                self.sink(octets)
+        return bool(octets)
+
+
+def console_end(path):
+    """The last lines of the guest's console, without what only a terminal wants."""
+    text = path.read_bytes().decode(errors="replace") if path.is_file() else ""
+    lines = [ESCAPES.sub("", line).rstrip() for line in re.split(r"[\r\n]+", text)]
+    lines = [line for line in lines if line]
+    return "\n".join(f"    {line}" for line in lines[-CONSOLE_LINES:]) or "    (nothing)"
+
+
+def guest_script(command, directory, out, environment):
+    """The shell script that sets the guest's surroundings and becomes the command; without one, an interactive shell."""
+    values = {name: value for name, value in environment.items() if IDENTIFIER.fullmatch(name) and name not in NOT_PASSED}
+    paths = values.get("PATH", "").split(":")
+    values["PATH"] = ":".join(path for path in [*paths, *(one for one in SYSTEM_PATHS if one not in paths)] if path)
+    values |= {"OUT": str(out), "PYTHONDONTWRITEBYTECODE": "1", "HIROSCO_VM": "1"}
+    # Byte code that runs outside have made is read.
+    values.setdefault("PYTHONPYCACHEPREFIX", str(ROOT / "build" / "pycache"))
+    lines = [f"export {name}={shlex.quote(value)}" for name, value in sorted(values.items())]
+    lines.append(f"cd {shlex.quote(str(directory))} || exit 126")
+    if command is None:
+        size = shutil.get_terminal_size()
+        lines += [f"stty rows {size.lines} cols {size.columns} sane",
+                  f"echo {shlex.quote(greeting(out))}",
+                  "if command -v bash >/dev/null; then exec bash; else exec sh; fi"]
+    else:
+        lines.append(f"exec /bin/sh -c {shlex.quote(command)}")
+    return "#!/bin/sh\n" + "\n".join(lines) + "\n"
+
+
+def greeting(out):
+    return (f"micro-VM with vcan, vxcan and TIPC. What is written is forgotten, but for $OUT = {out}\n"
+            "As a first step: ip link add vcan0 type vcan && ip link set vcan0 up. Ctrl-D or exit ends it.")
+
+
+def arguments(folder, control, out, cans, memory, append, interactive):
+    """QEMU's command line."""
+    line = ["setpriv", "--pdeathsig", "KILL", "--", QEMU, "-M", "q35", "-accel", "tcg,thread=multi", "-cpu", "Nehalem,+rdrand",
+            "-smp", "2", "-m", str(memory), "-nodefaults", "-display", "none", "-no-reboot", "-nic", "none",
+            "-serial", f"file:{control / 'console'}",
+            "-kernel", str(folder / "vmlinux"), "-initrd", str(folder / "initramfs.cpio"),
+            "-append", f"console=ttyS0 quiet panic=-1 mitigations=off random.trust_cpu=on {append}".strip()]
+    for tag, path, options in (("root", "/", ",readonly=on,multidevs=remap"), ("control", control, ""), ("out", out, "")):
+        path = str(path).replace(",", ",,")
+        line += ["-fsdev", f"local,id={tag},path={path},security_model=none{options}",
+                 "-device", f"virtio-9p-pci,fsdev={tag},mount_tag={tag}"]
+    if cans:
+        line += ["-object", "can-bus,id=canbus0", *["-device", "kvaser_pci,canbus=canbus0"] * cans]
+    if interactive:
+        line += ["-chardev", "stdio,id=shell,signal=off", "-device", "virtio-serial-pci", "-device", "virtconsole,chardev=shell"]
+    return line
+
+
+def check(folder, out, cans, memory):
+    """Raise NotStarted for what cannot work."""
+    if not shutil.which(QEMU):
+        raise NotStarted(f"{QEMU} is not installed; run: {NEXT_STEP}")
+    for name in ("vmlinux", "initramfs.cpio"):
+        if not (folder / name).is_file():
+            raise NotStarted(f"{folder / name} is not there; run: {NEXT_STEP}")
+    if not 0 <= cans <= CANS_MAX:
+        raise NotStarted(f"{cans} CAN controllers, expected 0 to {CANS_MAX}")
+    if memory < MEMORY_MIN_MB:
+        raise NotStarted(f"{memory} MB of memory, expected at least {MEMORY_MIN_MB}")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise NotStarted(f"the output folder {out} cannot be made ({error.strerror}); choose another by OUT=") from error
+
+
+def watch(process, control, streams, seconds, boot_seconds):
+    """Wait for the guest's exit code while its output streams. Return an Outcome without texts."""
+    began, booted = time.monotonic(), None
+    code_file = control / "code"
+    while True:
+        ended = process.poll() is not None
+        finished = code_file.is_file()
+        busy = any([stream.pump() for stream in streams])
+        if finished and not busy:
+            return Outcome(int(code_file.read_text()))
+        if any(len(stream.octets) > OUTPUT_MAX for stream in streams):
+            raise NotStarted(f"the command wrote more than {OUTPUT_MAX >> 20} MB; let it write to a file in $OUT")
+        now = time.monotonic()
+        if booted is None and (control / "booted").exists():
+            booted = now
+        if ended and not finished and not code_file.is_file():
+            said = (control / "emulator").read_text(errors="replace").strip()
+            what = "ended before the command did" if booted else "did not boot"
+            raise NotStarted(f"the micro-VM {what} (emulator's exit code {process.returncode})"
+                             + (f", which says: {said}" if said else "") + "\nEnd of its console:\n"
+                             + console_end(control / "console") + f"\nNext step: rm -r build/vm && {NEXT_STEP}")
+        if booted is None and now - began > boot_seconds:
+            raise NotStarted(f"the micro-VM did not boot within {boot_seconds:g} s\nEnd of its console:\n"
+                             + console_end(control / "console") + f"\nNext step: rm -r build/vm && {NEXT_STEP}")
+        if booted is not None and seconds is not None and now - booted > seconds:
+            return Outcome(LIMIT_REACHED, limit=True)
+        if not busy:
+            time.sleep(0.02)
+
+
+def end(process, patience):
+    """The emulator ends by itself in the time given, or is ended."""
+    for act in (None, process.terminate, process.kill):
+        if act:
+            act()
+        try:
+            process.wait(patience if act is None else END_SECONDS)
+            return
+        except subprocess.TimeoutExpired:
+            continue
+
+
+def run(command, seconds=SECONDS, cans=0, memory=MEMORY_MB, out=None, sinks=(None, None), environment=None, directory=ROOT,
+        folder=FOLDER, append="", boot_seconds=BOOT_SECONDS):
+    """Run a shell command in a micro-VM of its own; None runs an interactive shell on this terminal.
+
+    `seconds` bounds the command from its start on (None: not); `sinks` get its two streams as they come; `out` stays,
+    by default build/vm/out; `append` goes to the kernel's command line. Returns an Outcome; raises NotStarted."""
+    out = pathlib.Path(out or FOLDER / "out").absolute()
+    check(folder, out, cans, memory)
+    control = pathlib.Path(tempfile.mkdtemp(prefix="control-", dir=folder))
+    interactive = command is None
+    process, terminal = None, None
+    try:
+        (control / "guest.sh").write_text(guest_script(command, directory, out, environment or dict(os.environ)))
+        (control / "parameters").write_text(f"directory={shlex.quote(str(directory))}\nout={shlex.quote(str(out))}\ncans={cans}\n"
+                                            f"interactive={'yes' if interactive else 'no'}\n")
+        for name in ("stdout", "stderr"):
+            (control / name).touch()
+        streams = [Stream(control / name, sink) for name, sink in zip(("stdout", "stderr"), sinks)]
+        terminal = termios.tcgetattr(0) if interactive else None
+        with open(control / "emulator", "wb") as said:
+            process = subprocess.Popen(arguments(folder, control, out, cans, memory, append, interactive),
+                                       stdin=None if interactive else subprocess.DEVNULL,
+                                       stdout=None if interactive else said, stderr=said, start_new_session=not interactive)
+        outcome = watch(process, control, streams, seconds, boot_seconds)
+        end(process, 0 if outcome.limit else END_SECONDS)
+        outcome.stdout, outcome.stderr = (bytes(stream.octets) for stream in streams)
+        return outcome
+    finally:
+        if process:
+            end(process, 0)
+        if terminal:
+            termios.tcsetattr(0, termios.TCSADRAIN, terminal)
+        shutil.rmtree(control, ignore_errors=True)
+
+
+def parse(words):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, help=f"time limit of the command, {SECONDS} if not given; of a shell, none")
+    parser.add_argument("--cans", type=int, default=0, help="emulated CAN controllers (kvaser_pci) on one bus: can0, can1 ...")
+    parser.add_argument("--memory", type=int, default=MEMORY_MB, help="MB; what is written counts")
+    parser.add_argument("--out", help="output folder that stays; build/vm/out if not given")
+    parser.add_argument("--append", default="", help="more for the kernel's command line")
+    parser.add_argument("command", nargs="*", help="shell command; without it an interactive shell")
+    options = parser.parse_args(words)
+    if options.seconds is not None and not options.seconds > 0:
+        parser.error(f"--seconds {options.seconds:g}: expected more than 0")
+    return options
+
+
+def sink_to(stream):
+    def write(octets):
+        stream.buffer.write(octets)
+        stream.flush()
+    return write
+
+
+def main():
+    options = parse(sys.argv[1:])
+    command = " ".join(options.command).strip() or os.environ.get("VM_COMMAND", "").strip() or None
+    if command is None and not (sys.stdin.isatty() and sys.stdout.isatty()):
+        print("vm: a shell needs a terminal; for one command say: make vm CMD='...'", file=sys.stderr)
+        return 2
+    seconds = options.seconds or (SECONDS if command else None)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda number, frame: sys.exit(128 + number))
+    try:
+        outcome = run(command, seconds, options.cans, options.memory, options.out, (sink_to(sys.stdout), sink_to(sys.stderr)),
+                      append=options.append)
+    except NotStarted as reason:
+        print(f"vm: {reason}", file=sys.stderr)
+        return NOT_STARTED
+    except KeyboardInterrupt:
+        print("vm: ended by Ctrl-C", file=sys.stderr)
+        return INTERRUPTED
+    if outcome.limit:
+        print(f"vm: ended after its time limit of {seconds:g} s; more by SECONDS=", file=sys.stderr)
+    return outcome.code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

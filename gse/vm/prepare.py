@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Make what the micro-VM boots from, in build/vm/: `vmlinux` and `initramfs.cpio`.
+
+The kernel is the package that Debian's `linux-image-amd64` stands for, fetched with apt-get into build/, unpacked in
+part and never installed. Needs the packages of the target `hil` in gse/setup/packages.txt. Without a network, or on a
+machine that is no amd64 Debian, ends with a message that names the next step."""
+
+import argparse
+import lzma
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "build" / "vm"
+PACKAGE = "linux-image-amd64"
+XZ_MAGIC = b"\xfd7zXZ\x00"
+
+# Loaded at boot in this order, each after what it depends on; the others when somebody asks for them.
+AT_BOOT = ["virtio_pci", "9pnet_virtio", "9p", "overlay", "can", "can-raw", "vcan", "vxcan", "tipc"]
+FOR_SHELL = ["virtio_console"]
+ON_DEMAND = ["can-gw", "can-bcm", "can-isotp", "can-dev", "kvaser_pci", "veth", "dummy", "sch_netem", "udp_tunnel",
+             "ip6_udp_tunnel", "gcm", "ghash-generic", "ctr", "cmac"]
+UNPACKED = re.compile(r"\./(boot/vmlinuz-[^/]+|lib/modules/[^/]+/(modules\.(builtin|builtin\.modinfo|order)|kernel/(net|lib|crypto|"
+                      r"fs/(9p|overlayfs|netfs|fscache)|drivers/(virtio|net/can|char)|arch/x86/crypto)/.*\.ko|"
+                      r"kernel/drivers/net/(veth|dummy)\.ko))$")
+
+
+class Unavailable(Exception):
+    """Something the micro-VM is made from cannot be had; the text names the next step."""
+
+
+def kernel_package():
+    """Name of the package with the kernel that PACKAGE points to now."""
+    shown = subprocess.run(["apt-cache", "show", "--no-all-versions", PACKAGE], capture_output=True, text=True)
+    found = re.search(r"^Depends:.*?\b(linux-image-[0-9][^ ,]*)", shown.stdout, re.MULTILINE)
+    return found[1] if found else None
+
+
+def update_lists():
+    """Read the package lists anew, where this user may."""
+    as_root = [] if os.geteuid() == 0 else ["sudo", "-n"]
+    try:
+        subprocess.run([*as_root, "apt-get", "update", "-qq"], stdin=subprocess.DEVNULL)
+    except FileNotFoundError:
+        pass
+
+
+def fetch(folder):
+    """The kernel's package as a file in the folder."""
+    for last in (False, True):
+        name = kernel_package()
+        if name:
+            print(f"setup: fetching {name} (70 MB, unpacked in part, not installed)", flush=True)
+            got = subprocess.run(["apt-get", "-qq", "-o", "APT::Sandbox::User=root", "download", name], cwd=folder,
+                                 capture_output=True, text=True)
+            files = list(folder.glob("*.deb"))
+            if got.returncode == 0 and files:
+                return files[0]
+        if not last:
+            update_lists()
+    reason = got.stderr.strip() if name else f"the package lists do not know {PACKAGE}"
+    raise Unavailable(f"the kernel of the micro-VM cannot be fetched: {reason}\n"
+                      "With a network and Debian's package lists (sudo apt-get update), run again: make build/setup/vm")
+
+
+def unpack(package, folder):
+    """Unpack the part of the package that may be needed; return (compressed kernel, version)."""
+    with subprocess.Popen(["dpkg-deb", "--fsys-tarfile", package], stdout=subprocess.PIPE) as tar:
+        with tarfile.open(fileobj=tar.stdout, mode="r|") as archive:
+            for member in archive:
+                if UNPACKED.match(member.name):
+                    archive.extract(member, folder)
+    kernels = sorted((folder / "boot").glob("vmlinuz-*"))
+    if not kernels:
+        raise Unavailable(f"{package.name} holds no boot/vmlinuz; remove build/vm and run again: make build/setup/vm")
+    return kernels[0], kernels[0].name.removeprefix("vmlinuz-")
+
+
+def uncompressed(kernel):
+    """The kernel as an ELF file, which boots several seconds sooner under emulation; as it is, where it is not xz."""
+    octets = kernel.read_bytes()
+    at = octets.find(XZ_MAGIC)
+    while at >= 0:
+        try:
+            image = lzma.LZMADecompressor().decompress(octets[at:])
+            if image.startswith(b"\x7fELF"):
+                return image
+        except lzma.LZMAError:
+            pass  # The magic by chance.
+        at = octets.find(XZ_MAGIC, at + 1)
+    return octets
+
+
+def dependencies(modules, wanted):
+    """Paths of the wanted modules and of all they need, in an order to load them; what the kernel has built in is left out."""
+    subprocess.run(["/sbin/depmod", "-b", modules.parents[2], modules.name], check=True)
+    needs, path_of = {}, {}
+    for line in (modules / "modules.dep").read_text().splitlines():
+        path, _, others = line.partition(":")
+        needs[path] = others.split()
+        path_of[pathlib.Path(path).stem.replace("-", "_")] = path
+    built_in = {pathlib.Path(line).stem.replace("-", "_") for line in (modules / "modules.builtin").read_text().split()}
+    order = []
+    for name in (name.replace("-", "_") for name in wanted):
+        if name in built_in:
+            continue
+        if name not in path_of:
+            raise Unavailable(f"the kernel {modules.name} has no module {name}; the micro-VM needs one that has")
+        path = path_of[name]
+        # modules.dep lists the whole chain, the deepest last.
+        order += [one for one in [*reversed(needs[path]), path] if one not in order]
+    return order
+
+
+def make_initramfs(modules, target, at_boot=(*AT_BOOT, *FOR_SHELL)):
+    """Write the initial file system: busybox, our init, the modules. `at_boot`: what init loads."""
+    busybox = shutil.which("busybox", path="/usr/bin:/bin")
+    if not busybox:
+        raise Unavailable("there is no busybox; install the package busybox-static, then run again: make build/setup/vm")
+    with tempfile.TemporaryDirectory(dir=target.parent) as name:
+        tree = pathlib.Path(name)
+        kept = tree / "lib" / "modules" / modules.name
+        for folder in ("bin", "sbin", "proc", "sys", "dev", "control", "host", "over", "guest"):
+            (tree / folder).mkdir()
+        shutil.copy(busybox, tree / "bin" / "busybox")
+        for applet in subprocess.run([busybox, "--list"], capture_output=True, text=True, check=True).stdout.split():
+            if applet != "busybox":
+                (tree / "bin" / applet).symlink_to("busybox")
+        (tree / "sbin" / "modprobe").symlink_to("/bin/busybox")  # The kernel calls it for what is loaded on demand.
+        for path in dependencies(modules, [*at_boot, *ON_DEMAND]):
+            (kept / path).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(modules / path, kept / path)
+        for listing in ("modules.builtin", "modules.builtin.modinfo", "modules.order"):
+            shutil.copy(modules / listing, kept)
+        load = [f"/lib/modules/{modules.name}/{path}\n" for path in dependencies(kept, at_boot)]
+        (tree / "modules-at-boot").write_text("".join(load))
+        shutil.copy(pathlib.Path(__file__).parent / "init.sh", tree / "init")
+        (tree / "init").chmod(0o755)
+        names = "\0".join(sorted(str(path.relative_to(tree)) for path in tree.rglob("*")))
+        with open(target, "wb") as archive:
+            subprocess.run(["cpio", "--null", "--create", "--format=newc", "--owner=0:0", "--quiet"], cwd=tree,
+                           input=names.encode(), stdout=archive, check=True)
+
+
+def prepare(folder=FOLDER):
+    """Make the folder's kernel, modules and initial file system; the kernel is fetched once."""
+    machine = os.uname().machine
+    if machine != "x86_64":
+        raise Unavailable(f"the micro-VM runs the programs of this machine on a kernel for amd64; this machine is {machine}")
+    folder.mkdir(parents=True, exist_ok=True)
+    if not (folder / "vmlinux").is_file():
+        with tempfile.TemporaryDirectory(dir=folder) as name:
+            work = pathlib.Path(name)
+            kernel, version = unpack(fetch(work), work)
+            modules = work / "lib" / "modules" / version
+            make_initramfs(modules, work / "initramfs.cpio")  # What this kernel lacks is told before anything is kept.
+            shutil.rmtree(folder / "lib", ignore_errors=True)
+            for path in dependencies(modules, [*AT_BOOT, *FOR_SHELL, *ON_DEMAND]):
+                kept = folder / "lib" / "modules" / version / path
+                kept.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(modules / path, kept)
+            for listing in ("modules.builtin", "modules.builtin.modinfo", "modules.order"):
+                shutil.copy(modules / listing, folder / "lib" / "modules" / version)
+            (work / "vmlinux").write_bytes(uncompressed(kernel))
+            (work / "vmlinux").rename(folder / "vmlinux")
+    make_initramfs(modules_of(folder), folder / "initramfs.cpio")
+
+
+def modules_of(folder):
+    """The folder with the modules of the prepared kernel."""
+    return next((folder / "lib" / "modules").iterdir())
+
+
+def main():
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    try:
+        prepare()
+    except Unavailable as reason:
+        print(f"setup: {reason}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
