@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Make C names and layouts, and a dictionary for the ground, from the descriptors of missions.
+"""Make C names and layouts, a dictionary for the ground and CAN databases from the descriptors of missions.
 
     python3 gse/generator/generate.py --mission descriptors/missions/*.xml --out build/generated
 
@@ -18,6 +18,7 @@ import shutil
 import subprocess
 import sys
 
+import dbc
 import mission as mission_descriptor
 from c_header import header
 from ground_dictionary import dictionary
@@ -61,6 +62,8 @@ def generate(path, out, described):
         validate(source, "subsystem.xsd")
         write(out / f"{subsystem.name.lower()}_descriptor.h", header(subsystem, source.name))
     write(out / f"{loaded.name}.json", json.dumps(dictionary(loaded), indent=1) + "\n")
+    for bus, text in dbc.databases(loaded).items():
+        write(out / f"{loaded.name}-{bus}.dbc", text)
 
 
 def main(arguments=None):
