@@ -33,6 +33,15 @@ def test_a_program_that_hangs_fails(tmp_path, monkeypatch):
     program = tmp_path / "hangs"
     program.write_text("#!/bin/sh\necho begun\nexec sleep 60\n")
     program.chmod(0o755)
-    monkeypatch.setattr(run_tests, "SECONDS_ALLOWED", 0.5)
+    monkeypatch.setattr(run_tests, "SECONDS_ALLOWED", 5)
     _, count, output, _ = run_tests.run_program(str(program))
     assert count.failed == 1 and "begun" in output and "ended after" in output
+
+
+def test_a_program_that_computes_for_ever_fails(tmp_path, monkeypatch):
+    program = tmp_path / "computes"
+    program.write_text("#!/bin/sh\necho begun\nwhile :; do :; done\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(run_tests, "PROCESSOR_SECONDS_ALLOWED", 1)
+    _, count, output, _ = run_tests.run_program(str(program))
+    assert count.failed == 1 and "begun" in output and "exit code -" in output
