@@ -133,6 +133,8 @@ status_t device_identify_step(canopen_device_t* const device)
         const double rated_nm  = (double)device->identify[1U + (2U * i)].value * MILLI;
         const double max_share = (double)device->identify[2U + (2U * i)].value * PER_MILLE;
         if (!(rated_nm > 0.0)) {
+            device->run.position       = (uint16_t)(1U + (2U * i));
+            device->run.is_other_value = true;
             return STATUS_INVALID;
         }
         cia402_scale_t scale = device->axes[i].scale;

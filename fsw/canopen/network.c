@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/canopen/network.h"
+#include "fsw/canopen/network_internal.h"
 
 #include "fsw/framework/base/assertion.h"
 
@@ -47,10 +47,11 @@ status_t network_add(canopen_network_t* const network, const char* const type, c
     network_device_t* const place = &network->devices[network->device_count];
     const status_t status         = device_attach(&place->device, &network->master, profile, node);
     if (status == STATUS_OK) {
-        place->is_lost       = false;
-        place->is_faulty     = false;
-        place->missed        = 0U;
-        place->setting_count = 0U;
+        place->is_lost         = false;
+        place->is_faulty       = false;
+        place->is_refusal_told = false;
+        place->missed          = 0U;
+        place->setting_count   = 0U;
         network->device_count++;
     }
     return status;
@@ -85,12 +86,23 @@ static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
     for (uint8_t i = 0U; i < network->device_count; i++) {
         network_device_t* const place = &network->devices[i];
         device_reset(&place->device);
-        place->device.boots = network->master.nodes[place->device.index].boots;
-        place->is_lost      = false;
-        place->is_faulty    = false;
+        place->device.boots    = network->master.nodes[place->device.index].boots;
+        place->is_lost         = false;
+        place->is_faulty       = false;
+        place->is_refusal_told = false;
     }
     (void)master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
     enter(network, NETWORK_BOOTING, now_ns);
+}
+
+/// Tell once what keeps a device from being commissioned, while it may still come.
+static void tell_waiting(canopen_network_t* const network, network_device_t* const place,
+                         const network_refusal_t refusal)
+{
+    if (!place->is_refusal_told) {
+        place->is_refusal_told = true;
+        network_tell_refusal(network, place, refusal);
+    }
 }
 
 /// True when every node has booted; tells those again that have not.
@@ -102,6 +114,9 @@ static bool have_all_booted(canopen_network_t* const network, const uint64_t now
         const canopen_device_t* const device = &network->devices[i].device;
         if (network->master.nodes[device->index].boots == device->boots) {
             have_all = false;
+            if (is_retry) {
+                tell_waiting(network, &network->devices[i], REFUSAL_NOT_BOOTED);
+            }
             if (is_retry && !network->flow.health.is_unacknowledged) {
                 (void)master_command(&network->master, device->node, NMT_RESET_NODE);
             }
@@ -113,19 +128,6 @@ static bool have_all_booted(canopen_network_t* const network, const uint64_t now
     return have_all;
 }
 
-static status_t identify_all(canopen_network_t* const network)
-{
-    bool is_busy = false;
-    for (uint8_t i = 0U; i < network->device_count; i++) {
-        const status_t status = device_identify_step(&network->devices[i].device);
-        if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
-            return status;
-        }
-        is_busy = is_busy || (status == STATUS_BUSY);
-    }
-    return is_busy ? STATUS_BUSY : STATUS_OK;
-}
-
 static void discard_faults(canopen_network_t* const network)
 {
     emergency_t emergency;
@@ -133,6 +135,30 @@ static void discard_faults(canopen_network_t* const network)
         // What a node had to say about its life before the reset does not matter any more.
     }
     network->fault_count = 0U;
+}
+
+static status_t identify_all(canopen_network_t* const network)
+{
+    bool is_busy = false;
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        network_device_t* const place = &network->devices[i];
+        if (network->master.nodes[place->device.index].boots != place->device.boots) {
+            discard_faults(network);
+            network_tell_refusal(network, place, REFUSAL_REBOOTED);
+            return STATUS_CLOSED;
+        }
+        const status_t status = device_identify_step(&place->device);
+        if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
+            discard_faults(network);
+            network_tell_access(network, place, status);
+            return status;
+        }
+        is_busy = is_busy || (status == STATUS_BUSY);
+    }
+    if (!is_busy) {
+        discard_faults(network);
+    }
+    return is_busy ? STATUS_BUSY : STATUS_OK;
 }
 
 status_t network_boot(canopen_network_t* const network, const uint64_t now_ns)
@@ -158,7 +184,6 @@ status_t network_boot(canopen_network_t* const network, const uint64_t now_ns)
     }
     const status_t status = identify_all(network);
     if (status != STATUS_BUSY) {
-        discard_faults(network);
         network->is_booted = (status == STATUS_OK);
         enter(network, NETWORK_RESTING, now_ns);
     }
@@ -204,6 +229,7 @@ status_t network_configure(canopen_network_t* const network, const uint64_t now_
     for (uint8_t i = 0U; i < network->device_count; i++) {
         const status_t status = device_configure_step(&network->devices[i].device);
         if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
+            network_tell_access(network, &network->devices[i], status);
             enter(network, NETWORK_RESTING, now_ns);
             return status;
         }
@@ -219,7 +245,8 @@ status_t network_configure(canopen_network_t* const network, const uint64_t now_
 static status_t begin_start(canopen_network_t* const network, const uint64_t now_ns)
 {
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        const status_t status = device_connect(&network->devices[i].device);
+        network->devices[i].is_refusal_told = false;
+        const status_t status               = device_connect(&network->devices[i].device);
         if (status != STATUS_OK) {
             network_stop(network);
             return status;
@@ -244,10 +271,18 @@ status_t network_start(canopen_network_t* const network, const uint64_t now_ns)
     if (network->phase != NETWORK_STARTING) {
         return begin_start(network, now_ns);
     }
+    const bool is_late = (now_ns - network->phase_start_ns) >= network->config.silence_told_ns;
+    bool are_all_heard = true;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        if (!device_is_heard(&network->devices[i].device)) {
-            return STATUS_BUSY;
+        network_device_t* const place = &network->devices[i];
+        const bool is_heard           = device_is_heard(&place->device);
+        are_all_heard                 = are_all_heard && is_heard;
+        if (is_late && !is_heard) {
+            tell_waiting(network, place, REFUSAL_SILENT);
         }
+    }
+    if (!are_all_heard) {
+        return STATUS_BUSY;
     }
     network->is_running = true;
     enter(network, NETWORK_RESTING, now_ns);

@@ -33,6 +33,7 @@ typedef struct {
     master_config_t master;
     uint32_t lost_after_syncs;    ///< A device that leaves so many SYNCs unanswered is lost.
     uint64_t boot_retry_ns;       ///< A node that has not booted after this is told again.
+    uint64_t silence_told_ns;     ///< Process data that have not come after this are told as missing.
     uint64_t quick_stop_limit_ns; ///< Longest braking before voltage is taken away.
 } network_config_t;
 
@@ -40,20 +41,37 @@ typedef enum {
     NETWORK_DEVICE_LOST,   ///< Silent, rebooted, or the bus is dead. Once per device and commissioning.
     NETWORK_DRIVE_FAULT,   ///< Fault, high-severity emergency, or out of operation by itself. Once, as above.
     NETWORK_DRIVE_WARNING, ///< Medium-severity emergency.
-    NETWORK_BUS_WARNING    ///< Low-severity emergency (node), or our controller's error state (node 0).
+    NETWORK_BUS_WARNING,   ///< Low-severity emergency (node), or our controller's error state (node 0).
+    NETWORK_DEVICE_REFUSED ///< Cannot be commissioned: see refusal.
 } network_fault_kind_t;
+
+/// Why a device is not commissioned; the numbers are those of the event DEVICE_REFUSED.
+typedef enum {
+    REFUSAL_NONE       = 0,
+    REFUSAL_NOT_BOOTED = 1, ///< No boot-up message yet; it is told again.
+    REFUSAL_TIMEOUT    = 2, ///< No answer about `object`.
+    REFUSAL_ABORTED    = 3, ///< The device refuses access to `object`; detail: its abort code.
+    REFUSAL_VALUE      = 4, ///< `object` has a value that is not the expected one; detail: the lower 32 bits.
+    REFUSAL_FORMAT     = 5, ///< The answer about `object` has the wrong size, or is against the protocol.
+    REFUSAL_REBOOTED   = 6, ///< It has booted anew meanwhile.
+    REFUSAL_SILENT     = 7  ///< No process data yet after the start.
+} network_refusal_t;
 
 typedef struct {
     network_fault_kind_t kind;
     uint8_t node;
-    uint16_t code; ///< Emergency code; DRIVE_FAULT without one: statusword.
+    uint16_t code;             ///< Emergency code; DRIVE_FAULT without one: statusword.
+    network_refusal_t refusal; ///< Of DEVICE_REFUSED, as the next two.
+    uint32_t object;           ///< Index << 8 | subindex; 0: none.
+    uint32_t detail;
 } network_fault_t;
 
 typedef struct { // device.axes may be used as axis.h says; all else is read-only outside.
     canopen_device_t device;
     bool is_lost;
     bool is_faulty;
-    uint32_t missed; ///< SYNCs left unanswered [wraps].
+    bool is_refusal_told; ///< NOT_BOOTED or SILENT, once per boot or start.
+    uint32_t missed;      ///< SYNCs left unanswered [wraps].
     canopen_setting_t settings[NETWORK_SETTINGS_MAX];
     uint16_t setting_count;
 } network_device_t;
@@ -97,7 +115,9 @@ MUST_USE status_t network_find(const canopen_network_t* network, uint8_t node, u
 
 /// Statuses of flow_can_open.
 MUST_USE status_t network_open(canopen_network_t* network, const flow_resolver_t* resolver, const char* bus);
-/// Reset all nodes, see each boot, identify it. STATUS_BUSY; STATUS_OK; statuses of device_identify_step.
+/// Reset all nodes, see each boot, identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node
+/// has booted anew meanwhile); statuses of device_identify_step. What is wrong with which device comes out of
+/// network_take_fault as DEVICE_REFUSED, here and in the two functions below.
 status_t network_boot(canopen_network_t* network, uint64_t now_ns);
 
 /// Forget the settings of all devices; before network_set.

@@ -1,21 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
 // Supervision of a network: what came, what stayed away, and what the devices complain about.
-#include "fsw/canopen/network.h"
+#include "fsw/canopen/network_internal.h"
 
 #include "fsw/framework/base/assertion.h"
 
 #include <stddef.h>
 
-static void tell(canopen_network_t* const network, const network_fault_kind_t kind, const uint8_t node,
-                 const uint16_t code)
+void network_tell(canopen_network_t* const network, const network_fault_t* const fault)
 {
+    FSW_ASSERT((network != NULL) && (fault != NULL));
     if (network->fault_count == NETWORK_FAULTS_MAX) {
         network->faults_lost++;
         return;
     }
     const unsigned place   = ((unsigned)network->fault_first + network->fault_count) % NETWORK_FAULTS_MAX;
-    network->faults[place] = (network_fault_t){.kind = kind, .node = node, .code = code};
+    network->faults[place] = *fault;
     network->fault_count++;
+}
+
+static void tell(canopen_network_t* const network, const network_fault_kind_t kind, const uint8_t node,
+                 const uint16_t code)
+{
+    const network_fault_t fault = {.kind = kind, .node = node, .code = code};
+    network_tell(network, &fault);
+}
+
+void network_tell_refusal(canopen_network_t* const network, const network_device_t* const place,
+                          const network_refusal_t refusal)
+{
+    FSW_ASSERT((network != NULL) && (place != NULL));
+    const network_fault_t fault = {
+        .kind = NETWORK_DEVICE_REFUSED, .node = place->device.node, .refusal = refusal};
+    network_tell(network, &fault);
+}
+
+void network_tell_access(canopen_network_t* const network, const network_device_t* const place,
+                         const status_t status)
+{
+    FSW_ASSERT((network != NULL) && (place != NULL));
+    const setting_run_t* const run = &place->device.run;
+    FSW_ASSERT(run->position < run->count);
+    const canopen_setting_t* const setting = &run->settings[run->position];
+    network_fault_t fault                  = {.kind    = NETWORK_DEVICE_REFUSED,
+                                              .node    = place->device.node,
+                                              .refusal = REFUSAL_FORMAT,
+                                              .object  = ((uint32_t)setting->index << 8) | setting->subindex};
+    if (status == STATUS_TIMEOUT) {
+        fault.refusal = REFUSAL_TIMEOUT;
+    } else if (status == STATUS_FORBIDDEN) {
+        fault.refusal = REFUSAL_ABORTED;
+        fault.detail  = run->abort_code;
+    } else if (run->is_other_value) {
+        fault.refusal = REFUSAL_VALUE;
+        fault.detail  = (uint32_t)run->found;
+    } else {
+        // Of another size, too long, or against the protocol.
+    }
+    network_tell(network, &fault);
 }
 
 static void tell_drive_fault(canopen_network_t* const network, network_device_t* const place,

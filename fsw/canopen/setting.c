@@ -43,8 +43,12 @@ static status_t take_value(setting_run_t* const run, canopen_setting_t* const se
         setting->value = value;
         return STATUS_OK;
     }
-    run->found = value;
-    return (value == setting->value) ? STATUS_OK : STATUS_INVALID;
+    if (value != setting->value) {
+        run->is_other_value = true;
+        run->found          = value;
+        return STATUS_INVALID;
+    }
+    return STATUS_OK;
 }
 
 status_t setting_run_step(setting_run_t* const run, sdo_client_t* const client)

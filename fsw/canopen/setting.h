@@ -32,7 +32,8 @@ typedef struct { // Read-only outside.
     uint16_t position; ///< Setting being worked on; after a failure, the one that failed.
     bool is_started;
     uint32_t abort_code; ///< Of the failed access, 0 if the node did not abort it.
-    uint64_t found;      ///< Value that failed SETTING_VERIFY.
+    bool is_other_value; ///< The node has another value than SETTING_VERIFY wants: found.
+    uint64_t found;      ///< As above, else 0.
     status_t result;     ///< STATUS_BUSY while running.
 } setting_run_t;
 

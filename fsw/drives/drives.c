@@ -10,7 +10,7 @@
 
 #define OBJECT_MODE_OF_OPERATION 0x6060U
 #define MILLISECOND_NS 1000000ULL
-#define EVENT_OCTETS_MAX 3U
+#define EVENT_OCTETS_MAX 10U
 
 // A call of drives_configure that comes so much later than the one before is a new beginning.
 #define CONFIGURE_GAP_NS (20U * MILLISECOND_NS)
@@ -22,6 +22,7 @@ static const network_config_t network_config = {
                             .sdo_timeout_ns       = 50U * MILLISECOND_NS},
     .lost_after_syncs    = 3U, // One lost frame is no lost device; three in a row have one cause.
     .boot_retry_ns       = 300U * MILLISECOND_NS,
+    .silence_told_ns     = 100U * MILLISECOND_NS,
     .quick_stop_limit_ns = 200U * MILLISECOND_NS,
 };
 
@@ -30,6 +31,44 @@ void drives_init(drives_t* const drives, subsystem_t* const generic, const flow_
     FSW_ASSERT((drives != NULL) && (generic != NULL) && (resolver != NULL));
     *drives = (drives_t){.generic = generic, .resolver = resolver, .goal = CIA402_GOAL_DISABLED};
     network_init(&drives->network, &network_config);
+}
+
+// ---- Events -------------------------------------------------------------------------------------
+
+static void raise_fault(drives_t* const drives, const network_fault_t* const fault)
+{
+    static const char* const names[] = {[NETWORK_DEVICE_LOST]    = "DEVICE_LOST",
+                                        [NETWORK_DRIVE_FAULT]    = "DRIVE_FAULT",
+                                        [NETWORK_DRIVE_WARNING]  = "DRIVE_WARNING",
+                                        [NETWORK_BUS_WARNING]    = "BUS_WARNING",
+                                        [NETWORK_DEVICE_REFUSED] = "DEVICE_REFUSED"};
+    const descriptor_event_t* const event =
+        descriptor_find_event_name(subsystem_descriptor(drives->generic), names[fault->kind]);
+    if (event == NULL) {
+        return;
+    }
+    uint8_t octets[EVENT_OCTETS_MAX];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    if (fault->kind != NETWORK_BUS_WARNING) {
+        octet_write_u8(&writer, fault->node);
+    }
+    if ((fault->kind == NETWORK_DRIVE_FAULT) || (fault->kind == NETWORK_DRIVE_WARNING)) {
+        octet_write_u16(&writer, fault->code);
+    }
+    if (fault->kind == NETWORK_DEVICE_REFUSED) {
+        octet_write_u8(&writer, (uint8_t)fault->refusal);
+        octet_write_u32(&writer, fault->object);
+        octet_write_u32(&writer, fault->detail);
+    }
+    (void)subsystem_raise(drives->generic, event->id, octets, writer.position);
+}
+
+static void raise_faults(drives_t* const drives)
+{
+    network_fault_t fault;
+    while (network_take_fault(&drives->network, &fault) == STATUS_OK) {
+        raise_fault(drives, &fault);
+    }
 }
 
 // ---- Commissioning ------------------------------------------------------------------------------
@@ -93,7 +132,9 @@ status_t drives_hardware_init(drives_t* const drives)
         drives->configuration = NULL;
         drives->is_closing    = false;
     }
-    return network_boot(&drives->network, subsystem_now_ns(drives->generic));
+    const status_t status = network_boot(&drives->network, subsystem_now_ns(drives->generic));
+    raise_faults(drives); // Before the failure that they explain.
+    return status;
 }
 
 /// Settings of one device of the descriptor.
@@ -149,7 +190,9 @@ status_t drives_configure(drives_t* const drives, const descriptor_configuration
     if ((status == STATUS_OK) && drives->is_written) {
         status = network_start(&drives->network, now_ns);
     }
+    raise_faults(drives);
     if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
+        network_stop(&drives->network);
         drives->configuration = NULL;
     }
     return status;
@@ -215,36 +258,18 @@ status_t drives_secure(drives_t* const drives)
     return network_secure(&drives->network, subsystem_now_ns(drives->generic));
 }
 
-static void raise_fault(drives_t* const drives, const network_fault_t* const fault)
-{
-    static const char* const names[] = {[NETWORK_DEVICE_LOST]   = "DEVICE_LOST",
-                                        [NETWORK_DRIVE_FAULT]   = "DRIVE_FAULT",
-                                        [NETWORK_DRIVE_WARNING] = "DRIVE_WARNING",
-                                        [NETWORK_BUS_WARNING]   = "BUS_WARNING"};
-    const descriptor_event_t* const event =
-        descriptor_find_event_name(subsystem_descriptor(drives->generic), names[fault->kind]);
-    if (event == NULL) {
-        return;
-    }
-    uint8_t octets[EVENT_OCTETS_MAX];
-    octet_writer_t writer = octet_writer(octets, sizeof octets);
-    if (fault->kind != NETWORK_BUS_WARNING) {
-        octet_write_u8(&writer, fault->node);
-    }
-    if ((fault->kind == NETWORK_DRIVE_FAULT) || (fault->kind == NETWORK_DRIVE_WARNING)) {
-        octet_write_u16(&writer, fault->code);
-    }
-    (void)subsystem_raise(drives->generic, event->id, octets, writer.position);
-}
-
 void drives_sense(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
-    network_sense(&drives->network, subsystem_now_ns(drives->generic));
-    network_fault_t fault;
-    while (network_take_fault(&drives->network, &fault) == STATUS_OK) {
-        raise_fault(drives, &fault);
+    const uint64_t now_ns  = subsystem_now_ns(drives->generic);
+    const bool is_given_up = (drives->configuration != NULL) && !drives->network.is_running &&
+                             ((now_ns - drives->called_ns) > CONFIGURE_GAP_NS);
+    if (is_given_up) { // Its time was over: no SYNC for devices that are not commissioned.
+        network_stop(&drives->network);
+        drives->configuration = NULL;
     }
+    network_sense(&drives->network, now_ns);
+    raise_faults(drives);
 }
 
 void drives_emit(drives_t* const drives)

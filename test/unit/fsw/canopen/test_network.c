@@ -139,9 +139,15 @@ static void a_node_that_does_not_boot_is_told_again(void)
     for (unsigned i = 0U; i < 500U; i++) {
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_boot));
     }
+    expect_no_fault();
+    for (unsigned i = 0U; i < 800U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_boot));
+    }
+    expect_refusal(0x12U, REFUSAL_NOT_BOOTED, 0U, 0U); // Once, though it is told again twice.
     joints[1]->is_boot_mute = false;
     TEST_ASSERT_EQUAL(STATUS_OK, walk(network_boot));
-    TEST_ASSERT_TRUE(now_ns < 400000000U);
+    TEST_ASSERT_TRUE(now_ns < 1000000000U);
+    expect_no_fault();
     TEST_ASSERT_EQUAL_UINT(1U, joints[0]->boots); // Who has booted is left in peace.
 }
 
@@ -149,21 +155,34 @@ static void a_device_of_another_type_is_refused(void)
 {
     scripted_object(joints[1], 0x1000U, 0U)->value = 0x00010192U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, walk(network_boot));
+    expect_refusal(0x12U, REFUSAL_VALUE, 0x100000U, 0x00010192U);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, network_configure(&network, now_ns));
+}
+
+static void a_device_that_boots_anew_meanwhile_is_refused(void)
+{
+    const uint8_t boot_up = 0U;
+    for (unsigned i = 0U; i < 6U; i++) { // The first boot-up is answered by questions.
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_boot));
+    }
+    scripted_bus_deliver(&bus, 0x712U, &boot_up, 1U);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, walk(network_boot));
+    expect_refusal(0x12U, REFUSAL_REBOOTED, 0U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_boot));
 }
 
 static void a_device_that_maps_other_data_is_refused(void)
 {
     scripted_object(joints[0], 0x1A00U, 2U)->value = 0x60640010U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, walk(network_boot));
-    TEST_ASSERT_EQUAL_HEX16(0x1A00U,
-                            network.devices[0].device.identify[network.devices[0].device.run.position].index);
+    expect_refusal(0x11U, REFUSAL_VALUE, 0x1A0002U, 0x60640010U);
 }
 
 static void a_device_without_a_rated_torque_is_refused(void)
 {
     scripted_object(joints[0], 0x6076U, 0U)->value = 0U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, walk(network_boot));
+    expect_refusal(0x11U, REFUSAL_VALUE, 0x607600U, 0U);
 }
 
 static void an_abort_and_silence_end_commissioning(void)
@@ -172,10 +191,11 @@ static void an_abort_and_silence_end_commissioning(void)
     set(1U, 0x6060U, 0U, 1U, 77U);
     scripted_object(joints[1], 0x6060U, 0U)->abort_code = 0x06090030U;
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, walk(network_configure));
-    TEST_ASSERT_EQUAL_HEX32(0x06090030U, network.devices[1].device.run.abort_code);
+    expect_refusal(0x12U, REFUSAL_ABORTED, 0x606000U, 0x06090030U);
     scripted_object(joints[1], 0x6060U, 0U)->abort_code = 0U;
     joints[1]->is_sdo_mute                              = true;
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, walk(network_configure));
+    expect_refusal(0x12U, REFUSAL_TIMEOUT, 0x606000U, 0U);
     joints[1]->is_sdo_mute = false;
     TEST_ASSERT_EQUAL(STATUS_OK, walk(network_configure)); // And again from the beginning.
 }
@@ -190,6 +210,10 @@ static void starting_waits_for_every_device(void)
     }
     TEST_ASSERT_EQUAL_UINT(0U, joints[0]->pdos_received); // Commands start when all can take them.
     expect_no_fault();
+    for (unsigned i = 0U; i < 400U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_start));
+    }
+    expect_refusal(0x12U, REFUSAL_SILENT, 0U, 0U);
     joints[1]->is_pdo_mute = false;
     TEST_ASSERT_EQUAL(STATUS_OK, walk(network_start));
 }
@@ -217,6 +241,7 @@ int main(void)
     RUN_TEST(nothing_works_out_of_order);
     RUN_TEST(a_node_that_does_not_boot_is_told_again);
     RUN_TEST(a_device_of_another_type_is_refused);
+    RUN_TEST(a_device_that_boots_anew_meanwhile_is_refused);
     RUN_TEST(a_device_that_maps_other_data_is_refused);
     RUN_TEST(a_device_without_a_rated_torque_is_refused);
     RUN_TEST(an_abort_and_silence_end_commissioning);

@@ -31,6 +31,7 @@ const network_config_t config  = {.master              = {.node_id              
                                                           .sdo_timeout_ns       = 50000000U},
                                   .lost_after_syncs    = 3U,
                                   .boot_retry_ns       = 300000000U,
+                                  .silence_told_ns     = 100000000U,
                                   .quick_stop_limit_ns = 200000000U};
 
 void two_drives_open(void)
@@ -130,6 +131,19 @@ void expect_no_fault(void)
 {
     network_fault_t fault;
     TEST_ASSERT_EQUAL(STATUS_EMPTY, network_take_fault(&network, &fault));
+}
+
+void expect_refusal(const uint8_t node, const network_refusal_t refusal, const uint32_t object,
+                    const uint32_t detail)
+{
+    network_fault_t fault = {.node = 0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, network_take_fault(&network, &fault));
+    TEST_ASSERT_EQUAL(NETWORK_DEVICE_REFUSED, fault.kind);
+    TEST_ASSERT_EQUAL_HEX8(node, fault.node);
+    TEST_ASSERT_EQUAL(refusal, fault.refusal);
+    TEST_ASSERT_EQUAL_HEX32(object, fault.object);
+    TEST_ASSERT_EQUAL_HEX32(detail, fault.detail);
+    expect_no_fault();
 }
 
 void expect_fault(const network_fault_kind_t kind, const uint8_t node, const uint16_t code)

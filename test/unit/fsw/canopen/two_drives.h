@@ -35,6 +35,8 @@ status_t at_goal(canopen_network_t* self, uint64_t time_ns);
 void go(cia402_goal_t goal);
 void run_to(cia402_goal_t goal);
 void expect_no_fault(void);
+/// A device that is not commissioned, and nothing else.
+void expect_refusal(uint8_t node, network_refusal_t refusal, uint32_t object, uint32_t detail);
 void expect_fault(network_fault_kind_t kind, uint8_t node, uint16_t code);
 
 #endif // TEST_UNIT_FSW_CANOPEN_TWO_DRIVES_H

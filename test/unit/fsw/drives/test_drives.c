@@ -18,6 +18,9 @@ static const char document[] =
     "type=\"UINT8\"/></Event>\n"
     "    <Event name=\"DRIVE_FAULT\" id=\"2\" severity=\"HIGH\">\n"
     "      <ParamRef name=\"NODE\" type=\"UINT8\"/><ParamRef name=\"CODE\" type=\"UINT16\"/></Event>\n"
+    "    <Event name=\"DEVICE_REFUSED\" id=\"3\" severity=\"LOW\">\n"
+    "      <ParamRef name=\"NODE\" type=\"UINT8\"/><ParamRef name=\"REASON\" type=\"UINT8\"/>\n"
+    "      <ParamRef name=\"OBJECT\" type=\"UINT32\"/><ParamRef name=\"DETAIL\" type=\"UINT32\"/></Event>\n"
     "  </Events>\n"
     "  <Functions/>\n"
     "  <Configuration name=\"ONE\" id=\"1\" priority=\"80\" samplingTime=\"500us\">\n"
@@ -236,6 +239,10 @@ static void a_configuration_that_was_given_up_begins_anew(void)
     for (unsigned i = 0U; i < 100U; i++) {
         (void)cycle(NULL); // and some time later
     }
+    const unsigned syncs = bus.syncs;
+    (void)cycle(NULL);
+    TEST_ASSERT_EQUAL_UINT(syncs, bus.syncs); // Nobody is left running.
+    TEST_ASSERT_EQUAL_HEX8(0x7FU, nodes[0]->nmt);
     const unsigned writes = nodes[1]->writes;
     TEST_ASSERT_EQUAL(STATUS_OK, walk(configure)); // the operator tries again.
     TEST_ASSERT_EQUAL_UINT(writes + 1U, nodes[1]->writes);
@@ -259,6 +266,38 @@ static void a_drive_that_drops_out_raises_an_event_with_its_statusword(void)
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, generic.state);
     TEST_ASSERT_EQUAL_HEX16(0x0002U, nodes[1]->control[0]); // The other one brakes in the same cycle.
     TEST_ASSERT_EQUAL(STATUS_OK, walk(secure));
+}
+
+/// Last event DEVICE_REFUSED, the only one.
+static void expect_refusal(const uint8_t told[10])
+{
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, 3U));
+    TEST_ASSERT_EQUAL_UINT64(10U, double_last_event(&generic, 3U)->size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(told, double_last_event(&generic, 3U)->octets, 10U);
+    generic.event_count = 0U;
+}
+
+static void why_a_device_is_not_commissioned_is_an_event(void)
+{
+    scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00010192U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(hardware_init)); // Told in the cycle that fails.
+    expect_refusal((const uint8_t[]){0x12U, 4U, 0U, 0x10U, 0U, 0U, 0U, 0x01U, 0x01U, 0x92U});
+    scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00020192U;
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(deinit));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    select(2U);
+    scripted_object(nodes[1], 0x6065U, 0U)->abort_code = 0x08000022U;
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, walk(configure));
+    expect_refusal((const uint8_t[]){0x12U, 3U, 0U, 0x60U, 0x65U, 0U, 0x08U, 0U, 0U, 0x22U});
+    scripted_object(nodes[1], 0x6065U, 0U)->abort_code = 0U;
+    nodes[0]->is_pdo_mute                              = true;
+    for (unsigned i = 0U; i < 400U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure));
+    }
+    expect_refusal((const uint8_t[]){0x11U, 7U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U});
+    nodes[0]->is_pdo_mute = false;
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
 
 static void an_event_the_descriptor_does_not_have_is_left_out(void)
@@ -300,6 +339,7 @@ int main(void)
     RUN_TEST(a_device_that_was_not_brought_up_cannot_be_configured);
     RUN_TEST(a_configuration_that_was_given_up_begins_anew);
     RUN_TEST(a_drive_that_drops_out_raises_an_event_with_its_statusword);
+    RUN_TEST(why_a_device_is_not_commissioned_is_an_event);
     RUN_TEST(an_event_the_descriptor_does_not_have_is_left_out);
     RUN_TEST(going_down_works_from_anywhere);
     return UNITY_END();

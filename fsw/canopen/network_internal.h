@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Between the source files of network.h.
+#ifndef FSW_CANOPEN_NETWORK_INTERNAL_H
+#define FSW_CANOPEN_NETWORK_INTERNAL_H
+
+#include "fsw/canopen/network.h"
+
+/// Queue a fault; one that finds no room is counted.
+void network_tell(canopen_network_t* network, const network_fault_t* fault);
+/// Tell that a device is not commissioned, for a reason of its own.
+void network_tell_refusal(canopen_network_t* network, const network_device_t* place,
+                          network_refusal_t refusal);
+/// Tell what its list of accesses has ended with.
+void network_tell_access(canopen_network_t* network, const network_device_t* place, status_t status);
+
+#endif // FSW_CANOPEN_NETWORK_INTERNAL_H
