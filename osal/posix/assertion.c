@@ -16,7 +16,7 @@ static struct iovec part_of(const char* text)
     return part;
 }
 
-void fsw_assertion_failed(const char* file, int line, const char* condition)
+void fsw_assertion_failed(const char* file, int line)
 {
     char digits[12];
     size_t at     = sizeof(digits) - 1U;
@@ -28,8 +28,8 @@ void fsw_assertion_failed(const char* file, int line, const char* condition)
         rest /= 10U;
     } while ((rest != 0U) && (at > 0U));
 
-    const struct iovec parts[] = {part_of(file),         part_of(":"),       part_of(&digits[at]),
-                                  part_of(": failed: "), part_of(condition), part_of("\n")};
+    const struct iovec parts[] = {part_of(file), part_of(":"), part_of(&digits[at]),
+                                  part_of(": assertion failed\n")};
     // Nothing is left to do if even this fails: the program ends either way.
     if (writev(STDERR_FILENO, parts, (int)(sizeof(parts) / sizeof(parts[0]))) < 0) {
         abort();

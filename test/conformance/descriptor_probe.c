@@ -20,9 +20,9 @@ static descriptor_loader_t loader;
 static subsystem_descriptor_t descriptor;
 static mission_descriptor_t mission;
 
-void fsw_assertion_failed(const char* const file, const int line, const char* const condition)
+void fsw_assertion_failed(const char* const file, const int line)
 {
-    (void)fprintf(stderr, "%s:%d: failed: %s\n", file, line, condition);
+    (void)fprintf(stderr, "%s:%d: assertion failed\n", file, line);
     abort();
 }
 

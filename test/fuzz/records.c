@@ -20,9 +20,9 @@ void fuzz_fail(const char* const file, const int line, const char* const conditi
 }
 
 /// An assertion that an input reaches is an error of the program under test.
-void fsw_assertion_failed(const char* const file, const int line, const char* const condition)
+void fsw_assertion_failed(const char* const file, const int line)
 {
-    fuzz_fail(file, line, condition);
+    fuzz_fail(file, line, "assertion");
 }
 
 uint32_t fuzz_random(uint32_t* const state)
