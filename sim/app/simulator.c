@@ -25,6 +25,7 @@
 #define JOINT1_ID 0x11U
 #define STICK_ID 0x21U
 #define DEFAULT_QUANTUM_NS 5000000U
+#define TOOL_PATIENCE_MS 20000U ///< For a tool in lock-step; shorter than the launcher's for simulated time.
 #define PATH_OCTETS 4096U
 
 static const char* const bus_names[BUSES] = {"robot", "joystick"};
@@ -53,6 +54,7 @@ struct simulator {
     fault_world_t world;
     socketcand_t* tools;
     bool tools_in_step;
+    uint64_t tools_lost; // In lock-step, and not done with a step in time.
     uint64_t tool_quantum_ns;
     uint64_t tool_credit_ns; // The tool has bought time up to here.
 };
@@ -253,6 +255,7 @@ static void run_step(simulator_t* simulator, uint64_t end_ns)
     run_buses(simulator, end_ns);
     if (simulator->tools != NULL) {
         socketcand_send(simulator->tools);
+        simulator->tools_lost += socketcand_end_step(simulator->tools, end_ns, TOOL_PATIENCE_MS);
     }
     move_plant(simulator, end_ns);
     simulator->time_ns = end_ns;
@@ -545,7 +548,8 @@ void simulator_statistics(const simulator_t* simulator, simulator_statistics_t* 
                          .robot_busy_ns    = robot->busy_ns,
                          .joystick_busy_ns = joystick->busy_ns,
                          .refused          = simulator->segment[ROBOT].refused + simulator->segment[JOYSTICK].refused,
-                         .tool_dropped     = (simulator->tools != NULL) ? socketcand_dropped(simulator->tools) : 0U};
+                         .tool_dropped     = (simulator->tools != NULL) ? socketcand_dropped(simulator->tools) : 0U,
+                         .tools_lost       = simulator->tools_lost};
 }
 
 void simulator_flush(simulator_t* simulator)

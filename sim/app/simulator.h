@@ -48,6 +48,7 @@ typedef struct {
     uint64_t joystick_busy_ns;
     uint64_t refused; ///< Frames of flight that found the controller's queue full or the node cut off.
     uint64_t tool_dropped;
+    uint64_t tools_lost; ///< Tools in lock-step that were not done with a step in 20 s.
 } simulator_statistics_t;
 
 typedef struct simulator simulator_t;

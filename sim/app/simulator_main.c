@@ -449,6 +449,16 @@ static void announce(const simulator_t* simulator)
     }
 }
 
+static void complain_of_tools(const simulator_t* simulator)
+{
+    simulator_statistics_t statistics;
+    simulator_statistics(simulator, &statistics);
+    if (statistics.tools_lost > 0U) {
+        osal_console_complain(
+            "simulator: a tool in lock-step was not done with its step in 20 s and was left behind");
+    }
+}
+
 static int fly(const options_t* options, osal_calendar_t* calendar)
 {
     static doorman_t doorman;
@@ -475,6 +485,7 @@ static int fly(const options_t* options, osal_calendar_t* calendar)
             (void)status; // Where it is not permitted we run as we are.
         }
         run(simulator, options, &clock);
+        complain_of_tools(simulator);
         code = EXIT_SUCCESS;
     }
     close_door(&doorman, calendar);

@@ -4,7 +4,9 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/socket.h"
 
+#include <inttypes.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,14 +14,19 @@
 #define OUTPUT_OCTETS 65536U
 #define ACCEPT_INTERVAL 64U // Calls of socketcand_receive between two looks at the door, when nobody is in.
 #define NO_NODE BUS_NODES_MAX
+#define NS_PER_S 1000000000U
+#define NS_PER_MS 1000000U
+#define NS_PER_US 1000U
 #define OK_PATIENCE_NS 50000000ULL ///< Wall-clock time in which a client reads the answer to rawmode.
 
 typedef struct {
     socketcand_t* server;
     bool is_used;
-    bool is_raw;       // Frames may flow.
-    bool has_heard_ok; // It has read the answer to rawmode: it has spoken since, or had the time.
-    uint64_t raw_ns;   // Wall-clock time of rawmode.
+    bool is_raw;         // Frames may flow.
+    bool has_heard_ok;   // It has read the answer to rawmode: it has spoken since, or had the time.
+    bool is_in_step;     // Time waits for it.
+    unsigned steps_owed; // Steps told that it is not yet done with.
+    uint64_t raw_ns;     // Wall-clock time of rawmode.
     osal_socket_t socket;
     bus_t* bus;
     unsigned node;
@@ -152,6 +159,9 @@ static void handle(client_t* client, const char* text)
         reply(client, "< ok >");
         client->is_raw = true;
         client->raw_ns = osal_clock_monotonic_ns();
+    } else if (strcmp(text, "step") == 0) {
+        client->steps_owed -= (client->steps_owed > 0U) ? 1U : 0U;
+        client->is_in_step = true;
     } else if (strcmp(text, "echo") == 0) {
         reply(client, "< echo >");
     } else if ((strncmp(text, "send ", 5U) == 0) && client->is_raw) {
@@ -234,6 +244,8 @@ static void let_in(socketcand_t* server)
         client->is_used      = true;
         client->is_raw       = false;
         client->has_heard_ok = false;
+        client->is_in_step   = false;
+        client->steps_owed   = 0U;
         client->socket       = socket;
         client->node         = NO_NODE;
         client->input_size   = 0U;
@@ -282,6 +294,52 @@ void socketcand_send(socketcand_t* server)
             send_to(&server->client[i]);
         }
     }
+}
+
+/// True when the client is done with the step, or what it sent fills its controller: the bus has to run
+/// first.
+static bool is_done(const client_t* client)
+{
+    return !client->is_used || (client->steps_owed == 0U) ||
+           ((client->node != NO_NODE) && (bus_queued(client->bus, client->node) > (BUS_QUEUE_FRAMES / 2U)));
+}
+
+/// Returns false if the client was dropped for being late.
+static bool await_client(client_t* client, uint64_t deadline_ns)
+{
+    while (!is_done(client)) {
+        const uint64_t now_ns = osal_clock_monotonic_ns();
+        if (now_ns >= deadline_ns) {
+            drop_client(client);
+            return false;
+        }
+        send_to(client);
+        if (client->is_used) {
+            const status_t status = osal_socket_wait_readable(
+                &client->socket, (uint32_t)((deadline_ns - now_ns) / NS_PER_MS) + 1U);
+            (void)status; // Time is up: seen above.
+            receive_from(client);
+        }
+    }
+    return true;
+}
+
+unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t timeout_ms)
+{
+    unsigned dropped = 0U;
+    char text[SOCKETCAND_MESSAGE_MAX];
+    (void)snprintf(text, sizeof text, "< step %" PRIu64 ".%06" PRIu64 " >", now_ns / NS_PER_S,
+                   (now_ns % NS_PER_S) / NS_PER_US);
+    for (unsigned i = 0U; (server->client_count != 0U) && (i < SOCKETCAND_CLIENTS_MAX); i++) {
+        client_t* client = &server->client[i];
+        if (client->is_used && client->is_in_step) {
+            client->steps_owed++;
+            reply(client, text);
+            const uint64_t deadline_ns = osal_clock_monotonic_ns() + (timeout_ms * (uint64_t)NS_PER_MS);
+            dropped += await_client(client, deadline_ns) ? 0U : 1U;
+        }
+    }
+    return dropped;
 }
 
 void socketcand_wait(socketcand_t* server, uint32_t timeout_ms)

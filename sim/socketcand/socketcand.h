@@ -5,6 +5,10 @@
 /// Time stamps are simulated. What a slow client does not fetch is dropped and counted; it never stalls the
 /// simulation. FD frames go out as plain frames, as the protocol has no flag for them.
 ///
+/// One message is an addition: a client that sends `< step >` is in lock-step from then on. It is told `<
+/// step SEC.USEC >` behind the frames of each step, and time stands still until it sends `< step >` again:
+/// what it has sent meanwhile is on the bus in the next step, however slow it is.
+///
 /// Ownership  socketcand_open allocates; the buses outlive the server.
 /// Context    The task that runs the buses, between two runs.
 #ifndef SIM_SOCKETCAND_SOCKETCAND_H
@@ -39,6 +43,9 @@ uint16_t socketcand_port(const socketcand_t* server);
 unsigned socketcand_receive(socketcand_t* server);
 /// Send what the clients' nodes have heard.
 void socketcand_send(socketcand_t* server);
+/// End of a step at now_ns: tell the clients in lock-step, and wait (wall-clock, at most timeout_ms) until
+/// each is done with it. One that is not is dropped. Returns the number of those.
+unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t timeout_ms);
 /// Wait (wall-clock) until a client has sent something or wants in, at most timeout_ms.
 void socketcand_wait(socketcand_t* server, uint32_t timeout_ms);
 

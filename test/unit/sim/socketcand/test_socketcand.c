@@ -203,6 +203,32 @@ static void test_clients_hear_each_other(void)
     osal_socket_close(&two);
 }
 
+static void test_time_waits_for_a_client_in_lock_step(void)
+{
+    static const char* const done = "< send 123 1 5 >< step >";
+    size_t sent                   = 0U;
+    osal_socket_t idler           = join_raw();
+    osal_socket_t client          = join_raw();
+    const osal_can_frame_t sync   = {.id = 0x080U};
+    TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 500U * 1000U, 0U)); // Nobody to wait for.
+    say(&client, "< step >");
+    TEST_ASSERT_EQUAL_STRING("", take(&client));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_submit(bus, node, &sync, bus_now_ns(bus)));
+    bus_run_until(bus, bus_now_ns(bus) + MS);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_stream_send(&client, (const uint8_t*)done, strlen(done), &sent));
+    TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 1234567000U, 20000U));
+    (void)take(&client);
+    TEST_ASSERT_EQUAL_PTR(answer, strstr(answer, "< frame 080 ")); // The frames of the step,
+    TEST_ASSERT_NOT_NULL(strstr(answer, " >< step 1.234567 >"));   // and that these were all.
+    bus_run_until(bus, bus_now_ns(bus) + MS);
+    TEST_ASSERT_EQUAL_UINT(1U, heard_count); // Its answer is on the bus before anything else happens.
+    TEST_ASSERT_EQUAL_UINT(1U, socketcand_end_step(server, 1235067000U, 20U)); // It says no more:
+    TEST_ASSERT_EQUAL_UINT(1U, socketcand_clients(server));                    // left behind.
+    TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 1235567000U, 20000U));
+    osal_socket_close(&client);
+    osal_socket_close(&idler);
+}
+
 static void test_messages_of_frames(void)
 {
     char text[SOCKETCAND_MESSAGE_MAX];
@@ -236,6 +262,7 @@ int main(void)
     RUN_TEST(test_a_client_that_does_not_read_loses_messages_and_stalls_nobody);
     RUN_TEST(test_four_clients_and_no_more);
     RUN_TEST(test_clients_hear_each_other);
+    RUN_TEST(test_time_waits_for_a_client_in_lock_step);
     RUN_TEST(test_messages_of_frames);
     RUN_TEST(test_a_port_in_use_is_told);
     return UNITY_END();
