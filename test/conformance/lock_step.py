@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A python-can bus in lock-step with the simulator: time stands still until what it heard has been answered.
+
+Frames travel by the simulator's own port (socketcand), or over an interface that the simulator publishes the bus on; the
+steps of time always by the port. Listeners run in the notifier's thread; `on_step` is called there at the end of each step."""
+
+import re
+import socket
+import threading
+
+import can
+
+MESSAGE = re.compile(rb"<\s*(.*?)\s*>")
+PATIENCE_S = 30.0
+
+
+class LockStepBus(can.BusABC):
+    """One bus of a simulator that serves tools on a port."""
+
+    def __init__(self, port, bus, interface=None):
+        """interface: a SocketCAN interface for the frames, else they go through the port."""
+        self.channel_info = f"{bus} in lock-step"
+        self.on_step = []  # Called with the simulated time [s].
+        self.steps = 0
+        self.ended = threading.Event()  # The simulator has closed the port.
+        self._frames = can.Bus(interface="socketcan", channel=interface, fd=True) if interface else None
+        self._socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._input = b""
+        self._told = None  # Time of the step that is to be acknowledged.
+        self._say_lock = threading.Lock()
+        super().__init__(channel=bus)
+        self._expect("hi")
+        if not interface:
+            for word in (f"open {bus}", "rawmode"):
+                self._say(word)
+                self._expect("ok")
+        self._say("step")
+        self._socket.settimeout(0.2)
+
+    def _say(self, text):
+        with self._say_lock:
+            self._socket.sendall(f"< {text} >".encode())
+
+    def _expect(self, word):
+        while not (match := MESSAGE.search(self._input)):
+            self._read()
+        self._input = self._input[match.end():]
+        if match[1].decode() != word:
+            raise ConnectionError(f"the simulator said {match[1]!r}, expected {word}")
+
+    def _read(self):
+        octets = self._socket.recv(65536)
+        if not octets:
+            self.ended.set()
+            raise can.CanOperationError("the simulator has ended")
+        self._input += octets
+
+    def _recv_internal(self, timeout):
+        """The next frame. A step ends when all its frames have been handed out, which is when this is called again."""
+        while True:
+            if self._told is not None:
+                frame = self._frames.recv(0) if self._frames else None
+                if frame:
+                    return frame, False
+                for listener in self.on_step:
+                    listener(self._told)
+                self.steps += 1
+                self._told = None
+                self._say("step")
+            match = MESSAGE.search(self._input)
+            if match is None:
+                try:
+                    self._read()
+                except TimeoutError:
+                    return None, False
+                except (OSError, can.CanOperationError):
+                    self.ended.set()
+                    return None, False
+                continue
+            self._input = self._input[match.end():]
+            words = match[1].decode().split(" ")
+            if words[0] == "step":
+                self._told = float(words[1])
+            elif words[0] == "frame":
+                data = bytes.fromhex(words[3]) if len(words) > 3 else b""
+                identifier = int(words[1], 16)
+                return can.Message(timestamp=float(words[2]), arbitration_id=identifier, data=data,
+                                   is_extended_id=len(words[1]) > 3), False
+
+    def send(self, msg, timeout=None):
+        """A frame of ours; it is on the bus in the next step."""
+        if self._frames:
+            self._frames.send(msg, timeout)
+        else:
+            octets = " ".join(f"{octet:x}" for octet in msg.data)
+            self._say(f"send {msg.arbitration_id:x} {msg.dlc} {octets}")
+
+    def shutdown(self):
+        """Time goes on without us."""
+        super().shutdown()
+        self._socket.close()
+        if self._frames:
+            self._frames.shutdown()
