@@ -9,7 +9,8 @@
 ##   make [all]      build all programs into build/bin/          SANITIZE=1  TSAN=1  CC=gcc|clang  V=1  JOBS=2
 ##   make sim-run    fly a mission, leave its report in runs/    MISSION=rokviss  SCENARIO=telepresence|none  SEED=1
 ##                                                               FORM=processes|image  TIME=stepped|real  BUS=shm
-##                                                               TRANSPORT=udp  LINKS=shm|udp  PORT=  TOOLS=  OUT=runs/...
+##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
+##                                                               PORT=  TOOLS=  OUT=runs/...
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
 ##   make check      format, warnings and analysers of gcc and clang, MISRA of what changed, complexity, layers,
 ##                   symbols, words, lengths, spelling, links, Python, coverage; what passed once is not looked at again
@@ -233,7 +234,7 @@ option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
 sim-run: all
 	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,seed,SEED) \
 	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
-	    $(call option,transport,TRANSPORT) $(call option,links,LINKS) $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT)
+	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT)
 
 test: build/setup/test
 	+@failed=; \

@@ -14,7 +14,7 @@
 
 #define DOOR_PATIENCE_MS 60000U ///< Longer than the launcher waits for simulated time to move.
 #define DOOR_ROUND_MS 100U
-#define DOOR_ROUNDS 300U
+#define DOOR_ROUNDS 1200U
 
 typedef struct { // Everything the image holds beside its components' own storage.
     run_block_t* run;

@@ -19,8 +19,9 @@ const char* launch_options_help(void)
            "  --form processes|image   a process per subsystem (default), or all in one program\n"
            "  --time stepped|real      discrete time (default), or the wall clock\n"
            "  --bus shm          carrier of the CAN buses\n"
-           "  --transport udp    carrier of messages between processes\n"
-           "  --links shm|udp    transfer method of real-time links (default: the mission's)\n"
+           "  --transport udp|tipc     carrier of messages between processes (default: the mission's)\n"
+           "  --links shm|udp|tipc     transfer method of real-time links (default: the mission's)\n"
+           "  --nodes 1|2        on-board computers that the processes are spread over (default 1)\n"
            "  --port N           ground port on 127.0.0.1 (default: the first free from the mission's)\n"
            "  --tools N          serve bus tools on 127.0.0.1 at this port (socketcand; python-can, "
            "SavvyCAN)\n"
@@ -80,6 +81,12 @@ bool launch_scenario_is_path(const char* const scenario)
            ((length > 4U) && (strcmp(&scenario[length - 4U], ".scn") == 0));
 }
 
+static bool one_of_three(const char* const value, const char* const first, const char* const second,
+                         const char* const third)
+{
+    return (strcmp(value, first) == 0) || (strcmp(value, second) == 0) || (strcmp(value, third) == 0);
+}
+
 static bool one_of(const char* const value, const char* const first, const char* const second)
 {
     return (strcmp(value, first) == 0) || (strcmp(value, second) == 0);
@@ -126,7 +133,14 @@ static bool take_word(launch_options_t* const options, const char* const option,
     }
     if (strcmp(option, "--links") == 0) {
         options->links = value;
-        return one_of(value, "shm", "udp") || fail(error, option, value, "expected shm or udp");
+        return one_of_three(value, "shm", "udp", "tipc") ||
+               fail(error, option, value, "expected shm, udp or tipc");
+    }
+    if (strcmp(option, "--nodes") == 0) {
+        options->nodes = (strcmp(value, "2") == 0) ? 2U : 1U;
+        return one_of(value, "1", "2") ||
+               fail(error, option, value,
+                    "expected 1 or 2 on-board computers (network namespaces joined by a veth)");
     }
     if (strcmp(option, "--report") == 0) {
         options->has_report = (strcmp(value, "yes") == 0);
@@ -136,7 +150,8 @@ static bool take_word(launch_options_t* const options, const char* const option,
         return one_of(value, "shm", "shm") ||
                fail(error, option, value, "this build carries CAN in shared memory: shm");
     }
-    return one_of(value, "udp", "udp") || fail(error, option, value, "this build carries messages by udp");
+    options->transport = value;
+    return one_of(value, "udp", "tipc") || fail(error, option, value, "expected udp or tipc");
 }
 
 /// A mission or a scenario; nothing keeps the default.
@@ -162,7 +177,8 @@ static bool take(launch_options_t* const options, const char* const option, cons
                  char error[LAUNCH_ERROR_MAX])
 {
     static const char* const numbers[] = {"--seed", "--port", "--tools", "--duration"};
-    static const char* const words[]   = {"--form", "--time", "--links", "--report", "--bus", "--transport"};
+    static const char* const words[]   = {"--form", "--time",      "--links", "--report",
+                                          "--bus",  "--transport", "--nodes"};
     for (size_t i = 0U; i < (sizeof numbers / sizeof numbers[0]); i++) {
         if (strcmp(option, numbers[i]) == 0) {
             return (value[0] == '\0') || take_number(options, option, value, error);
@@ -195,6 +211,14 @@ static bool is_sensible(const launch_options_t* const options, char error[LAUNCH
         return fail(error, "--form image", "--tools",
                     "bus tools attach to the simulator's own process; take processes");
     }
+    if (options->is_image && (options->nodes > 1U)) {
+        return fail(error, "--form image", "--nodes 2",
+                    "the image is one program, and runs on one on-board computer; take processes");
+    }
+    if (options->is_image && (options->transport[0] != '\0')) {
+        return fail(error, "--form image --transport", options->transport,
+                    "the components of the image hand messages over in memory; take processes");
+    }
     const bool is_endless = (strcmp(options->scenario, "none") == 0) && (options->duration_ns == 0U);
     if (options->is_stepped && is_endless) {
         return fail(error, "--scenario none", "--time stepped",
@@ -211,7 +235,9 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
                                       .scenario   = "telepresence",
                                       .seed       = 1U,
                                       .is_stepped = true,
+                                      .transport  = "",
                                       .links      = "",
+                                      .nodes      = 1U,
                                       .output     = "",
                                       .has_report = true};
     error[0]     = '\0';

@@ -17,11 +17,13 @@ typedef struct {
     uint64_t seed;
     bool is_image;
     bool is_stepped;
-    const char* links;    ///< "shm" or "udp"; "": as the mission says.
-    uint16_t port;        ///< Ground port; 0: the first free from the mission's.
-    uint16_t tools;       ///< Port of the simulator's socketcand server for bus tools; 0: none.
-    const char* output;   ///< Output folder; empty: one of its own under runs/.
-    uint64_t duration_ns; ///< Shut the mission down after this simulated time; 0: never.
+    const char* transport; ///< "udp" or "tipc"; "": as the mission says.
+    const char* links;     ///< "shm", "udp" or "tipc"; "": as the mission says.
+    uint8_t nodes;         ///< On-board computers, 1 or 2.
+    uint16_t port;         ///< Ground port; 0: the first free from the mission's.
+    uint16_t tools;        ///< Port of the simulator's socketcand server for bus tools; 0: none.
+    const char* output;    ///< Output folder; empty: one of its own under runs/.
+    uint64_t duration_ns;  ///< Shut the mission down after this simulated time; 0: never.
     bool has_report;
 } launch_options_t;
 

@@ -9,8 +9,9 @@
 
 #define PROGRESS_NS 1000000000ULL      ///< Wall-clock time between lines of progress on a terminal,
 #define PROGRESS_FILE_NS 5000000000ULL ///< and elsewhere.
-#define LEFT_NS 2000000000ULL   ///< Simulated time that a mission goes on without its operator, who left.
-#define STALL_NS 30000000000ULL ///< Wall-clock time without any progress of simulated time.
+#define LEFT_NS 2000000000ULL    ///< Simulated time that a mission goes on without its operator, who left.
+#define STALL_NS 30000000000ULL  ///< Wall-clock time without any progress of simulated time.
+#define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to come up.
 /// Simulated time that members have to reach their safe state without supervisor.
 #define ABANDON_NS 5000000000ULL
 #define ABANDONED 1U ///< As abandon_ns: at once, even before time begins.
@@ -173,7 +174,7 @@ static bool has_stalled(launcher_t* const launcher, const uint64_t simulated)
         launcher->moved_simulated_ns = simulated;
         launcher->moved_wall_ns      = wall_ns;
     }
-    const bool has = (wall_ns - launcher->moved_wall_ns) > STALL_NS;
+    const bool has = (wall_ns - launcher->moved_wall_ns) > ((simulated == 0U) ? START_NS : STALL_NS);
     if (has) {
         launcher_give_up(launcher, "simulated time stands still", "; see console.log");
     }

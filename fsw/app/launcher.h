@@ -10,6 +10,7 @@
 #include "fsw/app/run_block.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/calendar.h"
+#include "osal/include/osal/network.h"
 #include "osal/include/osal/process.h"
 #include "osal/include/osal/socket.h"
 
@@ -37,6 +38,7 @@ typedef struct { // Private, except `exit_code` and `reason`.
     osal_shm_t run_shm;
     osal_shm_t calendar_shm;
     osal_calendar_t* calendar;
+    osal_network_t home; // Network namespace of the launcher itself, while it is in another.
     osal_socket_t ground;
     osal_socket_t messages[MISSION_SUBSYSTEMS_MAX];
     osal_socket_t links[RUN_LINKS_MAX];

@@ -102,7 +102,10 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
     arguments_add(&arguments, name);
     arguments_add(&arguments, "--component");
     arguments_add_number(&arguments, child->component);
-    launcher_start_child(launcher, child, &arguments, descriptors, count);
+    if (launcher_enter_node(launcher, component->node)) {
+        launcher_start_child(launcher, child, &arguments, descriptors, count);
+        launcher_leave_node(launcher);
+    }
 }
 
 /// What simulator and image are told of the world.

@@ -80,10 +80,10 @@ static void remove_names(launcher_t* const launcher)
         }
     }
     (void)osal_file_remove(launcher->door);
+    launcher_remove_nodes(launcher->run->identity);
 }
 
-/// Run a tool to its end. False if it failed.
-static bool run_tool(launcher_t* const launcher, const arguments_t* const arguments, const char* const name)
+bool launcher_run_tool(launcher_t* const launcher, const arguments_t* const arguments, const char* const name)
 {
     child_t child = {
         .name = name, .process = {.id = 0, .descriptor = -1}, .participant = LAUNCHER_NO_PARTICIPANT};
@@ -104,7 +104,7 @@ static void complete_logs(launcher_t* const launcher)
     arguments_add_program(&merge, launcher, "packet-archive-sqlite");
     arguments_add(&merge, "merge");
     arguments_add(&merge, launcher->run->folder);
-    if (!run_tool(launcher, &merge, "packet-archive-sqlite")) {
+    if (!launcher_run_tool(launcher, &merge, "packet-archive-sqlite")) {
         launcher_give_up(launcher, "the packet log is not complete", "; see console.log");
     }
 }
@@ -118,7 +118,7 @@ static void draw_report(launcher_t* const launcher)
     arguments_add(&report, "-m");
     arguments_add(&report, "hirosco_gse.report");
     arguments_add(&report, launcher->run->folder);
-    if (!run_tool(launcher, &report, "report")) {
+    if (!launcher_run_tool(launcher, &report, "report")) {
         osal_console_complain("the report could not be drawn; see console.log in the run's folder");
     }
 }

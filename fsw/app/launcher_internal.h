@@ -32,6 +32,21 @@ void launcher_start_child(launcher_t* launcher, child_t* child, const arguments_
 void launcher_start_component(launcher_t* launcher, child_t* child);
 void launcher_start_all(launcher_t* launcher);
 
+/// launcher_nodes.c: on-board computers, and the sockets of messages and links on them.
+/// What the options need of the system, before anything is made. False: `reason` says what is missing.
+bool launcher_check_system(launcher_t* launcher);
+bool launcher_make_nodes(launcher_t* launcher);
+/// Namespaces of a run that has this identity; no effect where there are none.
+void launcher_remove_nodes(const char* identity);
+/// Every socket of messages and links, where its owner runs. False: `reason` says what is missing.
+bool launcher_open_sockets(launcher_t* launcher);
+/// What is opened and started from here on belongs to that node; with one node, no effect.
+bool launcher_enter_node(launcher_t* launcher, unsigned node);
+void launcher_leave_node(launcher_t* launcher);
+
+/// launcher_clean_up.c: run a tool to its end. False if it failed.
+bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const char* name);
+
 /// launcher.c
 bool launcher_is_flag(const uint32_t* flag);
 /// The run fails; the first reason counts.

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a run needs before its first process: mission, folder, shared memory, buses, sockets.
-#include "fsw/app/launcher.h"
+#include "fsw/app/launcher_internal.h"
 
-#include "fsw/framework/base/text.h"
 #include "fsw/framework/rtlink/agreement.h"
 #include "osal/include/osal/can.h"
 #include "osal/include/osal/clock.h"
@@ -14,7 +13,6 @@
 #define SLOT_NS 500000ULL
 #define PORT_TRIES 200U
 #define FOLDER_TRIES 1000U
-#define RECEIVE_OCTETS 425984U
 
 static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
 {
@@ -44,20 +42,43 @@ static bool load_mission(launcher_t* const launcher, char* const path, const siz
     return true;
 }
 
-/// The transfer method of links that the mission prefers, unless the command line has one.
-static bool choose_links(launcher_t* const launcher, const char* const mission_path)
+/// Carrier of messages and transfer method of links that the mission prefers, unless the command line has
+/// one.
+static bool choose_methods(launcher_t* const launcher, const char* const mission_path)
 {
-    const uint8_t method = launcher->mission.link_method;
-    if (launcher->options.links[0] != '\0') {
-        return true;
+    launch_options_t* const options = &launcher->options;
+    const uint8_t messages          = launcher->mission.message_method;
+    const uint8_t links             = launcher->mission.link_method;
+    if (options->transport[0] == '\0') {
+        if ((messages != (uint8_t)DESCRIPTOR_UDP) && (messages != (uint8_t)DESCRIPTOR_TIPC)) {
+            return fail(launcher, mission_path,
+                        ": <Transports messages>: expected UDP or TIPC; or give --transport udp|tipc");
+        }
+        options->transport = (messages == (uint8_t)DESCRIPTOR_TIPC) ? "tipc" : "udp";
     }
-    if ((method != RTLINK_METHOD_SHARED_MEMORY) && (method != RTLINK_METHOD_UDP)) {
-        return fail(launcher, mission_path,
-                    ": <Transports links>: expected SHARED_MEMORY or UDP, which this "
-                    "build carries; or give --links shm|udp");
+    if (options->links[0] == '\0') {
+        if (links >= (uint8_t)RTLINK_METHOD_COUNT) {
+            return fail(
+                launcher, mission_path,
+                ": <Transports links>: expected SHARED_MEMORY, UDP or TIPC; or give --links shm|udp|tipc");
+        }
+        static const char* const names[] = {"shm", "tipc", "udp"};
+        const bool is_spread = (options->nodes > 1U) && (links == (uint8_t)RTLINK_METHOD_SHARED_MEMORY);
+        options->links       = names[links];
+        if (is_spread) { // Shared memory within a node; between nodes what carries the messages, too.
+            options->links = (strcmp(options->transport, "tipc") == 0) ? "shm tipc" : "shm udp";
+        }
     }
-    launcher->options.links = (method == RTLINK_METHOD_UDP) ? "udp" : "shm";
     return true;
+}
+
+/// Bit set of the methods that are named.
+static uint8_t link_methods(const char* const names)
+{
+    const unsigned shm  = (strstr(names, "shm") != NULL) ? (1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY) : 0U;
+    const unsigned tipc = (strstr(names, "tipc") != NULL) ? (1U << (unsigned)RTLINK_METHOD_TIPC) : 0U;
+    const unsigned udp  = (strstr(names, "udp") != NULL) ? (1U << (unsigned)RTLINK_METHOD_UDP) : 0U;
+    return (uint8_t)(shm | tipc | udp);
 }
 
 static bool find_scenario(launcher_t* const launcher)
@@ -160,6 +181,11 @@ static void sweep(void* const context, const char* const name)
         text_add(&text, ".door");
         (void)osal_shm_remove(name);
         (void)osal_file_remove(door);
+        char identity[RUN_IDENTITY_MAX];
+        text = text_in(identity, sizeof identity);
+        text_add(&text, &FAMILY[1]);
+        text_add_unsigned(&text, (uint64_t)id);
+        launcher_remove_nodes(identity);
     }
     osal_process_release(&owner);
 }
@@ -181,9 +207,11 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
     text_add(&text, mission_path);
     text = text_in(run->folder, sizeof run->folder);
     text_add(&text, folder);
-    const bool is_udp = (strcmp(launcher->options.links, "udp") == 0);
-    run->is_stepped   = true; // Also in wall-clock time: simulated hardware belongs to the calendar.
-    run->link_methods = (uint8_t)(1U << (unsigned)(is_udp ? RTLINK_METHOD_UDP : RTLINK_METHOD_SHARED_MEMORY));
+    run->is_stepped      = true; // Also in wall-clock time: simulated hardware belongs to the calendar.
+    run->link_methods    = link_methods(launcher->options.links);
+    run->transport       = (uint8_t)((strcmp(launcher->options.transport, "tipc") == 0) ? RUN_TRANSPORT_TIPC
+                                                                                        : RUN_TRANSPORT_UDP);
+    run->instance        = (uint32_t)osal_process_own_id();
     run->component_count = launcher->mission.subsystem_count;
     for (uint16_t i = 0U; i < run->component_count; i++) {
         run_component_t* const component           = &run->components[i];
@@ -237,35 +265,6 @@ static bool make_buses(launcher_t* const launcher)
 }
 
 // ---- Sockets ----
-
-static bool open_udp(launcher_t* const launcher, osal_socket_t* const socket, uint16_t* const out_port,
-                     int* const out_descriptor)
-{
-    osal_address_t local = {OSAL_IPV4_LOOPBACK, 0U};
-    if ((osal_udp_open(socket, local, RECEIVE_OCTETS) != STATUS_OK) ||
-        (osal_socket_local_address(socket, &local) != STATUS_OK)) {
-        return fail(launcher, "cannot open a UDP socket on 127.0.0.1", "");
-    }
-    *out_port       = local.port;
-    *out_descriptor = osal_socket_descriptor(socket);
-    return true;
-}
-
-static bool open_sockets(launcher_t* const launcher)
-{
-    run_block_t* const run = launcher->run;
-    bool is_open           = true;
-    for (uint16_t i = 0U; is_open && !launcher->options.is_image && (i < run->component_count); i++) {
-        is_open = open_udp(launcher, &launcher->messages[i], &run->components[i].message_port,
-                           &run->components[i].message_descriptor);
-    }
-    const bool has_links = (strcmp(launcher->options.links, "udp") == 0);
-    for (uint16_t i = 0U; is_open && has_links && (i < launcher->mission.link_count) && (i < RUN_LINKS_MAX);
-         i++) {
-        is_open = open_udp(launcher, &launcher->links[i], &run->link_ports[i], &run->link_descriptors[i]);
-    }
-    return is_open;
-}
 
 static bool listen_to_ground(launcher_t* const launcher)
 {
@@ -353,10 +352,11 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     }
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
-        load_mission(launcher, mission_path, sizeof mission_path) && choose_links(launcher, mission_path) &&
-        find_scenario(launcher) && make_folder(launcher, folder, sizeof folder) &&
-        make_run_block(launcher, mission_path, folder) && make_calendar(launcher) && make_buses(launcher) &&
-        open_sockets(launcher) && listen_to_ground(launcher) && tell_ground(launcher);
+        load_mission(launcher, mission_path, sizeof mission_path) && choose_methods(launcher, mission_path) &&
+        launcher_check_system(launcher) && find_scenario(launcher) &&
+        make_folder(launcher, folder, sizeof folder) && make_run_block(launcher, mission_path, folder) &&
+        make_calendar(launcher) && make_buses(launcher) && launcher_make_nodes(launcher) &&
+        launcher_open_sockets(launcher) && listen_to_ground(launcher) && tell_ground(launcher);
     if (is_ready) {
         find_equipment(launcher);
         name_door(launcher);

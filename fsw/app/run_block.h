@@ -20,6 +20,12 @@
 #define RUN_PATH_MAX 256U
 #define RUN_NAME_MAX 64U
 #define RUN_SIMULATOR 0U ///< Participant.
+#define RUN_NODES_MAX 2U ///< On-board computers.
+
+typedef enum { // Carrier of messages between processes.
+    RUN_TRANSPORT_UDP  = 0,
+    RUN_TRANSPORT_TIPC = 1
+} run_transport_t;
 
 typedef enum {
     RUN_PROCESS_STOPPED = 0,
@@ -30,30 +36,38 @@ typedef enum {
 typedef struct {
     uint16_t apid;
     char name[DESCRIPTOR_NAME_MAX + 1U];
-    int message_descriptor; ///< UDP socket that the process inherits; -1 in the image.
-    uint16_t message_port;
-    uint32_t start_count; ///< Written by the launcher before each start.
-    uint32_t process;     ///< run_process_t; written by the launcher.
-    uint32_t is_wanted;   ///< Written by the supervisor: should run.
+    uint8_t node;              ///< Index of the on-board computer that it runs on.
+    int message_descriptor;    ///< UDP or TIPC socket that the process inherits; -1 in the image.
+    uint16_t message_port;     ///< UDP.
+    uint64_t message_identity; ///< TIPC: of the socket.
+    uint32_t start_count;      ///< Written by the launcher before each start.
+    uint32_t process;          ///< run_process_t; written by the launcher.
+    uint32_t is_wanted;        ///< Written by the supervisor: should run.
 } run_component_t;
 
 typedef struct {
     uint32_t magic;
     char identity[RUN_IDENTITY_MAX]; ///< "hirosco-<number>": prefix of every name of this run.
     bool is_stepped;
-    uint8_t link_methods; ///< Bit set of 1 << rtlink_method_t.
-    uint64_t origin_ns;   ///< Real time: mission time 0 on the machine's monotonic clock.
+    uint8_t transport; ///< run_transport_t.
+    uint32_t instance; ///< Number of this mission instance, part of its TIPC names.
+    uint8_t node_count;
+    uint32_t node_ipv4[RUN_NODES_MAX]; ///< Address of each node: loopback, or its end of the veth.
+    uint8_t link_methods;              ///< Bit set of 1 << rtlink_method_t.
+    uint64_t origin_ns;                ///< Real time: mission time 0 on the machine's monotonic clock.
     char mission_path[RUN_PATH_MAX];
     char folder[RUN_PATH_MAX]; ///< Output folder.
     int ground_descriptor;     ///< Listening TCP socket that `communication` inherits.
     uint16_t ground_port;
     uint16_t component_count;
     run_component_t components[MISSION_SUBSYSTEMS_MAX];
-    int link_descriptors[RUN_LINKS_MAX]; ///< UDP socket of the consumer of link number i + 1; -1 without.
+    /// UDP or TIPC socket of the consumer of link number i + 1; -1 without.
+    int link_descriptors[RUN_LINKS_MAX];
     uint16_t link_ports[RUN_LINKS_MAX];
     uint32_t is_stop_requested; ///< Ctrl-C: the supervisor shuts the mission down.
     uint32_t is_finished;       ///< The supervisor has shut the mission down.
     uint32_t is_intruded;       ///< A client outside the calendar has sent telecommands.
+    uint32_t is_lossy;          ///< A datagram that was announced has not arrived.
 } run_block_t;
 
 /// The block of a run that the launcher made. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (another version),
@@ -71,6 +85,15 @@ static inline unsigned run_participant(const unsigned component)
 static inline unsigned run_operator(const run_block_t* const block)
 {
     return (unsigned)block->component_count + 1U;
+}
+/// Service types of the run's TIPC names: of messages, by APID, and of links, by their number.
+static inline uint32_t run_message_type(const run_block_t* const block)
+{
+    return 0x48000000U | (block->instance & 0x00FFFFFFU);
+}
+static inline uint32_t run_link_type(const run_block_t* const block)
+{
+    return 0x4C000000U | (block->instance & 0x00FFFFFFU);
 }
 /// "/<identity>.<what>" and, if number is not 0, the number after it. False if it does not fit.
 bool run_name(const run_block_t* block, const char* what, unsigned number, char* out_name, size_t capacity);

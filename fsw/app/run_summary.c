@@ -59,7 +59,9 @@ static void add_options(text_t* const text, const launch_options_t* const option
     add_word(text, "form", options->is_image ? "image" : "processes");
     add_word(text, "time", options->is_stepped ? "stepped" : "real");
     add_word(text, "bus", "shm");
-    add_word(text, "transport", options->is_image ? "ring" : "udp");
+    add_word(text, "transport", options->is_image ? "ring" : options->transport);
+    add_key(text, "nodes");
+    text_add_unsigned(text, options->nodes);
     add_word(text, "links", options->links);
 }
 
@@ -107,7 +109,8 @@ void run_summary_write(const launcher_t* const launcher)
     add_hash(&text, "configuration_hash", launcher->mission.configuration_hash);
     add_speed(&text, launcher);
     const bool is_reproducible = launcher->options.is_stepped && !launcher->is_broken &&
-                                 !launcher->is_cut_short && (launcher->run->is_intruded == 0U);
+                                 !launcher->is_cut_short && (launcher->run->is_intruded == 0U) &&
+                                 (launcher->run->is_lossy == 0U);
     add_key(&text, "reproducible");
     text_add(&text, is_reproducible ? "true" : "false");
     add_key(&text, "exit_code");

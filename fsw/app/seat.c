@@ -8,8 +8,10 @@
 #include <string.h>
 
 #define PUMP_PATIENCE_MS 100U
-#define PUMP_TRIES 50U ///< Five seconds of wall-clock time for what the kernel owes.
-#define RECEIVE_BUFFER_OCTETS 425984U
+#define PUMP_TRIES 50U     ///< Five seconds of wall-clock time for what the kernel owes.
+#define CUT_PATIENCE_MS 2U ///< The same, where something was lost already in the last intake.
+#define CUT_TRIES 1U
+#define HINTS_EVERY 128U ///< Intakes between two looks at what the topology service has told.
 
 // ---- Resolvers ----
 
@@ -55,6 +57,28 @@ static bool link_name(void* const context, const uint16_t link, char* const out_
     return run_name(seat->run, "link", link, out_name, capacity);
 }
 
+static uint8_t node_of(const seat_t* const seat, const uint16_t apid)
+{
+    unsigned component = 0U;
+    return run_block_find(seat->run, apid, &component) ? seat->run->components[component].node : 0U;
+}
+
+static uint32_t node_ipv4(const seat_t* const seat, const uint16_t apid)
+{
+    return seat->run->node_ipv4[node_of(seat, apid)];
+}
+
+/// APID of the consumer of a link, 0 if there is no such link.
+static uint16_t consumer_of(const seat_t* const seat, const uint16_t link)
+{
+    for (uint16_t i = 0U; i < seat->mission->link_count; i++) {
+        if (seat->mission->links[i].number == link) {
+            return seat->mission->links[i].consumer_apid;
+        }
+    }
+    return 0U;
+}
+
 static bool link_route(void* const context, const uint16_t link, osal_socket_t** const out_socket,
                        osal_address_t* const out_consumer)
 {
@@ -62,9 +86,38 @@ static bool link_route(void* const context, const uint16_t link, osal_socket_t**
     if ((link == 0U) || (link > RUN_LINKS_MAX) || (seat->run->link_ports[link - 1U] == 0U)) {
         return false;
     }
-    *out_socket   = &seat->link_sender;
-    *out_consumer = (osal_address_t){OSAL_IPV4_LOOPBACK, seat->run->link_ports[link - 1U]};
+    *out_socket = &seat->link_sender;
+    *out_consumer =
+        (osal_address_t){node_ipv4(seat, consumer_of(seat, link)), seat->run->link_ports[link - 1U]};
     return true;
+}
+
+static bool link_name_route(void* const context, const uint16_t link, osal_socket_t** const out_socket,
+                            osal_tipc_name_t* const out_consumer)
+{
+    seat_t* const seat = (seat_t*)context;
+    if ((link == 0U) || (link > RUN_LINKS_MAX) || (seat->run->link_descriptors[link - 1U] < 0)) {
+        return false;
+    }
+    *out_socket   = &seat->link_sender;
+    *out_consumer = (osal_tipc_name_t){run_link_type(seat->run), link};
+    return true;
+}
+
+/// Shared memory reaches only partners on the same node.
+static uint8_t methods_of_port(void* const context, const uint16_t port)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    uint8_t methods          = seat->run->link_methods;
+    for (uint16_t i = 0U; i < seat->mission->link_count; i++) {
+        const mission_link_t* const link = &seat->mission->links[i];
+        const bool is_here = ((link->producer_apid == seat->apid) && (link->producer_port == port)) ||
+                             ((link->consumer_apid == seat->apid) && (link->consumer_port == port));
+        if (is_here && (node_of(seat, link->producer_apid) != node_of(seat, link->consumer_apid))) {
+            methods &= (uint8_t) ~(1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY);
+        }
+    }
+    return methods;
 }
 
 void seat_delivered(void* const context, const uint16_t to)
@@ -79,11 +132,7 @@ void seat_delivered(void* const context, const uint16_t to)
 static void link_delivered(void* const context, const uint16_t link)
 {
     seat_t* const seat = (seat_t*)context;
-    for (uint16_t i = 0U; i < seat->mission->link_count; i++) {
-        if (seat->mission->links[i].number == link) {
-            seat_delivered(seat, seat->mission->links[i].consumer_apid);
-        }
-    }
+    seat_delivered(seat, consumer_of(seat, link));
 }
 
 /// Packets of this component to the supervisor.
@@ -108,7 +157,11 @@ static status_t fail(seat_t* const seat, const char* const what, const status_t 
 
 static status_t open_link_sockets(seat_t* const seat)
 {
-    status_t status = osal_udp_open(&seat->link_sender, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}, 0U);
+    const run_block_t* const run = seat->run;
+    const bool is_tipc = ((run->link_methods & (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC)) != 0U);
+    status_t status =
+        is_tipc ? osal_tipc_open(&seat->link_sender, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE)
+                : osal_udp_open(&seat->link_sender, (osal_address_t){node_ipv4(seat, seat->apid), 0U}, 0U);
     for (uint16_t i = 0U; (i < seat->mission->link_count) && (status == STATUS_OK); i++) {
         const mission_link_t* const link = &seat->mission->links[i];
         const unsigned slot              = (unsigned)link->number - 1U;
@@ -118,6 +171,11 @@ static status_t open_link_sockets(seat_t* const seat)
         }
     }
     return status;
+}
+
+static bool is_by_tipc(const seat_t* const seat)
+{
+    return seat->run->transport == (uint8_t)RUN_TRANSPORT_TIPC;
 }
 
 static status_t add_peers(seat_t* const seat)
@@ -130,9 +188,14 @@ static status_t add_peers(seat_t* const seat)
             continue; // Subsystems talk to the supervisor only.
         }
         status = message_add_peer(&seat->endpoint, peer->apid);
-        if ((status == STATUS_OK) && (seat->message_socket.descriptor >= 0)) {
-            status = udp_carrier_add_peer(&seat->udp, peer->apid,
-                                          (osal_address_t){OSAL_IPV4_LOOPBACK, peer->message_port});
+        if ((status != STATUS_OK) || !osal_socket_is_open(&seat->message_socket)) {
+            continue;
+        }
+        if (is_by_tipc(seat)) {
+            status = tipc_carrier_add_peer(&seat->tipc, peer->apid, peer->message_identity);
+        } else {
+            const osal_address_t address = {node_ipv4(seat, peer->apid), peer->message_port};
+            status                       = udp_carrier_add_peer(&seat->udp, peer->apid, address);
         }
     }
     return status;
@@ -146,11 +209,21 @@ static status_t open_messages(seat_t* const seat, ring_carrier_t* const hub)
                      sizeof seat->inbox);
         return ring_carrier_attach(hub, &seat->endpoint);
     }
-    const status_t status = osal_socket_adopt(&seat->message_socket, self->message_descriptor);
+    const delivery_notice_t notice = {seat, seat_delivered};
+    message_carrier_t carrier      = {NULL, NULL};
+    status_t status                = osal_socket_adopt(&seat->message_socket, self->message_descriptor);
+    if ((status == STATUS_OK) && is_by_tipc(seat)) {
+        const uint32_t type = run_message_type(seat->run);
+        status              = osal_tipc_watch_open(&seat->topology, type);
+        tipc_carrier_init(&seat->tipc, &seat->message_socket, &seat->topology, type, notice);
+        carrier = tipc_carrier_port(&seat->tipc);
+    } else {
+        udp_carrier_init(&seat->udp, &seat->message_socket, notice);
+        carrier = udp_carrier_port(&seat->udp);
+    }
     if (status == STATUS_OK) {
-        udp_carrier_init(&seat->udp, &seat->message_socket, (delivery_notice_t){seat, seat_delivered});
-        message_open(&seat->endpoint, seat->apid, self->start_count, udp_carrier_port(&seat->udp),
-                     seat->inbox, sizeof seat->inbox);
+        message_open(&seat->endpoint, seat->apid, self->start_count, carrier, seat->inbox,
+                     sizeof seat->inbox);
     }
     return status;
 }
@@ -166,11 +239,17 @@ status_t seat_take(seat_t* const seat, run_block_t* const run, const mission_des
     seat->apid                      = run->components[index].apid;
     seat->message_socket.descriptor = -1;
     seat->link_sender.descriptor    = -1;
+    seat->topology.descriptor       = -1;
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
         seat->link_sockets[i].descriptor = -1;
     }
     seat->flows  = (flow_resolver_t){seat, resolve_flow};
-    seat->links  = (link_resolver_t){seat, link_name, link_route, link_delivered};
+    seat->links  = (link_resolver_t){.context    = seat,
+                                     .shm_name   = link_name,
+                                     .udp_route  = link_route,
+                                     .tipc_route = link_name_route,
+                                     .methods    = methods_of_port,
+                                     .delivered  = link_delivered};
     seat->uplink = (pus_port_t){seat, send_up};
     if (calendar != NULL) {
         osal_clock_open_stepped(&seat->clock, calendar, run_participant(index));
@@ -207,6 +286,16 @@ size_t seat_sockets(seat_t* const seat, osal_socket_t** const out_sockets, const
 
 // ---- Taking in ----
 
+static status_t receive_sample(const seat_t* const seat, osal_socket_t* const socket,
+                               uint8_t frame[LINK_FRAME_MAX], size_t* const out_size)
+{
+    osal_address_t from = {0U, 0U};
+    uint64_t identity   = 0U;
+    const bool is_tipc  = ((seat->run->link_methods & (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC)) != 0U);
+    return is_tipc ? osal_tipc_receive(socket, &identity, frame, LINK_FRAME_MAX, out_size)
+                   : osal_udp_receive(socket, &from, frame, LINK_FRAME_MAX, out_size);
+}
+
 /// Read the sockets once over. Returns the datagrams taken in.
 static uint32_t sweep(seat_t* const seat, const uint32_t limit,
                       void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
@@ -214,20 +303,54 @@ static uint32_t sweep(seat_t* const seat, const uint32_t limit,
     uint8_t frame[LINK_FRAME_MAX];
     uint32_t taken = 0U;
     while ((taken < limit) && osal_socket_is_open(&seat->message_socket) &&
-           (udp_carrier_pump(&seat->udp, &seat->endpoint) == STATUS_OK)) {
+           ((is_by_tipc(seat) ? tipc_carrier_pump(&seat->tipc, &seat->endpoint)
+                              : udp_carrier_pump(&seat->udp, &seat->endpoint)) == STATUS_OK)) {
         taken++;
     }
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
         osal_socket_t* const socket = &seat->link_sockets[i];
-        osal_address_t from         = {0U, 0U};
         size_t size                 = 0U;
         while ((taken < limit) && osal_socket_is_open(socket) &&
-               (osal_udp_receive(socket, &from, frame, sizeof frame, &size) == STATUS_OK)) {
+               (receive_sample(seat, socket, frame, &size) == STATUS_OK)) {
             link_datagram(context, frame, size);
             taken++;
         }
     }
     return taken;
+}
+
+/// Wait a moment for more to come in.
+static void wait_for_more(seat_t* const seat, const uint32_t patience_ms)
+{
+    osal_socket_t* sockets[SEAT_SOCKETS_MAX];
+    const size_t count = seat_sockets(seat, sockets, SEAT_SOCKETS_MAX);
+    for (size_t i = 0U; i < count; i++) {
+        const uint32_t share_ms = patience_ms / (uint32_t)count;
+        if (osal_socket_wait_readable(sockets[i], (share_ms > 0U) ? share_ms : 1U) == STATUS_OK) {
+            return;
+        }
+    }
+}
+
+/// What was announced, and what has come late of earlier announcements. Where the way is cut, simulated time
+/// goes on without what does not come.
+static void take_due(seat_t* const seat, const uint32_t due,
+                     void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
+{
+    const unsigned tries       = seat->is_short ? CUT_TRIES : PUMP_TRIES;
+    const uint32_t patience_ms = seat->is_short ? CUT_PATIENCE_MS : PUMP_PATIENCE_MS;
+    uint32_t taken             = sweep(seat, due + seat->owed, link_datagram, context);
+    for (unsigned attempt = 0U; (taken < due) && (attempt < tries); attempt++) {
+        wait_for_more(seat, patience_ms);
+        taken += sweep(seat, (due + seat->owed) - taken, link_datagram, context);
+    }
+    const bool was_short = seat->is_short;
+    seat->owed           = (seat->owed + due) - taken;
+    seat->is_short       = (taken < due);
+    if (seat->is_short && !was_short) {
+        __atomic_store_n(&seat->run->is_lossy, 1U, __ATOMIC_RELAXED);
+        osal_console_complain("a datagram that was announced has not arrived; the run is not reproducible");
+    }
 }
 
 void seat_pump(seat_t* const seat, const uint32_t messages,
@@ -242,17 +365,9 @@ void seat_pump(seat_t* const seat, const uint32_t messages,
     if (!osal_socket_is_open(&seat->message_socket)) { // Image: messages are in the inbox already.
         due = (messages > seat->endpoint.inbox.blocks) ? (messages - seat->endpoint.inbox.blocks) : 0U;
     }
-    for (unsigned attempt = 0U; (due > 0U) && (attempt < PUMP_TRIES); attempt++) {
-        due -= sweep(seat, due, link_datagram, context);
-        osal_socket_t* sockets[SEAT_SOCKETS_MAX];
-        const size_t count = seat_sockets(seat, sockets, SEAT_SOCKETS_MAX);
-        for (size_t i = 0U; (i < count) && (due > 0U); i++) {
-            if (osal_socket_wait_readable(sockets[i], PUMP_PATIENCE_MS / (uint32_t)count) == STATUS_OK) {
-                break;
-            }
-        }
-    }
-    if (due > 0U) {
-        osal_console_complain("a datagram that was announced has not arrived; the run is not reproducible");
+    take_due(seat, due, link_datagram, context);
+    seat->pumps++;
+    if (osal_socket_is_open(&seat->topology) && ((seat->pumps % HINTS_EVERY) == 0U)) {
+        tipc_carrier_take_hints(&seat->tipc, &seat->endpoint);
     }
 }

@@ -10,6 +10,7 @@
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"
+#include "fsw/framework/message/tipc_carrier.h"
 #include "fsw/framework/message/udp_carrier.h"
 #include "fsw/framework/rtlink/link_channel.h"
 #include "osal/include/osal/clock.h"
@@ -28,6 +29,11 @@ typedef struct { // Private, except the members named below.
     message_endpoint_t endpoint;
     uint8_t inbox[SEAT_INBOX_OCTETS];
     udp_carrier_t udp;
+    tipc_carrier_t tipc;
+    osal_socket_t topology; // What the kernel tells of TIPC names.
+    uint32_t pumps;
+    uint32_t owed; // Datagrams that were announced and have not come yet: the way may be cut.
+    bool is_short; // The last intake ended without all of them.
     osal_socket_t message_socket;
     osal_socket_t link_sockets[RUN_LINKS_MAX]; // Of links that this component consumes.
     osal_socket_t link_sender;                 // Source of frames to others.
@@ -37,7 +43,8 @@ typedef struct { // Private, except the members named below.
     char error[SEAT_ERROR_MAX];
 } seat_t;
 
-/// Take the seat of component `index` of the run. `calendar` null: real time. `hub` null: messages by UDP.
+/// Take the seat of component `index` of the run. `calendar` null: real time. `hub` null: messages by UDP
+/// or TIPC, as the run says.
 /// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t seat_take(seat_t* seat, run_block_t* run, const mission_descriptor_t* mission,
                             unsigned index, osal_calendar_t* calendar, ring_carrier_t* hub);

@@ -14,7 +14,7 @@ from subsystem import unique
 TABLE = {
     ("", "Mission"): "name! epoch! power!",
     ("Mission", "Subsystems"): "",
-    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts",
+    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts node",
     ("Subsystem", "Power"): "state! watts!",
     ("Mission", "Modes"): "",
     ("Modes", "Mode"): "name! id! initial",
@@ -121,6 +121,7 @@ def _list_subsystems(mission, container):
         element.flag("autostart")
         element.unsigned("memoryKiB", 0, 1 << 24)
         element.unsigned("restarts", 0, 100)
+        element.unsigned("node", 1, 2)
         for power in element.children:
             power.word("state", STATES)
             power.unsigned("watts", 0, 100000)

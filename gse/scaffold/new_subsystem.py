@@ -31,7 +31,7 @@ SUBSYSTEMS_MAX = 14  # of the calendar's 16 seats, simulator and operator take o
 RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
 
 ENTRY = """    <Subsystem name="@NAME@" id="@apid@" executable="@executable@" descriptor="../subsystems/@file@.xml"
-               memoryKiB="65536" restarts="2"/>
+               memoryKiB="65536" restarts="2" node="2"/>
 """
 PERMISSIONS = """    <!-- @NAME@ -->
     <Allow tc="129,3" select="NOMINAL" to="@NAME@" modes="SAFE NOMINAL" states="PRE_OPERATIONAL"/>

@@ -129,7 +129,7 @@ status_t osal_socket_adopt(osal_socket_t* sock, int descriptor)
     socklen_t size   = (socklen_t)sizeof(domain);
     sock->descriptor = -1;
     if ((getsockopt(descriptor, SOL_SOCKET, SO_DOMAIN, &domain, &size) != 0) ||
-        ((domain != AF_INET) && (domain != AF_UNIX))) {
+        ((domain != AF_INET) && (domain != AF_UNIX) && (domain != AF_TIPC))) {
         return STATUS_INVALID;
     }
     const int flags = fcntl(descriptor, F_GETFL);

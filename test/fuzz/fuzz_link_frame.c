@@ -29,7 +29,7 @@ static void check_frame(const fuzz_record_t* const record)
 int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 {
     static link_consumer_t consumer;
-    const link_resolver_t resolver = {NULL, NULL, NULL, NULL};
+    const link_resolver_t resolver = {.context = NULL};
     const rtlink_terms_t terms     = {.layout_hash   = 1U,
                                       .layout_octets = PAYLOAD,
                                       .order         = (uint8_t)RTLINK_LITTLE_ENDIAN,

@@ -143,7 +143,8 @@ static void start_listed(source_t* const source)
                               .is_autostart   = source_flag(source, "autostart", false),
                               .memory_kib     = source_unsigned(source, "memoryKiB", 0U, 1U << 24U, 0U),
                               .restart_budget = (uint8_t)source_unsigned(source, "restarts", 0U, 100U, 0U),
-                              .line           = source->line};
+                              .node = (uint8_t)source_unsigned(source, "node", 1U, MISSION_NODES_MAX, 1U),
+                              .line = source->line};
     for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
         if (strcmp(mission->subsystems[i].name, subsystem->name) == 0) {
             mission_builder_taken(source, "name", mission->subsystems[i].line);
@@ -314,7 +315,7 @@ static const source_row_t rows[] = {
     {SOURCE_ROOT, "Mission", MISSION_KIND_MISSION, "name! epoch! power!", start_mission, end_mission},
     {MISSION_KIND_MISSION, "Subsystems", MISSION_KIND_SUBSYSTEMS, "", once, NULL},
     {MISSION_KIND_SUBSYSTEMS, "Subsystem", MISSION_KIND_LISTED,
-     "name! id! executable! descriptor! autostart memoryKiB restarts", start_listed, NULL},
+     "name! id! executable! descriptor! autostart memoryKiB restarts node", start_listed, NULL},
     {MISSION_KIND_LISTED, "Power", MISSION_KIND_POWER, "state! watts!", start_power, NULL},
     {MISSION_KIND_MISSION, "Modes", MISSION_KIND_MODES, "", once, end_modes},
     {MISSION_KIND_MODES, "Mode", MISSION_KIND_MODE, "name! id! initial", start_mode, NULL},

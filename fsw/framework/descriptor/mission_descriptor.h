@@ -28,6 +28,7 @@
 #define MISSION_CONFIGURATIONS_MAX 8U ///< Per subsystem.
 #define MISSION_PORTS_MAX 16U         ///< Per subsystem.
 #define MISSION_USERS_MAX 8U
+#define MISSION_NODES_MAX 2U ///< On-board computers.
 
 #define MISSION_ANY_TARGET 0xFFFFU ///< mission_rule_t.target: every subsystem.
 #define MISSION_SELF 0xFFFEU       ///< mission_action_t.target: the subsystem that raised the event.
@@ -56,6 +57,7 @@ typedef struct {
     bool is_autostart;
     uint32_t memory_kib;    ///< Largest resident size; 0 = not watched.
     uint8_t restart_budget; ///< Restarts after a death before the mission falls back to mode SAFE.
+    uint8_t node;           ///< On-board computer that it runs on, from 1, where the run has more than one.
     uint32_t power_w[DESCRIPTOR_STATES];
     uint64_t interface_hash;
     uint64_t configuration_hash;

@@ -10,6 +10,8 @@
 #define VERSION 1U
 #define KIND_DATA 0U
 #define KIND_CREDIT 1U
+#define KIND_PROBE 2U
+#define FIRST_PROBE 4U ///< Refusals in a row after which a peer is asked what it has taken.
 #define FIRST_EPOCH 1U
 
 /// Place of each field in the header.
@@ -99,6 +101,36 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
     return status;
 }
 
+/// Ask what the peer has taken: after a loss of the whole window in both directions nobody else would say a
+/// word.
+static void probe(message_endpoint_t* const endpoint, message_channel_t* const channel)
+{
+    if (send_frame(endpoint, channel, KIND_PROBE, NULL, 0U) == STATUS_OK) {
+        endpoint->counters.probes++;
+    }
+}
+
+/// The more refusals without a word from the peer, the rarer: what asks must not fill the way that is to be
+/// freed.
+static void refused_for_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
+{
+    endpoint->counters.no_credit++;
+    channel->refusals++;
+    const bool is_power_of_two = ((channel->refusals & (channel->refusals - 1U)) == 0U);
+    if ((channel->refusals >= FIRST_PROBE) && is_power_of_two) {
+        probe(endpoint, channel);
+    }
+}
+
+void message_probe(message_endpoint_t* const endpoint, const uint16_t peer)
+{
+    FSW_ASSERT(endpoint != NULL);
+    message_channel_t* const channel = channel_of(endpoint, peer);
+    if ((channel != NULL) && (channel->sent != channel->credited)) {
+        probe(endpoint, channel);
+    }
+}
+
 uint32_t message_credit(const message_endpoint_t* const endpoint, const uint16_t peer)
 {
     FSW_ASSERT(endpoint != NULL);
@@ -123,7 +155,7 @@ status_t message_send(message_endpoint_t* const endpoint, const uint16_t to, con
         return STATUS_TOO_LARGE;
     }
     if ((channel->sent - channel->credited) >= MESSAGE_WINDOW) {
-        endpoint->counters.no_credit++;
+        refused_for_credit(endpoint, channel);
         return STATUS_FULL;
     }
     const status_t status = send_frame(endpoint, channel, KIND_DATA, octets, size);
@@ -151,7 +183,7 @@ static status_t parse(const message_endpoint_t* const endpoint, const uint8_t* c
     out_frame->payload      = &octets[MESSAGE_HEADER_OCTETS];
     out_frame->size         = size - MESSAGE_HEADER_OCTETS;
     const bool is_well_made = (octets_u16_at(&octets[AT_MAGIC]) == MAGIC) &&
-                              (octets[AT_VERSION] == VERSION) && (out_frame->kind <= KIND_CREDIT) &&
+                              (octets[AT_VERSION] == VERSION) && (out_frame->kind <= KIND_PROBE) &&
                               (out_frame->to == endpoint->self) && (out_frame->from_epoch != 0U);
     return is_well_made ? STATUS_OK : STATUS_INVALID;
 }
@@ -188,11 +220,12 @@ static bool is_current(message_endpoint_t* const endpoint, message_channel_t* co
     if ((frame->taken - channel->credited) <= (channel->sent - channel->credited)) {
         channel->credited = frame->taken;
     }
+    channel->refusals = 0U;
     return true;
 }
 
-/// True if a data frame is the next or a later one of its sequence. A credit frame carries the number of the
-/// next data frame: it shows a loss even where the whole window was lost and no data frame can follow.
+/// True if a data frame is the next or a later one of its sequence. Credit and probe carry the number of the
+/// next data frame: they show a loss even where the whole window was lost and no data frame can follow.
 static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t* const channel,
                            const frame_t* const frame)
 {
@@ -212,6 +245,15 @@ static void return_credit(message_endpoint_t* const endpoint, message_channel_t*
 {
     if ((channel->taken - channel->told) >= (MESSAGE_WINDOW / 2U)) {
         (void)send_frame(endpoint, channel, KIND_CREDIT, NULL, 0U); // If refused, again at the next receive.
+    }
+}
+
+/// A probe is answered even where nothing is new: what was told before may have been lost.
+static void answer(message_endpoint_t* const endpoint, message_channel_t* const channel,
+                   const frame_t* const frame)
+{
+    if (frame->kind == KIND_PROBE) {
+        (void)send_frame(endpoint, channel, KIND_CREDIT, NULL, 0U); // If refused, the peer asks again.
     }
 }
 
@@ -243,7 +285,11 @@ status_t message_receive(message_endpoint_t* const endpoint, uint16_t* const out
             endpoint->counters.malformed++;
             continue;
         }
-        if (!is_current(endpoint, channel, &frame) || !is_in_sequence(endpoint, channel, &frame)) {
+        if (!is_current(endpoint, channel, &frame)) {
+            continue;
+        }
+        if (!is_in_sequence(endpoint, channel, &frame)) {
+            answer(endpoint, channel, &frame);
             continue;
         }
         const bool fits = (frame.size <= capacity);

@@ -3,10 +3,15 @@
 ///
 /// An endpoint has an address (the component's id) and a channel to each peer. A sender may have at most
 /// MESSAGE_WINDOW blocks under way that the receiver has not taken; then message_send says STATUS_FULL and
-/// nothing is lost. The frame below is the same over every carrier (a ring of the same program, UDP):
+/// nothing is lost. The frame below is the same over every carrier (a ring of the same program, UDP, TIPC):
 ///
-///     magic u16 0x484D | version u8 1 | kind u8 (0 data, 1 credit) | from u16 | to u16 | from epoch u32 |
-///     to epoch u32 (0 unknown) | sequence u32 | taken u32 | payload              (24 octets, big-endian)
+///     magic u16 0x484D | version u8 1 | kind u8 (0 data, 1 credit, 2 probe) | from u16 | to u16 | from epoch
+///     u32 | to epoch u32 (0 unknown) | sequence u32 | taken u32 | payload              (24 octets,
+///     big-endian)
+///
+/// Where the way there was cut, a whole window may be lost in both directions. A sender that is refused again
+/// and again without hearing anything asks by a probe; its answer tells what was taken, and gives the credit
+/// back.
 ///
 /// The epoch is the start count of a component. A higher one resets the channel, a lower one and a frame
 /// that may be for an earlier incarnation of the receiver are dropped and counted: an old peer is never
@@ -46,6 +51,7 @@ typedef struct {
     uint32_t stale;       ///< Frames of an earlier epoch or out of sequence, dropped.
     uint32_t malformed;   ///< Frames that are none, dropped.
     uint32_t unreachable; ///< Frames the carrier could not deliver.
+    uint32_t probes;      ///< Peers asked what they have taken.
 } message_counters_t;
 
 typedef struct { // Private.
@@ -56,6 +62,7 @@ typedef struct { // Private.
     uint32_t expected;   // Next sequence number from the peer.
     uint32_t taken;      // Data frames taken here.
     uint32_t told;       // `taken` as last told to the peer.
+    uint32_t refusals;   // Sends refused for lack of credit since the peer was last heard.
 } message_channel_t;
 
 typedef struct { // Private, except `counters` and `inbox`.
@@ -80,6 +87,8 @@ MUST_USE status_t message_send(message_endpoint_t* endpoint, uint16_t to, const 
 /// Take the oldest block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped).
 MUST_USE status_t message_receive(message_endpoint_t* endpoint, uint16_t* out_from, uint8_t* octets,
                                   size_t capacity, size_t* out_size);
+/// The way to a peer is there again: ask what it has taken of what was under way. No effect if nothing was.
+void message_probe(message_endpoint_t* endpoint, uint16_t peer);
 /// Blocks that may be sent to a peer now; 0 for an unknown one.
 uint32_t message_credit(const message_endpoint_t* endpoint, uint16_t peer);
 

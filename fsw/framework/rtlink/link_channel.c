@@ -31,6 +31,11 @@ static bool uses(const rtlink_terms_t* const terms, const rtlink_method_t method
     return terms->methods == (uint8_t)(1U << (unsigned)method);
 }
 
+static bool comes_by_datagram(const rtlink_terms_t* const terms)
+{
+    return uses(terms, RTLINK_METHOD_UDP) || uses(terms, RTLINK_METHOD_TIPC);
+}
+
 static status_t create_slot(link_producer_t* const producer)
 {
     char name[NAME_MAX_OCTETS];
@@ -40,6 +45,17 @@ static status_t create_slot(link_producer_t* const producer)
     (void)osal_shm_remove(name); // Of an earlier opening; its consumers keep their mapping and go stale.
     const status_t status = osal_shm_create(&producer->shm, name, sizeof(link_slot_t));
     return ((status == STATUS_INVALID) || (status == STATUS_EXISTS)) ? STATUS_IO : status;
+}
+
+static bool find_route(link_producer_t* const producer)
+{
+    const link_resolver_t* const resolver = producer->resolver;
+    if (uses(&producer->terms, RTLINK_METHOD_UDP)) {
+        return resolver->udp_route(resolver->context, producer->link, &producer->socket, &producer->consumer);
+    }
+    return uses(&producer->terms, RTLINK_METHOD_TIPC) && (resolver->tipc_route != NULL) &&
+           resolver->tipc_route(resolver->context, producer->link, &producer->socket,
+                                &producer->consumer_name);
 }
 
 status_t link_producer_open(link_producer_t* const producer, const link_resolver_t* const resolver,
@@ -52,8 +68,7 @@ status_t link_producer_open(link_producer_t* const producer, const link_resolver
         producer->is_open     = (status == STATUS_OK);
         return status;
     }
-    producer->is_open = uses(agreed, RTLINK_METHOD_UDP) &&
-                        resolver->udp_route(resolver->context, link, &producer->socket, &producer->consumer);
+    producer->is_open = find_route(producer);
     return producer->is_open ? STATUS_OK : STATUS_NOT_FOUND;
 }
 
@@ -89,7 +104,9 @@ static status_t send_datagram(link_producer_t* const producer, const link_frame_
 {
     uint8_t frame[LINK_FRAME_MAX];
     const size_t size     = link_frame_encode(header, payload, producer->terms.layout_octets, true, frame);
-    const status_t status = osal_udp_send(producer->socket, producer->consumer, frame, size);
+    const status_t status = uses(&producer->terms, RTLINK_METHOD_TIPC)
+                                ? osal_tipc_send(producer->socket, producer->consumer_name, frame, size)
+                                : osal_udp_send(producer->socket, producer->consumer, frame, size);
     if ((status == STATUS_OK) && (producer->resolver->delivered != NULL)) {
         producer->resolver->delivered(producer->resolver->context, producer->link);
     }
@@ -160,7 +177,7 @@ status_t link_consumer_open(link_consumer_t* const consumer, const link_resolver
         consumer->is_open = (status == STATUS_OK);
         return (status == STATUS_INVALID) ? STATUS_NOT_FOUND : status;
     }
-    consumer->is_open = uses(agreed, RTLINK_METHOD_UDP);
+    consumer->is_open = comes_by_datagram(agreed);
     return consumer->is_open ? STATUS_OK : STATUS_NOT_FOUND;
 }
 
@@ -276,7 +293,7 @@ status_t link_consumer_deliver(link_consumer_t* const consumer, const uint8_t* c
     if (!consumer->is_open) {
         return STATUS_CLOSED;
     }
-    if (!uses(&consumer->terms, RTLINK_METHOD_UDP)) { // Its samples come another way: no datagram is its own.
+    if (!comes_by_datagram(&consumer->terms)) { // Its samples come another way: no datagram is its own.
         consumer->counters.refused++;
         return STATUS_INVALID;
     }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data plane of one real-time link: one producer, the latest sample always whole, staleness by age.
 ///
-/// Shared memory: a sequence lock around one frame; any number of readers, wait-free for the writer. UDP: the
-/// program pumps datagrams into link_consumer_deliver. The epoch keeps an old producer out; sequence numbers
-/// show what was lost. A consumer whose period is a multiple of the producer's sees every n-th sample.
+/// Shared memory: a sequence lock around one frame; any number of readers, wait-free for the writer. UDP and
+/// TIPC: the program pumps datagrams into link_consumer_deliver. The epoch keeps an old producer out;
+/// sequence numbers show what was lost. A consumer whose period is a multiple of the producer's sees every
+/// n-th sample.
 ///
 /// Ownership  The caller places the ends. Context: one task an end; ends of one link may be in different
 ///            processes. Never blocks. Time O(payload); a reader that keeps meeting a writer gives up after
@@ -18,6 +19,7 @@
 #include "osal/include/osal/doorbell.h"
 #include "osal/include/osal/shm.h"
 #include "osal/include/osal/socket.h"
+#include "osal/include/osal/tipc.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -41,8 +43,14 @@ typedef struct {
     bool (*shm_name)(void* context, uint16_t link, char* out_name, size_t capacity);
     /// Where to send, and through which socket, frames of a link over UDP. False if there is none.
     bool (*udp_route)(void* context, uint16_t link, osal_socket_t** out_socket, osal_address_t* out_consumer);
-    /// Told after each frame sent by UDP, so that the program can tell the calendar. May be null.
+    /// Told after each frame sent by UDP or TIPC, so that the program can tell the calendar. May be null.
     void (*delivered)(void* context, uint16_t link);
+    /// As udp_route, over TIPC. May be null: there is none.
+    bool (*tipc_route)(void* context, uint16_t link, osal_socket_t** out_socket,
+                       osal_tipc_name_t* out_consumer);
+    /// Methods by which every partner of a port can be reached: bit set of 1 << rtlink_method_t. May be null:
+    /// all.
+    uint8_t (*methods)(void* context, uint16_t port);
 } link_resolver_t;
 
 typedef struct {
@@ -64,6 +72,7 @@ typedef struct { // Private, except counters.
     const link_resolver_t* resolver;
     osal_socket_t* socket;
     osal_address_t consumer;
+    osal_tipc_name_t consumer_name;
     link_counters_t counters;
 } link_producer_t;
 
@@ -87,8 +96,8 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
 /// STATUS_IO.
 MUST_USE status_t link_producer_open(link_producer_t* producer, const link_resolver_t* resolver,
                                      uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
-/// Publish a sample. STATUS_OK, STATUS_CLOSED (not open), STATUS_FULL or STATUS_IO (UDP; the sample is lost
-/// and counted).
+/// Publish a sample. STATUS_OK, STATUS_CLOSED (not open), STATUS_FULL or STATUS_IO (UDP, TIPC; the sample is
+/// lost and counted).
 status_t link_producer_write(link_producer_t* producer, uint8_t state, uint64_t now_ns,
                              const uint8_t* payload);
 void link_producer_close(link_producer_t* producer);

@@ -19,7 +19,10 @@ static uint8_t methods_of(const component_t* const component, const descriptor_p
             methods |= (uint8_t)(1U << port->methods[i]);
         }
     }
-    return (uint8_t)(methods & component->config.link_methods);
+    const link_resolver_t* const links = component->config.links;
+    const bool is_limited              = (links != NULL) && (links->methods != NULL);
+    const uint8_t reaching             = is_limited ? links->methods(links->context, port->id) : 0xFFU;
+    return (uint8_t)(methods & component->config.link_methods & reaching);
 }
 
 static rtlink_terms_t terms_of_port(const component_t* const component, const descriptor_port_t* const port)

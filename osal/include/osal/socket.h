@@ -31,7 +31,7 @@ typedef struct {
 /// Bound UDP socket; `receive_bytes` asks the kernel for that much receive buffer (0: leave).
 /// Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_udp_open(osal_socket_t* socket, osal_address_t local, size_t receive_bytes);
-/// A UDP, TCP or local socket inherited as descriptor number from the parent process. STATUS_OK,
+/// A UDP, TCP, TIPC or local socket inherited as descriptor number from the parent process. STATUS_OK,
 /// STATUS_INVALID (no such descriptor, or no socket).
 MUST_USE status_t osal_socket_adopt(osal_socket_t* socket, int descriptor);
 /// STATUS_OK, STATUS_FULL (kernel buffer), STATUS_CLOSED (no way there; a port nobody listens on is not

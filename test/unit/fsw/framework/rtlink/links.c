@@ -41,7 +41,7 @@ static void delivered(void* context, uint16_t link)
     under_way++;
 }
 
-const link_resolver_t links = {NULL, shm_name, udp_route, delivered};
+const link_resolver_t links = {.shm_name = shm_name, .udp_route = udp_route, .delivered = delivered};
 
 rtlink_terms_t links_terms(rtlink_method_t method, uint32_t octets)
 {

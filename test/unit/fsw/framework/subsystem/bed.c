@@ -204,7 +204,7 @@ static bool no_route(void* context, uint16_t link, osal_socket_t** out_socket, o
     return false;
 }
 
-static const link_resolver_t resolver = {NULL, shm_name, no_route, NULL};
+static const link_resolver_t resolver = {.shm_name = shm_name, .udp_route = no_route};
 
 const link_resolver_t* bed_links(void)
 {

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/message/tipc_carrier.h"
+
+#include "fsw/framework/base/assertion.h"
+
+void tipc_carrier_init(tipc_carrier_t* const carrier, osal_socket_t* const socket, osal_socket_t* const watch,
+                       const uint32_t type, const delivery_notice_t notice)
+{
+    FSW_ASSERT((carrier != NULL) && (socket != NULL) && (notice.delivered != NULL));
+    *carrier = (tipc_carrier_t){.socket = socket, .watch = watch, .type = type, .notice = notice};
+}
+
+status_t tipc_carrier_add_peer(tipc_carrier_t* const carrier, const uint16_t component,
+                               const uint64_t identity)
+{
+    FSW_ASSERT(carrier != NULL);
+    if (carrier->peer_count == MESSAGE_PEERS_MAX) {
+        return STATUS_EXHAUSTED;
+    }
+    carrier->peers[carrier->peer_count].component    = component;
+    carrier->peers[carrier->peer_count].is_withdrawn = false;
+    carrier->peers[carrier->peer_count].identity     = identity;
+    carrier->peer_count++;
+    return STATUS_OK;
+}
+
+static status_t send_datagram(void* const context, const uint16_t to, const uint8_t* const frame,
+                              const size_t size)
+{
+    tipc_carrier_t* const carrier = (tipc_carrier_t*)context;
+    const osal_tipc_name_t name   = {carrier->type, to};
+    const status_t status         = osal_tipc_send(carrier->socket, name, frame, size);
+    if (status == STATUS_OK) {
+        carrier->notice.delivered(carrier->notice.context, to);
+    }
+    return status;
+}
+
+message_carrier_t tipc_carrier_port(tipc_carrier_t* const carrier)
+{
+    FSW_ASSERT(carrier != NULL);
+    return (message_carrier_t){.context = carrier, .send = send_datagram};
+}
+
+static bool is_peer(const tipc_carrier_t* const carrier, const uint64_t identity)
+{
+    for (size_t i = 0U; i < carrier->peer_count; i++) {
+        if (carrier->peers[i].identity == identity) {
+            return true;
+        }
+    }
+    return false;
+}
+
+status_t tipc_carrier_pump(tipc_carrier_t* const carrier, message_endpoint_t* const endpoint)
+{
+    FSW_ASSERT((carrier != NULL) && (endpoint != NULL));
+    if (octet_ring_room(&endpoint->inbox) < MESSAGE_FRAME_MAX) {
+        return STATUS_FULL; // The datagram stays where it is; taken and refused it would be lost.
+    }
+    uint64_t from   = 0U;
+    size_t size     = 0U;
+    status_t status = STATUS_FORBIDDEN;
+    while (status == STATUS_FORBIDDEN) { // What comes back is none of the datagrams that were announced.
+        status = osal_tipc_receive(carrier->socket, &from, endpoint->frame, sizeof endpoint->frame, &size);
+        carrier->returned += (status == STATUS_FORBIDDEN) ? 1U : 0U;
+    }
+    if (status == STATUS_TOO_LARGE) {
+        endpoint->counters.malformed++;
+        return STATUS_OK;
+    }
+    if (status != STATUS_OK) {
+        return status;
+    }
+    if (!is_peer(carrier, from)) {
+        carrier->foreign++;
+        return STATUS_OK;
+    }
+    return octet_ring_put(&endpoint->inbox, endpoint->frame, size);
+}
+
+void tipc_carrier_take_hints(tipc_carrier_t* const carrier, message_endpoint_t* const endpoint)
+{
+    FSW_ASSERT((carrier != NULL) && (endpoint != NULL));
+    osal_tipc_event_t event = {false, 0U};
+    while ((carrier->watch != NULL) && osal_socket_is_open(carrier->watch) &&
+           (osal_tipc_watch_next(carrier->watch, &event) == STATUS_OK)) {
+        for (size_t i = 0U; i < carrier->peer_count; i++) {
+            if (carrier->peers[i].component != event.instance) {
+                continue;
+            }
+            if (event.is_published && carrier->peers[i].is_withdrawn) {
+                message_probe(endpoint, carrier->peers[i].component);
+            }
+            carrier->withdrawn += (!event.is_published && !carrier->peers[i].is_withdrawn) ? 1U : 0U;
+            carrier->peers[i].is_withdrawn = !event.is_published;
+        }
+    }
+}

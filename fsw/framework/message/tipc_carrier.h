@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Carrier of message frames over TIPC: one datagram a frame, one socket a component, each addressed by the
+/// name {mission instance, component}, on whatever node it lives.
+///
+/// A frame that comes back was never taken: it is counted, and the sequence numbers show it to its receiver
+/// as a loss. The kernel's topology service tells of names that go and come: a hint to ask a peer at once
+/// what it has taken when it is there again. What is true of a peer is what it says itself: its epoch, its
+/// heartbeat.
+///
+/// Ownership  The caller places it; the sockets are opened or adopted by the program. Context: one task.
+#ifndef FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H
+#define FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/message/message.h"
+#include "fsw/framework/message/udp_carrier.h"
+#include "osal/include/osal/socket.h"
+#include "osal/include/osal/tipc.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct { // Private, except the counters.
+    osal_socket_t* socket;
+    osal_socket_t* watch;
+    uint32_t type;
+    struct {
+        uint16_t component;
+        bool is_withdrawn;
+        uint64_t identity;
+    } peers[MESSAGE_PEERS_MAX];
+    size_t peer_count;
+    delivery_notice_t notice;
+    uint32_t foreign;   ///< Datagrams of a socket that is no peer's, dropped.
+    uint32_t returned;  ///< Frames that came back: no room at the receiver, or it is gone.
+    uint32_t withdrawn; ///< Times a peer's name went away.
+} tipc_carrier_t;
+
+/// `type`: service type of the mission instance. `watch` of that type (osal_tipc_watch_open), or null: no
+/// hints.
+void tipc_carrier_init(tipc_carrier_t* carrier, osal_socket_t* socket, osal_socket_t* watch, uint32_t type,
+                       delivery_notice_t notice);
+/// `identity` of the peer's socket. STATUS_OK, STATUS_EXHAUSTED.
+MUST_USE status_t tipc_carrier_add_peer(tipc_carrier_t* carrier, uint16_t component, uint64_t identity);
+/// The carrier in the form an endpoint takes.
+message_carrier_t tipc_carrier_port(tipc_carrier_t* carrier);
+/// Move one received datagram into the endpoint's inbox. STATUS_OK, STATUS_EMPTY, STATUS_FULL (the inbox may
+/// not hold the next frame: it waits in the socket), STATUS_IO.
+MUST_USE status_t tipc_carrier_pump(tipc_carrier_t* carrier, message_endpoint_t* endpoint);
+/// Take in what the topology service has told; peers that are there again are asked what they have taken.
+void tipc_carrier_take_hints(tipc_carrier_t* carrier, message_endpoint_t* endpoint);
+
+#endif // FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Datagrams over TIPC, the cluster protocol of the kernel: a service is addressed by its name, wherever in
+/// the cluster it lives. What may go wrong on the way is the kernel's to mend between nodes; what a slow
+/// receiver has no room for is returned to the sender (osal_tipc_receive), never dropped without a word.
+///
+/// The sockets are those of osal/socket.h: adopted, waited for and closed in the same way. All calls are
+/// non-blocking; interrupted ones are repeated inside.
+/// Ownership: the caller places osal_socket_t; closed by osal_socket_close. Errors: each lists its own.
+#ifndef OSAL_TIPC_H
+#define OSAL_TIPC_H
+
+#include "fsw/framework/base/status.h"
+#include "osal/include/osal/socket.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define OSAL_TIPC_TYPE_MIN 64U ///< Lower service types are the kernel's own.
+
+typedef struct {
+    uint32_t type; ///< Of the service, >= OSAL_TIPC_TYPE_MIN.
+    uint32_t instance;
+} osal_tipc_name_t;
+
+typedef enum {
+    OSAL_TIPC_NODE,   ///< The name is known on this node only.
+    OSAL_TIPC_CLUSTER ///< On all nodes that the node's bearers reach.
+} osal_tipc_scope_t;
+
+typedef enum {
+    OSAL_TIPC_MESSAGE, ///< What cannot be delivered comes back.
+    OSAL_TIPC_SAMPLE   ///< What cannot be delivered at once is worth nothing: dropped.
+} osal_tipc_kind_t;
+
+typedef struct { // What the kernel's topology service tells: a hint, which may be late.
+    bool is_published;
+    uint32_t instance;
+} osal_tipc_event_t;
+
+/// Socket that receives what is sent to `name`; null: one that only sends. STATUS_OK, STATUS_UNSUPPORTED
+/// (this kernel has no TIPC, or its module is not loaded), STATUS_DENIED, STATUS_EXHAUSTED (descriptors or
+/// memory), STATUS_IO.
+MUST_USE status_t osal_tipc_open(osal_socket_t* socket, osal_tipc_kind_t kind, const osal_tipc_name_t* name,
+                                 osal_tipc_scope_t scope);
+/// STATUS_OK, STATUS_FULL (the way to its node is congested), STATUS_CLOSED (nobody has that name now),
+/// STATUS_TOO_LARGE, STATUS_IO.
+MUST_USE status_t osal_tipc_send(osal_socket_t* socket, osal_tipc_name_t to, const uint8_t* octets,
+                                 size_t size);
+/// *out_from: the sender's identity (osal_tipc_identity). STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (longer
+/// than capacity, dropped), STATUS_FORBIDDEN (a message of ours has come back: its receiver had no room, or
+/// is gone; its content is lost), STATUS_IO.
+MUST_USE status_t osal_tipc_receive(osal_socket_t* socket, uint64_t* out_from, uint8_t* octets,
+                                    size_t capacity, size_t* out_size);
+/// Number of a socket that no other in the cluster has. Stays the same as long as the socket and the address
+/// of its node. STATUS_OK, STATUS_IO.
+MUST_USE status_t osal_tipc_identity(const osal_socket_t* socket, uint64_t* out_identity);
+
+/// Be told of the names of one service type that come and go, beginning with those that are there. STATUS_OK,
+/// STATUS_UNSUPPORTED, STATUS_EXHAUSTED, STATUS_IO.
+MUST_USE status_t osal_tipc_watch_open(osal_socket_t* socket, uint32_t type);
+/// The next event. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (the topology service has ended the watch),
+/// STATUS_IO.
+MUST_USE status_t osal_tipc_watch_next(osal_socket_t* socket, osal_tipc_event_t* out_event);
+
+#endif // OSAL_TIPC_H

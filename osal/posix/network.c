@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/network.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <sched.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <sys/mount.h>
+#include <unistd.h>
+
+#define OWN "/proc/thread-self/ns/net"
+
+static status_t status_of(int error)
+{
+    switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+        return STATUS_NOT_FOUND;
+    case EPERM:
+    case EACCES:
+        return STATUS_DENIED;
+    case ENOSYS:
+        return STATUS_UNSUPPORTED;
+    default: // EINVAL: a file that stands for no network namespace.
+        return STATUS_IO;
+    }
+}
+
+status_t osal_network_enter(osal_network_t* home, const char* path)
+{
+    FSW_ASSERT((home != NULL) && (path != NULL));
+    home->descriptor = open(OWN, O_RDONLY | O_CLOEXEC);
+    const int place  = open(path, O_RDONLY | O_CLOEXEC);
+    int error        = ((home->descriptor < 0) || (place < 0)) ? errno : 0;
+    if ((error == 0) && (setns(place, CLONE_NEWNET) != 0)) {
+        error = errno;
+    }
+    if (place >= 0) {
+        (void)close(place);
+    }
+    if ((error != 0) && (home->descriptor >= 0)) {
+        (void)close(home->descriptor);
+        home->descriptor = -1;
+    }
+    return (error == 0) ? STATUS_OK : status_of(error);
+}
+
+status_t osal_network_leave(osal_network_t* home)
+{
+    FSW_ASSERT((home != NULL) && (home->descriptor >= 0));
+    const int error = (setns(home->descriptor, CLONE_NEWNET) == 0) ? 0 : errno;
+    (void)close(home->descriptor);
+    home->descriptor = -1;
+    return (error == 0) ? STATUS_OK : status_of(error);
+}
+
+status_t osal_network_remove(const char* path)
+{
+    FSW_ASSERT(path != NULL);
+    // A name is a file with the namespace mounted on it; one that lost its mount is still to be unlinked.
+    const bool is_mounted = (umount2(path, MNT_DETACH | UMOUNT_NOFOLLOW) == 0);
+    if (!is_mounted && (errno != EINVAL)) {
+        return status_of(errno);
+    }
+    return (unlink(path) == 0) ? STATUS_OK : status_of(errno);
+}
