@@ -3,59 +3,20 @@
 
 The simulator stands still until the master sends, so what is seen does not depend on the speed of the machine."""
 
-import pathlib
 import re
-import signal
 import subprocess
 import time
 
 import canopen
 import pytest
 from canopen.profiles.p402 import BaseNode402
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-SIMULATOR = ROOT / "build/bin/simulator"
-SHEETS = ROOT / "descriptors/devices"
-SYNC = 0x080
-
-
-class Simulator:
-    """A simulator without flight, its tool port, and the folder of its logs."""
-
-    def __init__(self, folder, *options):
-        self.folder = folder
-        arguments = [SIMULATOR, "--free-run", "3600", "--socketcand", "0", "--out", folder, *options]
-        self.process = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.PIPE, text=True)
-        line = self.process.stdout.readline()
-        self.port = int(re.search(r"127\.0\.0\.1:(\d+)", line).group(1))
-        self.networks = []
-
-    def connect(self, bus):
-        network = canopen.Network()
-        network.connect(interface="socketcand", host="127.0.0.1", port=self.port, channel=bus)
-        self.networks.append(network)
-        return network
-
-    def close(self):
-        for network in self.networks:
-            network.disconnect()
-        self.process.send_signal(signal.SIGTERM)
-        assert self.process.wait(10) == 0
-        self.process.stdout.close()
-
+from simulated import ROOT, SHEETS, SIMULATOR, Simulator, pass_time
 
 @pytest.fixture
 def simulator(tmp_path):
     opened = Simulator(tmp_path, "--in-step", "--quantum", "2000")
     yield opened
     opened.close()
-
-
-def pass_time(network, milliseconds):
-    """Each frame buys 2 ms of simulated time."""
-    for _ in range(milliseconds // 2):
-        network.send_message(SYNC, [])
-    time.sleep(0.05)
 
 
 @pytest.fixture
@@ -101,16 +62,6 @@ def test_identity_and_strings(drive):
         assert drive.sdo[0x2300].raw == text
     drive.sdo[0x2310].raw = 0x0123456789ABCDEF
     assert drive.sdo[0x2310].raw == 0x0123456789ABCDEF
-
-
-def test_every_object_of_the_sheet_can_be_read_and_has_its_default(drive):
-    changing = {0x1001, 0x6041, 0x6062, 0x6064, 0x606B, 0x606C, 0x6074, 0x6077, 0x6078, 0x60F4, 0x2220}
-    for entry in drive.object_dictionary.values():
-        members = entry.values() if hasattr(entry, "values") else [entry]
-        for member in members:
-            raw = drive.sdo.upload(member.index, member.subindex)
-            if member.index not in changing and member.default is not None:
-                assert member.decode_raw(raw) == member.default, f"{member.index:04X}:{member.subindex:02X}"
 
 
 @pytest.mark.parametrize("index, subindex, data, code", [

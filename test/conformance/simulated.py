@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A simulator without flight, for masters and tools that nobody here wrote."""
+
+import pathlib
+import re
+import signal
+import subprocess
+import time
+
+import canopen
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SIMULATOR = ROOT / "build/bin/simulator"
+SHEETS = ROOT / "descriptors/devices"
+SYNC = 0x080
+
+
+class Simulator:
+    """The simulator, its tool port, and the folder of its logs."""
+
+    def __init__(self, folder, *options):
+        self.folder = folder
+        arguments = [SIMULATOR, "--free-run", "3600", "--socketcand", "0", "--out", folder, *options]
+        self.process = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+        line = self.process.stdout.readline()
+        self.port = int(re.search(r"127\.0\.0\.1:(\d+)", line).group(1))
+        self.networks = []
+
+    def connect(self, bus):
+        """A network on one of its buses, over the tool port."""
+        network = canopen.Network()
+        network.connect(interface="socketcand", host="127.0.0.1", port=self.port, channel=bus)
+        self.networks.append(network)
+        return network
+
+    def close(self):
+        """End it; it must end well."""
+        for network in self.networks:
+            network.disconnect()
+        self.process.send_signal(signal.SIGTERM)
+        assert self.process.wait(10) == 0
+        self.process.stdout.close()
+
+
+def pass_time(network, milliseconds):
+    """For `--in-step --quantum 2000`: each frame buys 2 ms of simulated time."""
+    for _ in range(milliseconds // 2):
+        network.send_message(SYNC, [])
+    time.sleep(0.05)
