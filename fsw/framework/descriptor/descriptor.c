@@ -19,96 +19,72 @@ void descriptor_loader_init(descriptor_loader_t* const loader)
     loader->path[0]  = '\0';
 }
 
-/// What the parser itself found goes into the error text; what a handler found is there already.
-static status_t tell(source_t* const source, const xml_parser_t* const parser, const status_t status)
+/// Give the parser the octets of a file.
+static status_t feed_file(descriptor_loader_t* const loader, source_t* const source)
 {
-    if (source->status != STATUS_OK) {
-        return source->status;
+    osal_file_t file;
+    uint8_t piece[PIECE_OCTETS];
+    size_t size   = 1U;
+    status_t fed  = STATUS_OK;
+    status_t read = osal_file_open_read(&file, source->path);
+    if (read == STATUS_OK) {
+        while ((read == STATUS_OK) && (fed == STATUS_OK) && (size > 0U)) {
+            read = osal_file_read(&file, piece, sizeof piece, &size);
+            fed  = (read == STATUS_OK) ? xml_feed(&loader->parser, piece, size) : fed;
+        }
+        osal_file_close(&file);
     }
-    if (status != STATUS_OK) {
-        (void)source_fail(source, parser->error.line, status, parser->error.message);
+    if ((read != STATUS_OK) && source_fail_as(source, 0U, read, "cannot read: ")) {
+        text_add(source->error, status_text(read));
     }
-    return status;
+    return (read != STATUS_OK) ? read : fed;
 }
 
-static status_t parse_octets(descriptor_loader_t* const loader, source_t* const source,
-                             const void* const octets, const size_t size)
+/// Octets, or without them the file that the source names.
+static status_t parse(descriptor_loader_t* const loader, source_t* const source, const void* const octets,
+                      const size_t size)
 {
     const xml_handler_t handler = source_handler(source);
     status_t status             = xml_begin(&loader->parser, &handler);
     if (status == STATUS_OK) {
-        status = xml_feed(&loader->parser, octets, size);
+        status = (octets != NULL) ? xml_feed(&loader->parser, octets, size) : feed_file(loader, source);
     }
     if (status == STATUS_OK) {
         status = xml_finish(&loader->parser);
     }
-    return tell(source, &loader->parser, status);
+    if (status != STATUS_OK) { // What the parser itself found; what a handler found is told already.
+        (void)source_fail_as(source, loader->parser.error.line, status, loader->parser.error.message);
+    }
+    return status;
 }
 
-static status_t parse_file(descriptor_loader_t* const loader, source_t* const source, const char* const path)
-{
-    const xml_handler_t handler = source_handler(source);
-    osal_file_t file;
-    uint8_t piece[PIECE_OCTETS];
-    size_t size     = 1U;
-    status_t status = osal_file_open_read(&file, path);
-    if (status != STATUS_OK) {
-        if (source_fail(source, 0U, status, "cannot read: ")) {
-            text_add(source->error, status_text(status));
-        }
-        return status;
-    }
-    status = xml_begin(&loader->parser, &handler);
-    while ((status == STATUS_OK) && (size > 0U)) {
-        const status_t read = osal_file_read(&file, piece, sizeof piece, &size);
-        if (read != STATUS_OK) {
-            (void)source_fail(source, 0U, read, "cannot read on");
-            status = read;
-        } else {
-            status = xml_feed(&loader->parser, piece, size);
-        }
-    }
-    osal_file_close(&file);
-    if (status == STATUS_OK) {
-        status = xml_finish(&loader->parser);
-    }
-    return tell(source, &loader->parser, status);
-}
-
-/// Leave nothing half-read behind.
-static void empty_subsystem(subsystem_descriptor_t* const descriptor)
-{
-    (void)memset(descriptor, 0, sizeof *descriptor);
-    descriptor->name = "";
-}
-
-status_t descriptor_load_subsystem(descriptor_loader_t* const loader, const char* const path,
-                                   subsystem_descriptor_t* const out_descriptor)
+static status_t read_subsystem(descriptor_loader_t* const loader, const char* const path,
+                               const void* const octets, const size_t size,
+                               subsystem_descriptor_t* const out_descriptor)
 {
     FSW_ASSERT((loader != NULL) && (path != NULL) && (out_descriptor != NULL));
     text_t error = text_in(loader->error, sizeof loader->error);
     subsystem_builder_t builder;
     subsystem_builder_begin(&builder, out_descriptor, path, &error);
-    const status_t status = parse_file(loader, &builder.source, path);
-    if (status != STATUS_OK) {
-        empty_subsystem(out_descriptor);
+    const status_t status = parse(loader, &builder.source, octets, size);
+    if (status != STATUS_OK) { // Leave nothing half-read behind.
+        (void)memset(out_descriptor, 0, sizeof *out_descriptor);
+        out_descriptor->name = "";
     }
     return status;
+}
+
+status_t descriptor_load_subsystem(descriptor_loader_t* const loader, const char* const path,
+                                   subsystem_descriptor_t* const out_descriptor)
+{
+    return read_subsystem(loader, path, NULL, 0U, out_descriptor);
 }
 
 status_t descriptor_parse_subsystem(descriptor_loader_t* const loader, const char* const name,
                                     const void* const octets, const size_t size,
                                     subsystem_descriptor_t* const out_descriptor)
 {
-    FSW_ASSERT((loader != NULL) && (name != NULL) && (out_descriptor != NULL));
-    text_t error = text_in(loader->error, sizeof loader->error);
-    subsystem_builder_t builder;
-    subsystem_builder_begin(&builder, out_descriptor, name, &error);
-    const status_t status = parse_octets(loader, &builder.source, octets, size);
-    if (status != STATUS_OK) {
-        empty_subsystem(out_descriptor);
-    }
-    return status;
+    return read_subsystem(loader, name, (size > 0U) ? octets : "", size, out_descriptor);
 }
 
 /// Path of a file named relative to the folder of another one. False if it is too long.
@@ -133,8 +109,7 @@ static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t
     for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
         const mission_subsystem_t* const subsystem = &mission->subsystems[i];
         if (!join(loader->path, sizeof loader->path, mission_path, subsystem->descriptor)) {
-            (void)source_fail(&builder->source, subsystem->line, STATUS_INVALID,
-                              "the path of the descriptor is too long");
+            (void)source_fail(&builder->source, subsystem->line, "the path of the descriptor is too long");
             return STATUS_INVALID;
         }
         status_t status = descriptor_load_subsystem(loader, loader->path, scratch);
@@ -156,7 +131,7 @@ status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* 
     text_t error = text_in(loader->error, sizeof loader->error);
     mission_builder_t builder;
     mission_builder_begin(&builder, out_mission, path, &error);
-    status_t status = parse_file(loader, &builder.source, path);
+    status_t status = parse(loader, &builder.source, NULL, 0U);
     if (status == STATUS_OK) {
         status = load_listed(loader, &builder, path, scratch);
     }

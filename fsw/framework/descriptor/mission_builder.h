@@ -10,35 +10,11 @@
 typedef struct {
     source_t source;
     mission_descriptor_t* mission;
-    uint32_t seen;                                ///< Bit n: the element of kind n has been read.
     uint16_t power_seen;                          ///< Bit n: power of state n of the subsystem being read.
     const char* rule_words[MISSION_RULES_MAX];    ///< Function or configuration still to be found, or NULL.
     const char* link_words[MISSION_LINKS_MAX][2]; ///< Ports still to be found: producer, consumer.
     const char* plan_events[MISSION_PLANS_MAX];   ///< Event still to be found, or NULL.
 } mission_builder_t;
-
-enum { // Kinds of elements.
-    MISSION_KIND_MISSION = 1,
-    MISSION_KIND_SUBSYSTEMS,
-    MISSION_KIND_LISTED,
-    MISSION_KIND_POWER,
-    MISSION_KIND_MODES,
-    MISSION_KIND_MODE,
-    MISSION_KIND_USERS,
-    MISSION_KIND_USER,
-    MISSION_KIND_PERMISSIONS,
-    MISSION_KIND_ALLOW,
-    MISSION_KIND_LINKS,
-    MISSION_KIND_LINK,
-    MISSION_KIND_PLANS,
-    MISSION_KIND_PLAN,
-    MISSION_KIND_ACTION,
-    MISSION_KIND_PACKET_LOG,
-    MISSION_KIND_BUSES,
-    MISSION_KIND_BUS,
-    MISSION_KIND_TRANSPORTS,
-    MISSION_KIND_GROUND
-};
 
 /// Empty the model and begin. The builder outlives the document and its resolution.
 void mission_builder_begin(mission_builder_t* builder, mission_descriptor_t* mission, const char* path,
@@ -50,17 +26,26 @@ MUST_USE status_t mission_builder_take(mission_builder_t* builder, uint16_t inde
 /// All descriptors are taken in: every name must have been found. Statuses as above.
 MUST_USE status_t mission_builder_resolve(mission_builder_t* builder);
 
+// Lists whose names attributes give: mission_elements.c
+extern const source_list_t mission_subsystems;
+extern const source_list_t mission_modes;
+#define MISSION_SUBSYSTEM_WORDS                                                                              \
+    ((MISSION_SUBSYSTEMS_MAX + 1U) * (DESCRIPTOR_NAME_MAX + 1U)) ///< And " SELF NETWORK".
+#define MISSION_MODE_WORDS (MISSION_MODES_MAX * (DESCRIPTOR_NAME_MAX + 1U))
+
+mission_builder_t* mission_builder_of(const source_t* source);
+
+// Handlers: mission_builder.c
+void mission_builder_mission(source_t* source);
+void mission_builder_listed(source_t* source);
+void mission_builder_power(source_t* source);
+void mission_builder_modes_end(source_t* source);
+void mission_builder_lists(source_t* source); ///< What uses subsystems and modes stands behind them.
+void mission_builder_end(source_t* source);
 // Handlers of permissions, links and plans: mission_rules.c
 void mission_rules_allow(source_t* source);
 void mission_rules_link(source_t* source);
 void mission_rules_plan(source_t* source);
-void mission_rules_plan_end(source_t* source);
 void mission_rules_action(source_t* source);
-
-mission_builder_t* mission_builder_of(source_t* source);
-/// Names that an attribute may give: modes or subsystems of the mission. Returns their number.
-uint32_t mission_builder_mode_names(const mission_descriptor_t* mission, const char** out_names);
-uint32_t mission_builder_subsystem_names(const mission_descriptor_t* mission, const char** out_names);
-void mission_builder_taken(source_t* source, const char* attribute, uint32_t line);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_MISSION_BUILDER_H

@@ -142,6 +142,7 @@ typedef enum {
 typedef struct {
     const char* name;
     uint16_t id; ///< Source and destination id in packets.
+    uint32_t line;
 } mission_user_t;
 
 typedef struct {

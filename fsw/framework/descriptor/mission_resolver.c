@@ -94,7 +94,7 @@ static void check_buses(mission_builder_t* const builder, const char* const path
         }
         if (!is_known) {
             source->path = path;
-            if (source_fail(source, endnode->line, STATUS_INVALID, "bus=\"")) {
+            if (source_fail(source, endnode->line, "bus=\"")) {
                 text_add(source->error, endnode->bus);
                 text_add(source->error, "\" of <Endnode>: expected a bus of the mission");
             }
@@ -110,7 +110,7 @@ status_t mission_builder_take(mission_builder_t* const builder, const uint16_t i
     source_t* const source               = &builder->source;
     source->line                         = subsystem->line;
     if ((strcmp(subsystem->name, descriptor->name) != 0) || (subsystem->apid != descriptor->apid)) {
-        if (source_fail(source, subsystem->line, STATUS_INVALID, subsystem->name)) {
+        if (source_fail(source, subsystem->line, subsystem->name)) {
             text_add(source->error, " ");
             text_add_unsigned(source->error, subsystem->apid);
             text_add(source->error, ": its descriptor says ");
@@ -149,7 +149,7 @@ static const mission_port_t* resolve_end(source_t* const source, const mission_d
             }
         }
     }
-    if (source_fail(source, link->line, STATUS_INVALID, is_provided ? "from=\"" : "to=\"")) {
+    if (source_fail(source, link->line, is_provided ? "from=\"" : "to=\"")) {
         text_add(source->error, words);
         text_add(source->error, is_provided ? "\" of <Link>: expected SUBSYSTEM.PORT that it provides"
                                             : "\" of <Link>: expected SUBSYSTEM.PORT that it requires");
@@ -173,9 +173,9 @@ static void resolve_link(mission_builder_t* const builder, const uint16_t index)
     link->consumer_port = consumer->id;
     link->is_required   = consumer->is_required;
     if (producer->layout_hash != consumer->layout_hash) {
-        (void)source_fail(source, link->line, STATUS_INVALID, "the layouts of the two ports differ");
+        (void)source_fail(source, link->line, "the layouts of the two ports differ");
     } else if ((producer->methods & consumer->methods) == 0U) {
-        (void)source_fail(source, link->line, STATUS_INVALID, "the two ports share no transfer method");
+        (void)source_fail(source, link->line, "the two ports share no transfer method");
     }
 }
 
@@ -190,8 +190,7 @@ static void resolve_rule(mission_builder_t* const builder, const uint16_t index)
             builder->rule_words[index] = NULL;
         }
     }
-    if ((builder->rule_words[index] != NULL) &&
-        source_fail(&builder->source, rule->line, STATUS_INVALID, "select=\"")) {
+    if ((builder->rule_words[index] != NULL) && source_fail(&builder->source, rule->line, "select=\"")) {
         text_add(builder->source.error, builder->rule_words[index]);
         text_add(builder->source.error,
                  (rule->service == 130U) ? "\" of <Allow>: expected a link of the mission"
@@ -233,7 +232,7 @@ status_t mission_builder_resolve(mission_builder_t* const builder)
     }
     for (uint16_t i = 0U; i < mission->plan_count; i++) {
         if ((builder->plan_events[i] != NULL) &&
-            source_fail(&builder->source, mission->plans[i].line, STATUS_INVALID, "event=\"")) {
+            source_fail(&builder->source, mission->plans[i].line, "event=\"")) {
             text_add(builder->source.error, builder->plan_events[i]);
             text_add(builder->source.error,
                      "\" of <Plan>: expected an event of that severity of that subsystem");

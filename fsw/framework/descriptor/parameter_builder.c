@@ -7,6 +7,7 @@
 #include <string.h>
 
 #define PARAMETER_OCTETS_MAX 4000U
+#define MEMBER_ID 1U ///< Place of the id among the attributes of a member.
 
 // Alignment of each scalar type inside a structure, as this compiler has it.
 #define DEFINE_ALIGNED(type)                                                                                 \
@@ -111,52 +112,18 @@ uint32_t subsystem_builder_lay_out(subsystem_descriptor_t* const descriptor, con
 
 // ---- Elements ----
 
-void parameter_builder_start(source_t* const source)
+/// Id and sizes of a parameter whose fields are complete.
+static void complete_parameter(source_t* const source, descriptor_parameter_t* const parameter,
+                               const uint32_t layout)
 {
-    subsystem_builder_once(source, KIND_PARAMETERS);
-}
-
-/// New parameter; its id follows when its fields are known.
-static descriptor_parameter_t* add_parameter(source_t* const source, const bool is_struct)
-{
-    subsystem_descriptor_t* const descriptor = subsystem_builder_of(source)->descriptor;
-    if (!source_has_room(source, descriptor->parameter_count, DESCRIPTOR_PARAMETERS_MAX, "parameters")) {
-        return NULL;
-    }
-    descriptor_parameter_t* const parameter = &descriptor->parameters[descriptor->parameter_count];
-    *parameter = (descriptor_parameter_t){.name   = source_identifier(source, "name", DESCRIPTOR_NAME_MAX),
-                                          .number = (uint16_t)source_unsigned(source, "id", 0U, 65535U, 0U),
-                                          .first_field = descriptor->field_count,
-                                          .is_struct   = is_struct,
-                                          .is_settable = source_flag(source, "settable", false),
-                                          .line        = source->line};
-    for (uint16_t i = 0U; i < descriptor->parameter_count; i++) {
-        if (strcmp(descriptor->parameters[i].name, parameter->name) == 0) {
-            subsystem_builder_taken(source, "name", parameter->name, descriptor->parameters[i].line);
-        }
-    }
-    descriptor->parameter_count++;
-    return parameter;
-}
-
-/// Id and sizes of the newest parameter, whose fields are complete.
-static void complete_parameter(source_t* const source, const uint32_t layout)
-{
-    subsystem_descriptor_t* const descriptor = subsystem_builder_of(source)->descriptor;
-    descriptor_parameter_t* const parameter  = &descriptor->parameters[descriptor->parameter_count - 1U];
-    parameter->id = ((uint32_t)descriptor->apid << 21U) | (layout << 16U) | parameter->number;
-    parameter->wire_size =
-        subsystem_builder_octets(descriptor, parameter->first_field, parameter->field_count);
-    parameter->memory_size =
-        subsystem_builder_lay_out(descriptor, parameter->first_field, parameter->field_count);
-    if ((parameter->wire_size > PARAMETER_OCTETS_MAX) &&
-        source_fail(source, parameter->line, STATUS_INVALID, "a parameter of more than ")) {
-        text_add_unsigned(source->error, PARAMETER_OCTETS_MAX);
-        text_add(source->error, " octets");
-    }
+    subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    const uint16_t first                     = parameter->first_field;
+    parameter->id          = ((uint32_t)descriptor->apid << 21U) | (layout << 16U) | parameter->number;
+    parameter->wire_size   = subsystem_builder_octets(descriptor, first, parameter->field_count);
+    parameter->memory_size = subsystem_builder_lay_out(descriptor, first, parameter->field_count);
+    source_limit(source, parameter->wire_size, PARAMETER_OCTETS_MAX, " octets in one parameter");
     for (const descriptor_parameter_t* other = descriptor->parameters; other < parameter; other++) {
-        if ((other->id == parameter->id) &&
-            source_fail(source, parameter->line, STATUS_INVALID, "layout and id of ")) {
+        if ((other->id == parameter->id) && source_fail(source, source->line, "layout and id of ")) {
             text_add(source->error, parameter->name);
             text_add(source->error, " are those of ");
             text_add(source->error, other->name);
@@ -168,82 +135,76 @@ static void complete_parameter(source_t* const source, const uint32_t layout)
 
 void parameter_builder_scalars(source_t* const source)
 {
-    descriptor_parameter_t* const parameter = add_parameter(source, false);
-    const descriptor_field_t* const field = (parameter != NULL) ? subsystem_builder_field(source, 0U) : NULL;
+    descriptor_parameter_t* const parameter = source->item;
+    descriptor_field_t* const field         = source_item(source, &subsystem_parameter_fields, parameter,
+                                                          subsystem_field_attributes, SUBSYSTEM_FIELD_ATTRIBUTES);
     if (field != NULL) {
-        parameter->field_count = 1U;
-        complete_parameter(source, (field->count > 1U) ? (uint32_t)VALUE_ARRAY : (uint32_t)field->type);
+        subsystem_builder_complete(source, field);
+        complete_parameter(source, parameter,
+                           (field->count > 1U) ? (uint32_t)VALUE_ARRAY : (uint32_t)field->type);
     }
 }
 
 void parameter_builder_struct(source_t* const source)
 {
-    static const char* const words[] = {"STRUCT"};
-    (void)source_word(source, "type", words, 1U, 0U);
-    (void)add_parameter(source, true);
+    descriptor_parameter_t* const parameter = source->item;
+    parameter->is_struct                    = true;
 }
 
-/// Refuse a name that a field or a group of the same structure has. `newest` is not looked at.
-static void check_path(source_t* const source, const char* const path, const descriptor_field_t* const newest)
-{
-    const subsystem_descriptor_t* const descriptor = subsystem_builder_of(source)->descriptor;
-    const descriptor_parameter_t* const parameter = &descriptor->parameters[descriptor->parameter_count - 1U];
-    const size_t length                           = strlen(path);
-    for (const descriptor_field_t* field = &descriptor->fields[parameter->first_field]; field < newest;
-         field++) {
-        if ((strncmp(field->name, path, length) == 0) &&
-            ((field->name[length] == '\0') || (field->name[length] == '.'))) {
-            subsystem_builder_taken(source, "name", path, field->line);
-        }
-    }
-}
-
-/// Full name of the element: the groups around it, then its own.
-static text_t path_of(source_t* const source, char* const characters)
+/// Full name of the element, in `characters`: the groups around it, then its own. Refuses one that a field of
+/// the same structure before `newest` has, or a group.
+static text_t path_of(source_t* const source, char* const characters,
+                      const descriptor_parameter_t* const parameter, const descriptor_field_t* const newest)
 {
     text_t path = text_in(characters, DESCRIPTOR_PATH_MAX + 1U);
     text_add(&path, subsystem_builder_of(source)->group);
     text_add(&path, source_raw(source, "name"));
+    FSW_ASSERT(!path.cut);
+    const descriptor_field_t* field = &subsystem_builder_model(source)->fields[parameter->first_field];
+    for (; (parameter->field_count > 0U) && (field < newest); field++) {
+        if ((strncmp(field->name, characters, path.length) == 0) &&
+            ((field->name[path.length] == '\0') || (field->name[path.length] == '.'))) {
+            source_taken(source, "name", characters, field->line);
+        }
+    }
     return path;
 }
 
 void parameter_builder_group(source_t* const source)
 {
-    static const char* const words[]               = {"STRUCT"};
     subsystem_builder_t* const builder             = subsystem_builder_of(source);
-    const subsystem_descriptor_t* const descriptor = builder->descriptor;
+    const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
     char characters[DESCRIPTOR_PATH_MAX + 1U];
-    (void)source_identifier(source, "name", DESCRIPTOR_NAME_MAX);
-    (void)source_word(source, "type", words, 1U, 0U);
-    (void)source_unsigned(source, "id", 0U, 65535U, 0U);
     if (builder->group_depth == DESCRIPTOR_NESTING_MAX) {
-        if (source_fail(source, source->line, STATUS_INVALID, "structures nested more than ")) {
+        if (source_fail(source, source->line, "structures nested more than ")) {
             text_add_unsigned(source->error, DESCRIPTOR_NESTING_MAX);
             text_add(source->error, " deep");
         }
         return;
     }
-    if (source->status == STATUS_OK) {
-        text_t path = path_of(source, characters);
-        check_path(source, characters, &descriptor->fields[descriptor->field_count]);
-        text_add(&path, ".");
-        (void)memcpy(builder->group, characters, strlen(characters) + 1U);
-        builder->group_depth++;
+    text_t path = path_of(source, characters, source->item, &descriptor->fields[descriptor->field_count]);
+    text_add(&path, ".");
+    (void)memcpy(builder->group, characters, path.length + 1U);
+    builder->group_depth++;
+}
+
+/// Refuse a structure that holds no field.
+static void check_filled(source_t* const source, const bool is_filled)
+{
+    if (!is_filled) {
+        (void)source_fail(source, source->line, "<StructRef> has no <ParamRef>");
     }
 }
 
 void parameter_builder_group_end(source_t* const source)
 {
     subsystem_builder_t* const builder             = subsystem_builder_of(source);
-    const subsystem_descriptor_t* const descriptor = builder->descriptor;
-    const descriptor_parameter_t* const parameter = &descriptor->parameters[descriptor->parameter_count - 1U];
-    size_t length                                 = strlen(builder->group);
-    const bool is_empty =
-        (parameter->field_count == 0U) ||
-        (strncmp(descriptor->fields[descriptor->field_count - 1U].name, builder->group, length) != 0);
-    if (is_empty) {
-        (void)source_fail(source, source->line, STATUS_INVALID, "<StructRef> has no <ParamRef>");
-    }
+    const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    const descriptor_parameter_t* const parameter  = source->item;
+    size_t length                                  = strlen(builder->group);
+    check_filled(source, (parameter->field_count > 0U) &&
+                             (strncmp(descriptor->fields[descriptor->field_count - 1U].name, builder->group,
+                                      length) == 0));
     do { // Back to the dot of the group around it, if there is one.
         length--;
     } while ((length > 0U) && (builder->group[length - 1U] != '.'));
@@ -253,30 +214,21 @@ void parameter_builder_group_end(source_t* const source)
 
 void parameter_builder_member(source_t* const source)
 {
-    subsystem_builder_t* const builder       = subsystem_builder_of(source);
-    subsystem_descriptor_t* const descriptor = builder->descriptor;
-    descriptor_parameter_t* const parameter  = &descriptor->parameters[descriptor->parameter_count - 1U];
-    descriptor_field_t* const field          = subsystem_builder_field(source, parameter->field_count);
-    if (field != NULL) {
-        char characters[DESCRIPTOR_PATH_MAX + 1U];
-        const text_t path = path_of(source, characters);
-        FSW_ASSERT(!path.cut);
-        field->id = (uint16_t)source_unsigned(source, "id", 0U, 65535U, field->id);
-        parameter->field_count++;
-        check_path(source, characters, field);
-        if (builder->group_depth > 0U) {
-            field->name = source_keep(source, characters);
-        }
+    descriptor_field_t* const field = source->item;
+    char characters[DESCRIPTOR_PATH_MAX + 1U];
+    subsystem_builder_field(source);
+    if (source_has(source, "id")) {
+        field->id = (uint16_t)source_value(source, MEMBER_ID);
+    }
+    (void)path_of(source, characters, source->items[source->depth - 1U], field);
+    if (subsystem_builder_of(source)->group_depth > 0U) {
+        field->name = source_keep(source, characters);
     }
 }
 
 void parameter_builder_struct_end(source_t* const source)
 {
-    const subsystem_descriptor_t* const descriptor = subsystem_builder_of(source)->descriptor;
-    const descriptor_parameter_t* const parameter = &descriptor->parameters[descriptor->parameter_count - 1U];
-    if (parameter->field_count == 0U) {
-        (void)source_fail(source, parameter->line, STATUS_INVALID, "<StructRef> has no <ParamRef>");
-        return;
-    }
-    complete_parameter(source, (uint32_t)VALUE_STRUCT);
+    descriptor_parameter_t* const parameter = source->item;
+    check_filled(source, parameter->field_count > 0U);
+    complete_parameter(source, parameter, (uint32_t)VALUE_STRUCT);
 }

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reading of a descriptor's elements: what may stand where, typed attributes, strings, hash, and errors.
-/// Internal to descriptor/.
+/// Reading of a descriptor's elements: what may stand where, how each attribute is read and where it goes,
+/// lists, strings, hash, and errors. Internal to descriptor/.
+///
+/// Elements are described by rows: an element becomes an item of a list of the model, or belongs to the item
+/// of the element around it; its attributes are read by their forms into members of that item; what is
+/// particular is left to the row's handlers. An item is cleared before it is read; items of one list are
+/// counted in the model and, where the list says so, as a range in the item of the element around.
 ///
 /// The first error is kept, with file and line, and makes every later call a no-op that returns its default;
 /// a handler reads all it needs and its caller looks at `status` once. The canonical text, whose FNV-1a is
 /// the configuration hash, is for each element "<name\n", its attributes sorted by name as "name=value\n",
-/// its children, ">\n": comments, spaces between elements and the order of attributes do not count.
+/// its children,
+/// ">\n": comments, spaces between elements and the order of attributes do not count.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H
 
@@ -23,14 +29,64 @@
 
 typedef struct source source_t;
 
+// Forms of an attribute.
+#define SOURCE_FREE 0U     ///< As written; its element's handler reads it.
+#define SOURCE_UPPER 1U    ///< Upper-case identifier of at most `high` characters.
+#define SOURCE_LOWER 2U    ///< Lower-case identifier of at most `high` characters.
+#define SOURCE_TEXT 3U     ///< Any text of at most `high` characters.
+#define SOURCE_UNSIGNED 4U ///< Number from `low` to `high`.
+#define SOURCE_TIME 5U     ///< Time with its unit, from `low` to `high` [us].
+#define SOURCE_WORD 6U     ///< One of `words`: its place among them, from `low` on.
+#define SOURCE_FLAG 7U     ///< true or false.
+#define SOURCE_TYPE 8U     ///< Scalar type: value_type_t.
+#define SOURCE_FORMS 0x3FU
+#define SOURCE_UNIQUE 0x40U ///< In no earlier item of the list, or of its range, the same.
+#define SOURCE_NEEDED 0x80U ///< Must be there. Texts that are not are "", numbers `otherwise`.
+
+typedef struct {
+    const char* name;
+    const char* words; ///< With single spaces between.
+    uint32_t low;
+    uint32_t high;
+    uint32_t otherwise;
+    uint16_t member; ///< Where its value goes: offset in the item.
+    uint8_t width;   ///< [octets] 0: nowhere.
+    uint8_t form;    ///< SOURCE_..
+} source_attribute_t;
+
+/// Where an attribute's value goes. Numbers, enumerations and flags of 1, 2 or 4 octets; texts.
+#define SOURCE_TO(type, place) .member = offsetof(type, place), .width = sizeof(((const type*)NULL)->place)
+
+typedef struct {      // A list of items in the model. Offsets are small and not zero where they are used.
+    const char* what; ///< "too many .."
+    uint32_t items;   ///< Offset of the first item in the model; an item that has a name begins with it.
+    uint32_t count;   ///< Offset of the number of items in the model (uint16_t).
+    uint16_t capacity;
+    uint16_t size;   ///< Of an item [octets].
+    uint16_t line;   ///< Offset of the line in an item (uint32_t), or 0.
+    uint16_t first;  ///< Offset of the range's begin in the item around (uint16_t),
+    uint16_t number; ///< and of its length (uint16_t), or 0: no range.
+} source_list_t;
+
 typedef struct { // One element that may stand below a parent.
     uint8_t parent;
+    uint8_t kind;   ///< 1..31; the parent of its children.
+    uint8_t times;  ///< SOURCE_ANY..
+    uint8_t number; ///< Of attributes.
     const char* name;
-    uint8_t kind;                    ///< >= 1; the parent of its children.
-    const char* attributes;          ///< "name! id! unit": all that are known, '!' = must be there.
-    void (*start)(source_t* source); ///< Or NULL.
-    void (*end)(source_t* source);   ///< Or NULL.
+    const source_attribute_t* attributes; ///< All that are known.
+    const source_list_t* list;            ///< Or NULL: it belongs to the item of its parent.
+    void (*start)(source_t* source);      ///< When the attributes are read, or NULL.
+    void (*end)(source_t* source);        ///< Or NULL.
 } source_row_t;
+
+// How often an element stands in its parent.
+#define SOURCE_ANY 0U
+#define SOURCE_ONCE 1U    ///< At most once.
+#define SOURCE_SOME 2U    ///< At least once.
+#define SOURCE_EXACTLY 3U ///< Once.
+
+#define SOURCE_COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
 struct source {
     const char* path;
@@ -42,7 +98,11 @@ struct source {
     uint32_t line;
     const source_row_t* open[SOURCE_DEPTH_MAX];
     uint32_t open_line[SOURCE_DEPTH_MAX];
+    void* items[SOURCE_DEPTH_MAX + 1U]; ///< The model, and the item of each open element.
+    void* item;                         ///< Of the innermost one.
     uint16_t depth;
+    uint16_t order; ///< Of the newest item in its range, or in its list without ranges, from 0.
+    uint32_t seen;  ///< Bit n: an element of kind n has been read in its parent.
     uint64_t hash;
     char* text; ///< The model's strings.
     uint32_t text_capacity;
@@ -50,39 +110,53 @@ struct source {
     void* builder; ///< Of the handlers.
 };
 
-/// Handler for xml_begin over a source.
+/// Handler for xml_begin over a source, whose items[0] is the model.
 xml_handler_t source_handler(source_t* source);
 
-/// Errors. `wrong` names the attribute's value and what is expected; `fail` begins a text at a line, to which
-/// more may be added with text_add(source->error, ..) if it returns true (this is the first error).
-void source_wrong(source_t* source, const char* attribute, const char* expected);
-bool source_fail(source_t* source, uint32_t line, status_t status, const char* message);
+/// Errors. Each begins a text, to which more may be added with text_add(source->error, ..) if it returns true
+/// (this is the first error). `wrong` names the attribute's value and what is expected; `taken` an earlier
+/// line.
+bool source_fail(source_t* source, uint32_t line, const char* message);
+bool source_wrong(source_t* source, const char* attribute, const char* expected);
+void source_taken(source_t* source, const char* attribute, const char* value, uint32_t line);
+/// "<what> <octets> octets, at most <most>", if there are more.
+void source_limit(source_t* source, uint32_t octets, uint32_t most, const char* what);
 /// True if a list has room for one more; else the error.
 bool source_has_room(source_t* source, uint32_t count, uint32_t capacity, const char* what);
+/// Other statuses than STATUS_INVALID.
+bool source_fail_as(source_t* source, uint32_t line, status_t status, const char* message);
+
+/// New, cleared item of a list, in the range that `around` has; NULL after an error.
+void* source_add(source_t* source, const source_list_t* list, void* around);
+/// Read attributes into the members of an item.
+void source_read(source_t* source, void* item, const source_attribute_t* attributes, size_t number);
+/// Both, and what must be unique is; NULL after an error.
+void* source_item(source_t* source, const source_list_t* list, void* around,
+                  const source_attribute_t* attributes, size_t number);
+/// Names of the items of a list, with single spaces between, into `out_words`.
+void source_names(const source_t* source, const source_list_t* list, text_t* out_words);
 
 bool source_has(const source_t* source, const char* attribute);
 /// Value as written, or NULL.
 const char* source_raw(const source_t* source, const char* attribute);
 /// Copy into the model's strings; "" if there is an error.
 const char* source_keep(source_t* source, const char* words);
-const char* source_text(source_t* source, const char* attribute, uint32_t longest);
-const char* source_identifier(source_t* source, const char* attribute, uint32_t longest);
-const char* source_lower_identifier(source_t* source, const char* attribute);
-uint32_t source_unsigned(source_t* source, const char* attribute, uint32_t low, uint32_t high,
-                         uint32_t otherwise);
-uint32_t source_time_us(source_t* source, const char* attribute, uint32_t low, uint32_t high,
-                        uint32_t otherwise);
-bool source_flag(source_t* source, const char* attribute, bool otherwise);
-/// Index of the value in a list of words.
-uint32_t source_word(source_t* source, const char* attribute, const char* const* words, uint32_t count,
-                     uint32_t otherwise);
-/// Indices of the words of a value, in their order; each known, none twice. Returns their number.
-uint32_t source_words(source_t* source, const char* attribute, const char* const* words, uint32_t count,
-                      uint8_t* out_indices);
-value_type_t source_value_type(source_t* source, const char* attribute);
+/// Text of a form, of at most `longest` characters, kept; or "".
+const char* source_text(source_t* source, const char* attribute, uint8_t form, uint32_t longest);
+/// Value of the attribute that is number `index` in the row: a number, a time or a word.
+uint32_t source_value(source_t* source, size_t index);
+/// Place of the value in a list of words.
+uint32_t source_word(source_t* source, const char* attribute, const char* words);
+/// Places of the words of a value, in their order; each known, none twice. Returns their number.
+uint32_t source_words(source_t* source, const char* attribute, const char* words, uint8_t* out_places);
+/// The same as bits of the places; all sixteen for "*".
+uint16_t source_bits(source_t* source, const char* attribute, const char* words);
 /// One number of a type as 64 bits: two's complement or IEEE 754 in the low octets; *out_real as double.
 uint64_t source_number(source_t* source, const char* attribute, value_type_t type, double* out_real);
 
+/// Places in `words` of those in `chosen`, in their order; 0 if one is unknown, stands twice, or there is
+/// none.
+uint32_t source_places(const char* chosen, const char* words, uint8_t* out_places);
 /// True if the words are separated by single spaces, with none before and behind.
 bool source_is_spaced(const char* words);
 

@@ -6,73 +6,62 @@
 #include "fsw/framework/descriptor/source.h"
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 
+#define SUBSYSTEM_TIMEOUT_US 1000000U ///< Of a state whose time-out the descriptor does not say.
+#define SUBSYSTEM_WARN_PERCENT 75U
+#define SUBSYSTEM_CLEAR_PERCENT 65U
+
 typedef struct {
     source_t source;
-    subsystem_descriptor_t* descriptor;
     const char* function_configurations[DESCRIPTOR_FUNCTIONS_MAX]; ///< Texts, resolved at the end.
     char group[DESCRIPTOR_PATH_MAX + 1U]; ///< Of the structure being read: "OUTER.INNER.", or empty.
     uint8_t group_depth;
-    uint16_t first_reference; ///< Of the housekeeping structure being read.
-    uint32_t seen;            ///< Bit n: the element of kind n that may stand only once has been read.
+    uint16_t first_reference; ///< Of the report being read.
 } subsystem_builder_t;
-
-enum { // Kinds of elements.
-    KIND_SUBSYSTEM = 1,
-    KIND_RESOURCES,
-    KIND_STATES,
-    KIND_STATE,
-    KIND_PARAMETERS,
-    KIND_STRUCT,
-    KIND_GROUP,
-    KIND_MEMBER,
-    KIND_PARAMETER,
-    KIND_EVENTS,
-    KIND_EVENT,
-    KIND_EVENT_VALUE,
-    KIND_FUNCTIONS,
-    KIND_FUNCTION,
-    KIND_ARGUMENT,
-    KIND_CONFIGURATION,
-    KIND_INITIAL,
-    KIND_LOOP,
-    KIND_STRUCTURE,
-    KIND_ONCE,
-    KIND_ONCE_REFERENCE,
-    KIND_SAMPLED,
-    KIND_SAMPLED_REFERENCE,
-    KIND_LINKS,
-    KIND_PROVIDES,
-    KIND_REQUIRES,
-    KIND_ELEMENT,
-    KIND_DEVICES,
-    KIND_DEVICE,
-    KIND_SETTING,
-    KIND_ENDNODE
-};
 
 /// Empty the model and begin. The builder outlives the document.
 void subsystem_builder_begin(subsystem_builder_t* builder, subsystem_descriptor_t* descriptor,
                              const char* path, text_t* error);
 
-subsystem_builder_t* subsystem_builder_of(source_t* source);
-/// Refuse a second element of a kind that may stand only once.
-void subsystem_builder_once(source_t* source, uint8_t kind);
-/// Read a field into the list of fields; NULL after an error.
-descriptor_field_t* subsystem_builder_field(source_t* source, uint16_t index);
+// Lists and attributes that handlers add to: subsystem_elements.c
+extern const source_list_t subsystem_configurations;
+extern const source_list_t subsystem_parameter_fields;
+extern const source_list_t subsystem_event_fields;
+extern const source_list_t subsystem_event_references;
+extern const source_list_t subsystem_structure_references;
+extern const source_list_t subsystem_sampled_references;
+#define SUBSYSTEM_FIELD_ATTRIBUTES 4U
+extern const source_attribute_t subsystem_field_attributes[SUBSYSTEM_FIELD_ATTRIBUTES];
+
+subsystem_builder_t* subsystem_builder_of(const source_t* source);
+subsystem_descriptor_t* subsystem_builder_model(const source_t* source);
+/// Bounds and initial values of a field, whose other attributes are read.
+void subsystem_builder_complete(source_t* source, descriptor_field_t* field);
 /// Check `count` numbers of a field's type within its bounds.
 void subsystem_builder_check_values(source_t* source, const char* attribute, const descriptor_field_t* field);
 /// Offsets of a range of fields as the compiler lays out the structure of them; returns its size.
 uint32_t subsystem_builder_lay_out(subsystem_descriptor_t* descriptor, uint16_t first, uint16_t count);
 /// Octets of a range of fields on the wire.
 uint32_t subsystem_builder_octets(const subsystem_descriptor_t* descriptor, uint16_t first, uint16_t count);
-/// Refuse a field whose name one before it in [first, field_count - 1) has.
-void subsystem_builder_check_field_name(source_t* source, uint16_t first);
-/// Append a reference to the parameter of the element's name.
-void subsystem_builder_refer(source_t* source);
-void subsystem_builder_taken(source_t* source, const char* attribute, const char* value, uint32_t line);
+/// The same of a range of references.
+uint32_t subsystem_builder_referred(const subsystem_descriptor_t* descriptor, uint16_t first, uint16_t count);
+/// The parameter that an attribute names; NULL after an error.
+const descriptor_parameter_t* subsystem_builder_parameter(source_t* source, const char* attribute);
+/// Append a reference to the parameter of the element's name to the range of the element's item.
+void subsystem_builder_refer(source_t* source, const source_list_t* list);
+
+// Handlers: subsystem_builder.c
+void subsystem_builder_resources(source_t* source);
+void subsystem_builder_state(source_t* source);
+void subsystem_builder_field(source_t* source); ///< An item that is a field and is known by its order.
+void subsystem_builder_event(source_t* source);
+void subsystem_builder_event_value(source_t* source);
+void subsystem_builder_event_end(source_t* source);
+void subsystem_builder_function(source_t* source);
+void subsystem_builder_argument(source_t* source);
+void subsystem_builder_function_end(source_t* source);
+void subsystem_builder_end(source_t* source);
 
 // Handlers of what <Parameters> holds: parameter_builder.c
-void parameter_builder_start(source_t* source);
 void parameter_builder_scalars(source_t* source);
 void parameter_builder_struct(source_t* source);
 void parameter_builder_struct_end(source_t* source);
@@ -81,22 +70,16 @@ void parameter_builder_group_end(source_t* source);
 void parameter_builder_member(source_t* source);
 
 // Handlers of what a <Configuration> holds: configuration_builder.c
-void configuration_builder_start(source_t* source);
 void configuration_builder_initial(source_t* source);
 void configuration_builder_loop(source_t* source);
 void configuration_builder_structure(source_t* source);
 void configuration_builder_structure_end(source_t* source);
-void configuration_builder_once(source_t* source);
 void configuration_builder_once_reference(source_t* source);
 void configuration_builder_sampled(source_t* source);
 void configuration_builder_sampled_reference(source_t* source);
-void configuration_builder_links(source_t* source);
 void configuration_builder_provides(source_t* source);
 void configuration_builder_requires(source_t* source);
-void configuration_builder_element(source_t* source);
 void configuration_builder_port_end(source_t* source);
-void configuration_builder_devices(source_t* source);
-void configuration_builder_device(source_t* source);
 void configuration_builder_setting(source_t* source);
 // End nodes: endnode_builder.c
 void endnode_builder_start(source_t* source);

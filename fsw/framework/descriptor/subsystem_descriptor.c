@@ -97,10 +97,21 @@ const descriptor_device_t* descriptor_find_device(const subsystem_descriptor_t* 
 
 const char* descriptor_state_name(const uint8_t state)
 {
-    static const char* const names[DESCRIPTOR_STATES] = {
+    static const char names[DESCRIPTOR_STATES][18] = {
         "OFFLINE",     "SOFTWARE_INIT",     "HARDWARE_INIT",    "PRE_OPERATIONAL", "SAFE_OPERATIONAL",
         "OPERATIONAL", "ERROR_OPERATIONAL", "POST_OPERATIONAL", "HARDWARE_DEINIT", "SOFTWARE_DEINIT"};
     return (state < DESCRIPTOR_STATES) ? names[state] : "UNKNOWN";
+}
+
+void descriptor_state_words(const uint16_t states, text_t* const out_words)
+{
+    FSW_ASSERT(out_words != NULL);
+    for (uint8_t state = 0U; state < DESCRIPTOR_STATES; state++) {
+        if ((((uint32_t)states >> state) & 1U) != 0U) {
+            text_add(out_words, (out_words->length > 0U) ? " " : "");
+            text_add(out_words, descriptor_state_name(state));
+        }
+    }
 }
 
 status_t descriptor_state_of(const char* const name, uint8_t* const out_state)

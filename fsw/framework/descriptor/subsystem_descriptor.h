@@ -15,6 +15,7 @@
 
 #include "fsw/framework/base/flow_format.h"
 #include "fsw/framework/base/status.h"
+#include "fsw/framework/base/text.h"
 #include "fsw/framework/base/value.h"
 
 #include <stdbool.h>
@@ -38,6 +39,7 @@
 #define DESCRIPTOR_SETTINGS_MAX 256U
 #define DESCRIPTOR_ENDNODES_MAX 48U
 #define DESCRIPTOR_STATES 10U
+#define DESCRIPTOR_STATE_WORDS 192U ///< Characters of the names of all states with a space behind each.
 #define DESCRIPTOR_METHODS 5U
 #define DESCRIPTOR_NAME_MAX 32U   ///< Characters of a name.
 #define DESCRIPTOR_NESTING_MAX 3U ///< Structures within the structure of a parameter.
@@ -61,6 +63,8 @@ typedef enum {
     DESCRIPTOR_STREAM        = 3,
     DESCRIPTOR_MESSAGE_QUEUE = 4
 } descriptor_method_t;
+#define DESCRIPTOR_METHOD_WORDS "SHARED_MEMORY TIPC UDP STREAM MESSAGE_QUEUE"
+#define DESCRIPTOR_SEVERITY_WORDS "INFORMATIVE LOW MEDIUM HIGH" ///< From DESCRIPTOR_INFORMATIVE on.
 
 typedef struct { // One field of a parameter, an argument of a function, or an element of a port's layout.
     const char* name; ///< Of a structure within the parameter: "GROUP.NAME".
@@ -281,6 +285,8 @@ const descriptor_device_t* descriptor_find_device(const subsystem_descriptor_t* 
 
 /// "OFFLINE".."SOFTWARE_DEINIT"; "UNKNOWN" beyond. Never null.
 const char* descriptor_state_name(uint8_t state);
+/// Append the names of the states whose bits are set, with single spaces between.
+void descriptor_state_words(uint16_t states, text_t* out_words);
 /// Number of a state's name. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t descriptor_state_of(const char* name, uint8_t* out_state);
 const char* descriptor_severity_name(descriptor_severity_t severity);

@@ -270,7 +270,7 @@ static const damage_t damages[] = {
     {"min='-1.5' max='1.5' settable", "min='1.6' max='1.5' settable", 10U, "at most max"},
     {"min='-1.5' max='1.5' settable", "init='0 1.6' max='1.5' settable", 10U, "numbers within min and max"},
     {"settable='true'", "settable='yes'", 10U, "true or false"},
-    {"unit='rad' min", "unit='radians per second' min", 10U, "a shorter text"},
+    {"unit='rad' min", "unit='radians per second' min", 10U, "a text of at most 16 characters"},
     // Events.
     {"id='3' severity='MEDIUM'", "id='1' severity='MEDIUM'", 15U, "id 1 is taken in line 14"},
     {"name='LIMIT'", "name='LOST'", 15U, "name LOST is taken in line 14"},
@@ -330,7 +330,7 @@ static const damage_t damages[] = {
     {"type='DOUBLE' count='2' unit='rad'/></Provides>", "type='DOUBLE' count='129'/></Provides>", 37U,
      "1032 octets in one sample, at most 1024"},
     {"<ParamRef name='POSITION' type='DOUBLE' count='2' unit='rad'/></Provides>", "</Provides>", 37U,
-     "the port has no <ParamRef>"},
+     "<Provides> has no <ParamRef>"},
     {"staleAfter='3ms'", "staleAfter='0us'", 39U, "a time"},
     {"</HKService>\n</Configuration>",
      "</HKService>\n<RTLinkService><Provides name='HAND' id='2' methods='UDP'><ParamRef name='A' "

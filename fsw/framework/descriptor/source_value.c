@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values of attributes: texts, numbers, times, words.
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/number.h"
+#include "fsw/framework/descriptor/source.h"
+
+#include <string.h>
+
+const char* source_raw(const source_t* const source, const char* const attribute)
+{
+    return (source->element != NULL) ? xml_attribute(source->element, attribute) : NULL;
+}
+
+bool source_has(const source_t* const source, const char* const attribute)
+{
+    return source_raw(source, attribute) != NULL;
+}
+
+// ---- Texts ----
+
+const char* source_keep(source_t* const source, const char* const words)
+{
+    const size_t size = strlen(words) + 1U;
+    if (size > (source->text_capacity - *source->text_used)) {
+        (void)source_fail_as(source, source->line, STATUS_EXHAUSTED,
+                             "the texts of the file are too long together");
+    }
+    if (source->status != STATUS_OK) {
+        return "";
+    }
+    char* const kept = &source->text[*source->text_used];
+    (void)memcpy(kept, words, size);
+    *source->text_used += (uint32_t)size;
+    return kept;
+}
+
+static bool is_digit(const char character)
+{
+    return (character >= '0') && (character <= '9');
+}
+
+static bool is_identifier(const char* const name, const bool is_upper)
+{
+    const char first = is_upper ? 'A' : 'a';
+    size_t i         = 0U;
+    for (; name[i] != '\0'; i++) {
+        const bool is_letter = (name[i] >= first) && (name[i] <= (first + ('Z' - 'A')));
+        const bool is_joint  = is_digit(name[i]) || (name[i] == '_') || (!is_upper && (name[i] == '-'));
+        if (!is_letter && ((i == 0U) || !is_joint)) {
+            return false;
+        }
+    }
+    return i > 0U;
+}
+
+const char* source_text(source_t* const source, const char* const attribute, const uint8_t form,
+                        const uint32_t longest)
+{
+    const char* const value = source_raw(source, attribute);
+    if (value == NULL) {
+        return "";
+    }
+    const bool is_right = (form == SOURCE_TEXT) || is_identifier(value, form == SOURCE_UPPER);
+    if ((!is_right || (strlen(value) > longest)) &&
+        source_wrong(source, attribute,
+                     (form == SOURCE_TEXT)    ? "a text"
+                     : (form == SOURCE_UPPER) ? "an upper-case identifier"
+                                              : "a lower-case identifier")) {
+        text_add(source->error, " of at most ");
+        text_add_unsigned(source->error, longest);
+        text_add(source->error, " characters");
+    }
+    return source_keep(source, value);
+}
+
+// ---- Numbers ----
+
+/// Microseconds of a time with its unit, or UINT64_MAX.
+static uint64_t time_of(const char* const value)
+{
+    static const struct {
+        char unit[4];
+        uint32_t time_us;
+    } units[]       = {{"us", 1U}, {"ms", 1000U}, {"s", 1000000U}};
+    uint64_t number = 0U;
+    size_t digits   = 0U;
+    while ((digits < 10U) && is_digit(value[digits])) {
+        number = (number * 10U) + (uint64_t)(value[digits] - '0');
+        digits++;
+    }
+    for (size_t i = 0U; (digits >= 1U) && (digits <= 9U) && (i < SOURCE_COUNT(units)); i++) {
+        if (strcmp(&value[digits], units[i].unit) == 0) {
+            return number * units[i].time_us;
+        }
+    }
+    return UINT64_MAX;
+}
+
+static uint64_t unsigned_of(const char* const value)
+{
+    const char* at  = value;
+    uint64_t number = 0U;
+    const bool is_right =
+        source_is_spaced(value) && (number_read_unsigned(&at, &number) == STATUS_OK) && number_is_end(at);
+    return is_right ? number : UINT64_MAX;
+}
+
+/// Number or time within its bounds.
+static uint32_t bounded(source_t* const source, const source_attribute_t* const attribute,
+                        const char* const value)
+{
+    const bool is_time     = (attribute->form & SOURCE_FORMS) == SOURCE_TIME;
+    const uint64_t number  = is_time ? time_of(value) : unsigned_of(value);
+    const char* const unit = is_time ? "us" : "";
+    if (((number < attribute->low) || (number > attribute->high)) &&
+        source_wrong(source, attribute->name,
+                     is_time ? "a time like 500us, 2ms or 1s, from " : "a number from ")) {
+        text_add_unsigned(source->error, attribute->low);
+        text_add(source->error, unit);
+        text_add(source->error, " to ");
+        text_add_unsigned(source->error, attribute->high);
+        text_add(source->error, unit);
+    }
+    return (uint32_t)number;
+}
+
+static value_type_t type_of(source_t* const source, const char* const attribute, const char* const value)
+{
+    value_type_t type = VALUE_UINT8;
+    if (value_type_of(value, &type) != STATUS_OK) {
+        (void)source_wrong(source, attribute, "UINT8..UINT64, INT8..INT64, FLOAT, DOUBLE or BOOL");
+    }
+    return type;
+}
+
+static uint32_t value_of(source_t* const source, const source_attribute_t* const attribute)
+{
+    const char* const value = source_raw(source, attribute->name);
+    const uint8_t form      = attribute->form & SOURCE_FORMS;
+    if (value == NULL) {
+        return attribute->otherwise;
+    }
+    if (form == SOURCE_WORD) {
+        return attribute->low + source_word(source, attribute->name, attribute->words);
+    }
+    if (form == SOURCE_FLAG) {
+        const bool is_true = (strcmp(value, "true") == 0);
+        if (!is_true && (strcmp(value, "false") != 0)) {
+            (void)source_wrong(source, attribute->name, "true or false");
+        }
+        return is_true ? 1U : 0U;
+    }
+    return (form == SOURCE_TYPE) ? (uint32_t)type_of(source, attribute->name, value)
+                                 : bounded(source, attribute, value);
+}
+
+uint32_t source_value(source_t* const source, const size_t index)
+{
+    return value_of(source, &source->open[source->depth - 1U]->attributes[index]);
+}
+
+void source_read(source_t* const source, void* const item, const source_attribute_t* const attributes,
+                 const size_t number)
+{
+    for (size_t i = 0U; i < number; i++) {
+        const source_attribute_t* const attribute = &attributes[i];
+        const uint8_t form                        = attribute->form & SOURCE_FORMS;
+        uint8_t* const member                     = (uint8_t*)item + attribute->member;
+        if ((form >= SOURCE_UPPER) && (form <= SOURCE_TEXT)) {
+            const char* const kept = source_text(source, attribute->name, form, attribute->high);
+            (void)memcpy(member, &kept, attribute->width);
+        } else if (form != SOURCE_FREE) {
+            const uint32_t value   = value_of(source, attribute);
+            const uint16_t as_u16  = (uint16_t)value;
+            const uint8_t as_u8    = (uint8_t)value;
+            const void* const from = (attribute->width == sizeof value)    ? (const void*)&value
+                                     : (attribute->width == sizeof as_u16) ? (const void*)&as_u16
+                                                                           : (const void*)&as_u8;
+            (void)memcpy(member, from, attribute->width);
+        }
+    }
+}
+
+uint64_t source_number(source_t* const source, const char* const attribute, const value_type_t type,
+                       double* const out_real)
+{
+    const char* const value = source_raw(source, attribute);
+    const char* at          = value;
+    uint64_t scalar         = 0U;
+    uint64_t bits           = 0U;
+    uint8_t octets[sizeof scalar];
+    if (!source_is_spaced(value) || (number_read_value(&at, type, &scalar) != STATUS_OK) ||
+        !number_is_end(at)) {
+        if (source_wrong(source, attribute, "a number of type ")) {
+            text_add(source->error, value_type_name(type));
+        }
+        return 0U;
+    }
+    const size_t size = value_put(octets, type, &scalar, 1U);
+    for (size_t i = 0U; i < size; i++) {
+        bits = (bits << 8U) | octets[i];
+    }
+    *out_real = value_as_double(type, &scalar);
+    return bits;
+}
+
+// ---- Words ----
+
+/// Place of a word of `length` characters, or UINT32_MAX.
+static uint32_t place_of(const char* const word, const size_t length, const char* const words)
+{
+    uint32_t place = 0U;
+    for (const char* at = words; *at != '\0'; place++) {
+        const size_t own = strcspn(at, " ");
+        if ((own == length) && (strncmp(word, at, length) == 0)) {
+            return place;
+        }
+        at += own + ((at[own] == ' ') ? 1U : 0U);
+    }
+    return UINT32_MAX;
+}
+
+uint32_t source_word(source_t* const source, const char* const attribute, const char* const words)
+{
+    const char* const value = source_raw(source, attribute);
+    const uint32_t place    = place_of(value, strlen(value), words);
+    if (place == UINT32_MAX) {
+        if (source_wrong(source, attribute, "one of ")) {
+            text_add(source->error, words);
+        }
+        return 0U;
+    }
+    return place;
+}
+
+uint32_t source_places(const char* const chosen, const char* const words, uint8_t* const out_places)
+{
+    uint32_t seen   = 0U;
+    uint32_t number = 0U;
+    const char* at  = chosen;
+    for (;;) {
+        const size_t length  = strcspn(at, " ");
+        const uint32_t place = place_of(at, length, words);
+        if ((place == UINT32_MAX) || (((seen >> place) & 1U) != 0U)) {
+            return 0U;
+        }
+        seen |= (uint32_t)1U << place;
+        out_places[number] = (uint8_t)place;
+        number++;
+        if (at[length] == '\0') {
+            return number;
+        }
+        at += length + 1U;
+    }
+}
+
+uint32_t source_words(source_t* const source, const char* const attribute, const char* const words,
+                      uint8_t* const out_places)
+{
+    const uint32_t number = source_places(source_raw(source, attribute), words, out_places);
+    if ((number == 0U) && source_wrong(source, attribute, "some, each once, with one space between, of ")) {
+        text_add(source->error, words);
+    }
+    return number;
+}
+
+uint16_t source_bits(source_t* const source, const char* const attribute, const char* const words)
+{
+    uint8_t places[16];
+    uint32_t bits = 0U;
+    if (strcmp(source_raw(source, attribute), "*") == 0) {
+        return UINT16_MAX;
+    }
+    for (uint32_t i = source_words(source, attribute, words, places); i > 0U; i--) {
+        bits |= (uint32_t)1U << places[i - 1U];
+    }
+    return (uint16_t)bits;
+}
+
+bool source_is_spaced(const char* const words)
+{
+    bool is_space = true; // A space before the first word is one too many.
+    for (size_t i = 0U; words[i] != '\0'; i++) {
+        if ((words[i] == ' ') && is_space) {
+            return false;
+        }
+        is_space = (words[i] == ' ');
+    }
+    return !is_space;
+}
