@@ -12,6 +12,8 @@
 ##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
 ##                                                               PORT=  TOOLS=  OUT=runs/...
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
+##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
+##                   ONLY=<part of a test's path>  PLACE=vm|kernel
 ##   make check      format, warnings and analysers of gcc and clang, MISRA of what changed, complexity, layers,
 ##                   symbols, words, lengths, spelling, links, Python, coverage; what passed once is not looked at again
 ##   make check-full check, MISRA of the whole flight side, five minutes of each fuzz target, many deaths in flight
@@ -205,7 +207,7 @@ $(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
 -include $(patsubst %.o,%.d,$(call objects,$(FUZZ_SOURCES)))
 
 # --- targets for people --------------------------------------------------------------------------------------------
-.PHONY: force all help programs tests thread-tests benches fuzzers fuzz fuzz-corpus sim-run vm test check check-full bench doctor setup clean gse format new-subsystem docs
+.PHONY: force all help programs tests thread-tests benches fuzzers fuzz fuzz-corpus sim-run vm test test-hil check check-full bench doctor setup clean gse format new-subsystem docs
 help:
 	@sed -n 's/^## \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 
@@ -236,13 +238,18 @@ sim-run: all
 	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
 	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT)
 
-test: build/setup/test
+HIL_TESTS = $(call selected,$(sort $(wildcard test/hil/test_*.py)))
+test: build/setup/$(if $(HIL_TESTS),vm,test)
 	+@failed=; \
 	$(MAKE) -k --no-print-directory -j$(JOBS) programs tests || failed='the build'; \
 	$(MAKE) -k --no-print-directory -j$(JOBS) SANITIZE=1 programs tests || failed="$$failed the sanitizer build"; \
 	$(if $(or $(if $(ONLY),,all),$(findstring fuzz,$(ONLY))),$(BUILD_FUZZERS) -k ONLY= || failed="$$failed the fuzz build";) \
 	$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || failed="$$failed the build against data races"; \
 	$(VENV) test/support/run_tests.py --threads '$(call selected,$(THREAD_TESTS))' --jobs $(JOBS) --only '$(ONLY)' --failed "$$failed" $(call selected,$(TESTS))
+
+test-hil: build/setup/vm all
+	@HIL_PLACE='$(PLACE)' $(VENV) -m pytest -q -rs -p no:cacheprovider --timeout=600 --rootdir=. \
+	    $(or $(HIL_TESTS),$(error no test in test/hil has '$(ONLY)' in its path))
 
 fuzzers: $(foreach t,$(call selected,$(FUZZ_TARGETS)),$B/target/$t)
 	@:
@@ -329,8 +336,8 @@ check-misra-all: build/setup/check $(GENERATED)
 check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 osal pus fsw sim gse && echo 'check: no function is too complex'
 .PHONY: check-flights
-check-flights: build/setup/test all # The long ones: many deaths at random moments.
-	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long test/mission && echo 'check: every flight ends as it should'
+check-flights: build/setup/vm all # The long ones: many deaths at random moments.
+	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long test/mission test/hil && echo 'check: every flight ends as it should'
 check-layers:
 	@$(PYTHON) test/lint/check_layers.py
 check-symbols: all

@@ -33,6 +33,10 @@ mount -t proc proc /guest/proc
 mount -t sysfs sysfs /guest/sys
 mount -t devtmpfs devtmpfs /guest/dev
 mkdir -p /guest/dev/pts /guest/dev/shm
+ln -s /proc/self/fd /guest/dev/fd
+for number in 0:stdin 1:stdout 2:stderr; do
+    ln -s "/proc/self/fd/${number%:*}" "/guest/dev/${number#*:}"
+done
 mount -t devpts -o gid=5,mode=620,ptmxmode=666 devpts /guest/dev/pts
 mount -t tmpfs -o mode=1777 tmpfs /guest/dev/shm
 mount -t tmpfs -o mode=755 tmpfs /guest/run

@@ -24,8 +24,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build" / "vm"
 QEMU = "qemu-system-x86_64"
 SECONDS, MEMORY_MB = 300, 1024
-BOOT_SECONDS = 120
+BOOT_SECONDS = 180
 END_SECONDS = 10
+POLL_S = 0.02
 MEMORY_MIN_MB = 256
 CANS_MAX = 8
 OUTPUT_MAX = 1 << 30
@@ -137,34 +138,40 @@ def check(folder, out, cans, memory):
         raise NotStarted(f"the output folder {out} cannot be made ({error.strerror}); choose another by OUT=") from error
 
 
-def watch(process, control, streams, seconds, boot_seconds):
-    """Wait for the guest's exit code while its output streams. Return an Outcome without texts."""
-    began, booted = time.monotonic(), None
-    code_file = control / "code"
+def failure(what, control):
+    """NotStarted with what is known: what the emulator said, the console's end, the next step."""
+    said = (control / "emulator").read_text(errors="replace").strip()
+    return NotStarted(f"the micro-VM {what}" + (f"; {QEMU} says: {said}" if said else "") + "\nEnd of its console:\n"
+                      + console_end(control / "console") + f"\nNext step: rm -r build/vm && {NEXT_STEP}")
+
+
+def wait_for_boot(process, control, boot_seconds):
+    """Return when the command starts; raise NotStarted if it does not."""
+    end_of_boot = time.monotonic() + boot_seconds
+    while not (control / "booted").exists():
+        if process.poll() is not None and not (control / "booted").exists():
+            raise failure(f"did not boot (exit code {process.returncode} of {QEMU})", control)
+        if time.monotonic() > end_of_boot:
+            raise failure(f"did not boot within {boot_seconds:g} s", control)
+        time.sleep(POLL_S)
+
+
+def wait_for_code(process, control, streams, seconds):
+    """Hand on the command's output until its exit code is there, or its time is over. Return an Outcome without texts."""
+    limit = time.monotonic() + (float("inf") if seconds is None else seconds)
     while True:
-        ended = process.poll() is not None
-        finished = code_file.is_file()
-        busy = any([stream.pump() for stream in streams])
-        if finished and not busy:
-            return Outcome(int(code_file.read_text()))
-        if any(len(stream.octets) > OUTPUT_MAX for stream in streams):
-            raise NotStarted(f"the command wrote more than {OUTPUT_MAX >> 20} MB; let it write to a file in $OUT")
-        now = time.monotonic()
-        if booted is None and (control / "booted").exists():
-            booted = now
-        if ended and not finished and not code_file.is_file():
-            said = (control / "emulator").read_text(errors="replace").strip()
-            what = "ended before the command did" if booted else "did not boot"
-            raise NotStarted(f"the micro-VM {what} (emulator's exit code {process.returncode})"
-                             + (f", which says: {said}" if said else "") + "\nEnd of its console:\n"
-                             + console_end(control / "console") + f"\nNext step: rm -r build/vm && {NEXT_STEP}")
-        if booted is None and now - began > boot_seconds:
-            raise NotStarted(f"the micro-VM did not boot within {boot_seconds:g} s\nEnd of its console:\n"
-                             + console_end(control / "console") + f"\nNext step: rm -r build/vm && {NEXT_STEP}")
-        if booted is not None and seconds is not None and now - booted > seconds:
+        ended, finished = process.poll() is not None, (control / "code").is_file()
+        if any([stream.pump() for stream in streams]):
+            if any(len(stream.octets) > OUTPUT_MAX for stream in streams):
+                raise NotStarted(f"the command wrote more than {OUTPUT_MAX >> 20} MB; let it write to a file in $OUT")
+        elif finished:
+            return Outcome(int((control / "code").read_text()))
+        elif ended:
+            raise failure("ended before the command did", control)
+        else:
+            time.sleep(POLL_S)
+        if not finished and time.monotonic() > limit:
             return Outcome(LIMIT_REACHED, limit=True)
-        if not busy:
-            time.sleep(0.02)
 
 
 def end(process, patience):
@@ -202,7 +209,8 @@ def run(command, seconds=SECONDS, cans=0, memory=MEMORY_MB, out=None, sinks=(Non
             process = subprocess.Popen(arguments(folder, control, out, cans, memory, append, interactive),
                                        stdin=None if interactive else subprocess.DEVNULL,
                                        stdout=None if interactive else said, stderr=said, start_new_session=not interactive)
-        outcome = watch(process, control, streams, seconds, boot_seconds)
+        wait_for_boot(process, control, boot_seconds)
+        outcome = wait_for_code(process, control, streams, seconds)
         end(process, 0 if outcome.limit else END_SECONDS)
         outcome.stdout, outcome.stderr = (bytes(stream.octets) for stream in streams)
         return outcome

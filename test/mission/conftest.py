@@ -1,10 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures of the tests that fly. Flights are shared: each (form, seed, ...) flies once per session.
+"""Fixtures of the tests that fly. Flights are shared: each (form, seed, ...) flies once per session."""
 
-Tests marked `long` run only with LONG=1 in the environment (`make check-full`).
-"""
-
-import os
 import pathlib
 import shutil
 import sys
@@ -22,19 +18,6 @@ from hirosco_gse import run as runs
 
 KEPT_S = 3600.0
 KEPT_RUNS = 2  # in memory: one has hundreds of megabytes
-
-
-def pytest_configure(config):
-    config.addinivalue_line("markers", "long: many flights; run with LONG=1")
-
-
-def pytest_collection_modifyitems(config, items):
-    if os.environ.get("LONG"):
-        return
-    long = [item for item in items if item.get_closest_marker("long")]
-    if long:
-        config.hook.pytest_deselected(items=long)
-        items[:] = [item for item in items if not item.get_closest_marker("long")]
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fixtures of the hardware-in-the-loop tests: the place where they run is chosen once, and told at the end."""
+
+import pathlib
+import shutil
+import sys
+import tempfile
+import time
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+
+import place as places
+
+KEPT_S = 3600.0
+CHOSEN = pytest.StashKey()
+
+
+@pytest.fixture(scope="session")
+def hil_folder(request):
+    """Folder for the results of this session; removed when all tests passed, else by a session an hour later."""
+    parent = places.ROOT / "build" / "test"
+    parent.mkdir(parents=True, exist_ok=True)
+    for old in parent.glob("hil-*"):
+        if old.stat().st_mtime < time.time() - KEPT_S:
+            shutil.rmtree(old, ignore_errors=True)
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="hil-", dir=parent))
+    yield folder
+    if request.session.testsfailed == 0:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(scope="session")
+def place(request, hil_folder):
+    """Where commands with buses run: place.run(command) or place.group(name, command)."""
+    chosen = places.choose(hil_folder)
+    request.config.stash[CHOSEN] = chosen
+    return chosen
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    chosen = config.stash.get(CHOSEN, None)
+    if chosen:
+        terminalreporter.write_line(f"hardware-in-the-loop tests ran in this place: {chosen.name} ({chosen.why})", bold=True)

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the cases of a guest program: one process for all, because imports are slow in an emulated machine.
+
+A guest program defines functions `case_...()` that raise if something is wrong, and ends with `cases.run(globals())`.
+Each case's outcome is a line of $OUT/results.jsonl as soon as it is known; one that hangs fails after its time."""
+
+import json
+import os
+import pathlib
+import signal
+import sys
+import traceback
+
+SECONDS = 150
+
+
+def on_alarm(number, frame):
+    raise TimeoutError("the case did not end within its time")
+
+
+def run(names, seconds=SECONDS):
+    """Run all cases in the order they are defined; exit code 1 if one failed."""
+    functions = {name.removeprefix("case_"): value for name, value in names.items() if name.startswith("case_")}
+    failed = 0
+    signal.signal(signal.SIGALRM, on_alarm)
+    with open(pathlib.Path(os.environ["OUT"]) / "results.jsonl", "w") as results:
+        for name, function in functions.items():
+            signal.alarm(seconds)
+            try:
+                function()
+                passed, message = True, ""
+            except Exception:
+                passed, message = False, traceback.format_exc()
+            signal.alarm(0)
+            failed += not passed
+            print(json.dumps({"case": name, "passed": passed, "message": message}), file=results, flush=True)
+            print(f"{name}: {'passed' if passed else 'FAILED'}", flush=True)
+    sys.exit(1 if failed or not functions else 0)

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where hardware-in-the-loop tests run: on the kernel of this machine, in namespaces of their own, if it has vcan, vxcan and
+TIPC and lets this account use them; else in the micro-VM. `python3 test/hil/place.py` says which, and why."""
+
+import ast
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "gse"))
+
+from vm import microvm
+
+PYTHON = "build/venv/bin/python"
+PROBE = "test/hil/guest/probe.py"
+PROBE_SECONDS = 60
+SECONDS = 300
+SHOWN_LINES = 40
+LIMIT_REACHED = microvm.LIMIT_REACHED
+# What the micro-VM finds: an own network, an own /run and /dev/shm, the loopback up.
+SURROUNDINGS = "mount -t tmpfs run /run && mount -t tmpfs shm /dev/shm && ip link set lo up || exit 126; "
+
+
+class Result:
+    """How a command ended: `code` (124: its time was over), `stdout` and `stderr` as text, `folder` with what it left in $OUT."""
+
+    def __init__(self, code, stdout, stderr, folder):
+        self.code, self.folder = code, folder
+        self.stdout, self.stderr = (text.decode(errors="replace") for text in (stdout, stderr))
+
+    def end(self):
+        """Exit code and last lines, for messages of failed tests."""
+        lines = (self.stdout + self.stderr).splitlines()[-SHOWN_LINES:]
+        limit = " (time limit)" if self.code == LIMIT_REACHED else ""
+        return "\n".join([f"exit code {self.code}{limit}, results in {self.folder}, last lines:", *lines])
+
+
+class Group(dict):
+    """Cases that one process ran: name -> (passed, message)."""
+
+    def __init__(self, name, result):
+        super().__init__()
+        self.name, self.result = name, result
+        path = result.folder / "results.jsonl"
+        for line in path.read_text().splitlines() if path.is_file() else []:
+            case = json.loads(line)
+            self[case["case"]] = (case["passed"], case["message"])
+
+    def check(self, case):
+        """Fail unless the case ran and passed."""
+        passed, message = self.get(case, (False, f"no result: the group ended before this case\n{self.result.end()}"))
+        if not passed:
+            raise AssertionError(f"{self.name}, {case}: {message}")
+
+
+class Place:
+    """Runs commands with buses. `folder` holds what they leave; `name` and `why` say which place it is."""
+
+    name = None
+
+    def __init__(self, folder, why):
+        self.folder, self.why = pathlib.Path(folder), why
+        self.groups = {}
+
+    def results_folder(self, out):
+        if out is None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            return pathlib.Path(tempfile.mkdtemp(prefix="run-", dir=self.folder))
+        pathlib.Path(out).mkdir(parents=True, exist_ok=True)
+        return pathlib.Path(out).absolute()
+
+    def run(self, command, seconds=SECONDS, cans=0, out=None):
+        """Run a shell command as root of the place, in the project's folder, with $OUT; return a Result.
+
+        `cans`: emulated CAN controllers on one bus, can0 and on; they exist in the micro-VM only, which then is the place."""
+        raise NotImplementedError
+
+    def group(self, name, command, seconds=SECONDS, cans=0):
+        """The cases that the command reports in $OUT/results.jsonl (see guest/cases.py); it runs once in a session."""
+        if name not in self.groups:
+            self.groups[name] = Group(name, self.run(command, seconds, cans))
+        return self.groups[name]
+
+
+class MicroVm(Place):
+    """A machine of its own for each command."""
+
+    name = "micro-VM"
+
+    def run(self, command, seconds=SECONDS, cans=0, out=None):
+        folder = self.results_folder(out)
+        outcome = microvm.run(command, seconds, cans=cans, out=folder)
+        return Result(outcome.code, outcome.stdout, outcome.stderr, folder)
+
+
+class RunningKernel(Place):
+    """The kernel of this machine, in a network, process and mount namespace of each command's own. Unlike in the micro-VM the
+    tree is the real one: what is written there stays."""
+
+    name = "running kernel"
+
+    def run(self, command, seconds=SECONDS, cans=0, out=None):
+        if cans:
+            return MicroVm(self.folder, self.why).run(command, seconds, cans, out)
+        folder = self.results_folder(out)
+        code, stdout, stderr = in_namespaces(command, seconds, dict(os.environ, OUT=str(folder)))
+        return Result(code, stdout, stderr, folder)
+
+
+def in_namespaces(command, seconds, environment):
+    """(exit code, stdout, stderr) of a shell command in fresh namespaces; 124 when its time was over. Nothing of it is left."""
+    paths = environment.get("PATH", "").split(":")
+    environment["PATH"] = ":".join([*paths, *(path for path in microvm.SYSTEM_PATHS if path not in paths)])
+    line = ["unshare", *([] if os.geteuid() == 0 else ["--map-root-user"]), "--net", "--mount", "--pid", "--fork",
+            "--kill-child", "--mount-proc", "--", "/bin/sh", "-c", SURROUNDINGS + command]
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:  # Pipes would wait for what is left of it.
+        process = subprocess.Popen(line, cwd=ROOT, env=environment, stdin=subprocess.DEVNULL, stdout=out, stderr=err,
+                                   start_new_session=True)
+        try:
+            code = process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            code = LIMIT_REACHED
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+        texts = []
+        for file in (out, err):
+            file.seek(0)
+            texts.append(file.read())
+    return code, *texts
+
+
+def lacking():
+    """What the running kernel lacks, as text; empty if it has all."""
+    try:
+        code, stdout, stderr = in_namespaces(f"exec /usr/bin/python3 {PROBE}", PROBE_SECONDS, dict(os.environ))
+    except FileNotFoundError as missing:
+        return f"there is no {missing.filename}"
+    if code == 0:
+        return ""
+    return "; ".join((stdout or stderr).decode(errors="replace").split("\n")).strip("; ") or f"the probe ended with {code}"
+
+
+def choose(folder, wanted=None):
+    """The place for this machine; `wanted` (or HIL_PLACE in the environment), vm or kernel, overrides the probe."""
+    wanted = wanted or os.environ.get("HIL_PLACE")
+    if wanted not in (None, "", "vm", "kernel"):
+        raise ValueError(f"HIL_PLACE={wanted}: expected vm or kernel")
+    if wanted:
+        return {"vm": MicroVm, "kernel": RunningKernel}[wanted](folder, f"HIL_PLACE={wanted}")
+    lack = lacking()
+    if lack:
+        return MicroVm(folder, lack)
+    return RunningKernel(folder, "it has vcan, vxcan, TIPC and network namespaces")
+
+
+def cases(program):
+    """Names of the cases of a guest program, without running it."""
+    names = [node.name for node in ast.parse((ROOT / program).read_text()).body if isinstance(node, ast.FunctionDef)]
+    found = [name.removeprefix("case_") for name in names if re.match("case_", name)]
+    assert found, f"{program} has no function case_..."
+    return found
+
+
+if __name__ == "__main__":
+    chosen = choose(ROOT / "build" / "test" / "hil")
+    print(f"{chosen.name}: {chosen.why}")

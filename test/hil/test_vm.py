@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The micro-VM as people and tests use it: one command, a shell on a terminal, and everything that can go wrong."""
+
+import concurrent.futures
+import contextlib
+import os
+import pathlib
+import pty
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import termios
+import time
+
+import pytest
+
+import place as places
+from vm import microvm, prepare
+
+BOUND_S = 240  # far more than a boot takes on a busy machine
+BUSES, CONTROLLERS = "test/hil/guest/buses.py", "test/hil/guest/controllers.py"
+RUNNER = [sys.executable, str(places.ROOT / "gse" / "vm" / "microvm.py")]
+
+
+def until(happened, what):
+    end = time.monotonic() + BOUND_S
+    while not happened():
+        assert time.monotonic() < end, f"waited too long for {what}"
+        time.sleep(0.02)
+
+
+def mentioning(text):
+    """Processes with the text in their command line."""
+    found = []
+    for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):
+            if str(text).encode() in path.read_bytes() and path.parent.name != str(os.getpid()):
+                found.append(path.parent.name)
+    return found
+
+
+@pytest.fixture
+def kernel_folder(tmp_path):
+    """A folder to boot from of the test's own: nothing that other micro-VMs do shows up in it."""
+    folder = tmp_path / "boot"
+    folder.mkdir()
+    for name in ("vmlinux", "initramfs.cpio"):
+        (folder / name).symlink_to(microvm.FOLDER / name)
+    yield folder
+    assert not list(folder.glob("control-*")), "the runner left a control folder behind"
+    assert not mentioning(folder), "the runner left a process behind"
+
+
+# --- one command ---------------------------------------------------------------------------------------------------
+
+def test_command_streams_its_output_and_returns_its_exit_code_and_only_the_output_folder_stays(tmp_path):
+    readme = places.ROOT / "README.md"
+    before, intruder = readme.read_bytes(), places.ROOT / "build" / f"written-in-guest-{os.getpid()}"
+    script = (f"echo first; while [ ! -e $OUT/go-on ]; do sleep 0.05; done; echo told >/dev/stderr; pwd; "
+              f"echo changed >README.md && cat README.md && touch {intruder} && ls {intruder} && echo kept >$OUT/result; "
+              "sleep 1000 & exit 7")
+    process = subprocess.Popen([*RUNNER, "--out", tmp_path, script], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE)
+    try:
+        assert process.stdout.readline() == b"first\n"  # The command still runs: it waits for the next line's file.
+        (tmp_path / "go-on").touch()
+        stdout, stderr = process.communicate(timeout=BOUND_S)
+    finally:
+        process.kill()
+    assert (process.returncode, stderr) == (7, b"told\n")
+    assert stdout.decode().splitlines() == [str(places.ROOT), "changed", str(intruder)]
+    assert (tmp_path / "result").read_text() == "kept\n"
+    assert readme.read_bytes() == before and not intruder.exists()
+    assert not mentioning(tmp_path)
+
+
+def test_make_passes_the_command_as_it_is_written(tmp_path):
+    environment = {name: value for name, value in os.environ.items() if name not in microvm.NOT_PASSED}
+    made = subprocess.run(["make", "--no-print-directory", "vm", f"OUT={tmp_path}", "SECONDS=200", "MEMORY=512",
+                           "CMD=echo \"$((6 * 7))\" 'a  b' >$OUT/said; exit 9"],
+                          cwd=places.ROOT, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    assert (tmp_path / "said").read_text() == "42 a  b\n"
+    assert made.returncode == 2 and "Error 9" in made.stderr  # make's own way to tell an exit code
+
+
+def test_time_limit_ends_a_command_that_hangs(kernel_folder, tmp_path):
+    outcome = microvm.run("echo begun; sleep 1000", seconds=2, out=tmp_path / "out", folder=kernel_folder)
+    assert (outcome.code, outcome.limit, outcome.stdout) == (microvm.LIMIT_REACHED, True, b"begun\n")
+
+
+def test_ctrl_c_ends_it(tmp_path):
+    process = subprocess.Popen([*RUNNER, "--out", tmp_path, "echo begun; sleep 1000"], stdin=subprocess.DEVNULL,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    try:
+        assert process.stdout.readline() == b"begun\n"
+        process.send_signal(signal.SIGINT)
+        stderr = process.communicate(timeout=BOUND_S)[1]
+    finally:
+        process.kill()
+    assert process.returncode == microvm.INTERRUPTED and b"Ctrl-C" in stderr
+    assert not mentioning(tmp_path)
+
+
+def test_emulator_ends_with_a_runner_that_is_killed(tmp_path):
+    process = subprocess.Popen([*RUNNER, "--out", tmp_path, "echo begun; sleep 1000"], stdin=subprocess.DEVNULL,
+                               stdout=subprocess.PIPE)
+    assert process.stdout.readline() == b"begun\n"
+    process.kill()
+    process.communicate(timeout=BOUND_S)
+    until(lambda: not mentioning(tmp_path), "the emulator's end")
+
+
+def test_two_run_side_by_side(tmp_path):
+    """Each waits for what only the host can tell it: that the other one runs too."""
+    command = "touch $OUT/here; while [ ! -e $OUT/both ]; do sleep 0.05; done; echo $OUT"
+    outs = [tmp_path / "a", tmp_path / "b"]
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        runs = [pool.submit(microvm.run, command, BOUND_S, out=out) for out in outs]
+        until(lambda: all((out / "here").exists() for out in outs) or any(run.done() for run in runs), "both micro-VMs")
+        for out in outs:
+            (out / "both").touch()
+        outcomes = [run.result() for run in runs]
+    assert [(outcome.code, outcome.stdout.decode()) for outcome in outcomes] == [(0, f"{out}\n") for out in outs]
+
+
+# --- what does not boot ----------------------------------------------------------------------------------------------
+
+def refusal(folder, tmp_path, **options):
+    with pytest.raises(microvm.NotStarted) as raised:
+        microvm.run("true", out=tmp_path / "out", folder=folder, **options)
+    return str(raised.value)
+
+
+def test_a_kernel_panic_shows_the_console(kernel_folder, tmp_path):
+    text = refusal(kernel_folder, tmp_path, append="rdinit=/nothing root=/dev/nothing")
+    assert "did not boot" in text and "Kernel panic" in text and microvm.NEXT_STEP in text
+    assert "\x1b" not in text and "\r" not in text
+
+
+def test_a_missing_module_is_named_on_the_console(kernel_folder, tmp_path):
+    (kernel_folder / "initramfs.cpio").unlink()
+    without_9p = [name for name in prepare.AT_BOOT if name not in ("9p", "9pnet_virtio")]
+    prepare.make_initramfs(prepare.modules_of(microvm.FOLDER), kernel_folder / "initramfs.cpio", without_9p)
+    text = refusal(kernel_folder, tmp_path)
+    assert "did not boot" in text and "cannot be mounted (9p)" in text and microvm.NEXT_STEP in text
+
+
+def test_a_guest_that_never_gets_ready_is_ended(kernel_folder, tmp_path):
+    text = refusal(kernel_folder, tmp_path, append="rdinit=/bin/cat", boot_seconds=3)
+    assert "did not boot within 3 s" in text
+
+
+def test_missing_parts_are_named(kernel_folder, tmp_path, monkeypatch):
+    (kernel_folder / "initramfs.cpio").unlink()
+    assert "initramfs.cpio is not there; run: make" in refusal(kernel_folder, tmp_path)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "qemu-system-x86_64 is not installed; run: make" in refusal(kernel_folder, tmp_path)
+
+
+@pytest.mark.parametrize("options, told", [({"cans": 9}, "9 CAN controllers, expected 0 to 8"),
+                                           ({"memory": 1}, "1 MB of memory, expected at least 256")])
+def test_nonsense_is_refused(kernel_folder, tmp_path, options, told):
+    assert told in refusal(kernel_folder, tmp_path, **options)
+
+
+def test_output_folder_that_cannot_be_made_is_refused(kernel_folder, tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(microvm.NotStarted, match="cannot be made"):
+        microvm.run("true", out=tmp_path / "file" / "out", folder=kernel_folder)
+
+
+def test_a_shell_without_a_terminal_is_refused():
+    refused = subprocess.run(RUNNER, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    assert refused.returncode == 2 and "needs a terminal" in refused.stderr
+
+
+# --- a shell on a terminal --------------------------------------------------------------------------------------------
+
+class Terminal:
+    """The runner on a pseudo terminal, and what it showed."""
+
+    def __init__(self, *options):
+        self.pid, self.master = pty.fork()
+        if self.pid == 0:
+            os.execv(RUNNER[0], [*RUNNER, *map(str, options)])
+        self.shown = b""
+
+    def expect(self, text):
+        end = time.monotonic() + BOUND_S
+        while text not in self.shown:
+            assert time.monotonic() < end, f"waited too long for {text}; shown: {self.shown}"
+            if select.select([self.master], [], [], 0.2)[0]:
+                self.shown += os.read(self.master, 65536)
+        self.shown = self.shown[self.shown.index(text) + len(text):]
+
+    def type(self, text):
+        os.write(self.master, text)
+
+    def end(self):
+        """The exit code of the runner."""
+        with contextlib.suppress(OSError):
+            while os.read(self.master, 65536):
+                pass
+        return os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+
+
+def test_shell_on_a_terminal(tmp_path):
+    terminal = Terminal("--out", tmp_path)
+    before = termios.tcgetattr(terminal.master)
+    try:
+        terminal.expect(b"Ctrl-D or exit ends it")
+        terminal.type(b"ip link add vcan0 type vcan && ip link set vcan0 up; echo made $((6 * 7))\n")
+        terminal.expect(b"made 42")
+        terminal.type(b"echo slee''ps; sleep 1000\n")
+        terminal.expect(b"sleeps")
+        terminal.type(b"\x03")  # goes to the command, not to the emulator
+        terminal.type(b"echo aft''er $?; tty; echo kept >$OUT/kept\n")
+        terminal.expect(b"after 130")
+        terminal.expect(b"/dev/hvc0")
+        terminal.type(b"exit 5\n")
+        assert terminal.end() == 5
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(terminal.pid, signal.SIGKILL)
+    assert termios.tcgetattr(terminal.master) == before
+    os.close(terminal.master)
+    assert (tmp_path / "kept").read_text() == "kept\n"
+    assert not mentioning(tmp_path)
+
+
+# --- the place, its buses, its controllers -----------------------------------------------------------------------------
+
+@pytest.mark.parametrize("case", places.cases(BUSES))
+def test_bus(place, case):
+    place.group("buses", f"{places.PYTHON} {BUSES}").check(case)
+
+
+@pytest.mark.parametrize("case", places.cases(CONTROLLERS))
+def test_controller(place, case):
+    place.group("controllers", f"{places.PYTHON} {CONTROLLERS}", cans=2).check(case)
+
+
+def test_a_group_that_ends_early_fails_the_cases_it_did_not_reach(tmp_path):
+    report = places.RunningKernel(tmp_path, "wanted")
+    report.groups["cut"] = places.Group("cut", places.Result(1, b"why it ended\n", b"", tmp_path))
+    with pytest.raises(AssertionError, match="(?s)no result.*exit code 1.*why it ended"):
+        report.group("cut", "").check("any")
+
+
+def test_a_place_that_is_not_known_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="expected vm or kernel"):
+        places.choose(tmp_path, "moon")
+
+
+@pytest.mark.skipif(not shutil.which("unshare"), reason="no unshare")
+def test_what_the_kernel_lacks_is_told(tmp_path):
+    chosen = places.choose(tmp_path)
+    assert chosen.why and (chosen.name == "running kernel" or "no " in chosen.why)
