@@ -11,7 +11,7 @@ static launcher_t launcher;
 
 static int complain(const char* const what)
 {
-    char line[LAUNCH_ERROR_MAX + 16U];
+    char line[LAUNCHER_REASON_MAX + 16U];
     text_t text = text_in(line, sizeof line);
     text_add(&text, "hirosco: ");
     text_add(&text, what);

@@ -12,9 +12,9 @@
 
 #include <string.h>
 
-#define DOOR_PATIENCE_MS 60000U ///< Longer than the launcher waits for simulated time to move.
+#define DOOR_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
 #define DOOR_ROUND_MS 100U
-#define DOOR_ROUNDS 1200U
+#define DOOR_ROUNDS 1800U
 
 typedef struct { // Everything the image holds beside its components' own storage.
     run_block_t* run;
@@ -108,18 +108,16 @@ static const char* seat_all(image_t* const self)
 
 static const char* open_simulator(image_t* const self, const image_options_t* const options)
 {
-    static char addresses[SIMULATOR_BUSES_MAX][RUN_NAME_MAX]; // The simulator keeps no copy.
     simulator_config_t config = {.scenario_path  = options->scenario,
                                  .equipment_path = options->equipment,
                                  .output_path    = self->run->folder,
                                  .seed           = options->seed};
     for (uint16_t i = 0U; (i < self->mission.bus_count) && (i < SIMULATOR_BUSES_MAX); i++) {
-        text_t text = text_in(addresses[i], sizeof addresses[i]);
-        text_add(&text, "shm:");
-        text_add(&text, self->run->identity);
-        text_add(&text, ".can.");
-        text_add(&text, self->mission.buses[i].name);
-        config.bus[i] = (simulator_bus_t){self->mission.buses[i].name, addresses[i]};
+        const run_bus_t* const bus = &self->run->buses[i];
+        config.bus[i]              = (simulator_bus_t){.name       = self->mission.buses[i].name,
+                                                       .address    = bus->simulator,
+                                                       .published  = bus->published,
+                                                       .is_classic = (self->mission.buses[i].data_bit_rate == 0U)};
         config.bus_count++;
     }
     return (simulator_open(&config, &self->simulator, self->error) == STATUS_OK) ? NULL : self->error;

@@ -18,7 +18,10 @@ const char* launch_options_help(void)
            "  --seed N           of sensor noise and faults (default 1)\n"
            "  --form processes|image   a process per subsystem (default), or all in one program\n"
            "  --time stepped|real      discrete time (default), or the wall clock\n"
-           "  --bus shm          carrier of the CAN buses\n"
+           "  --bus shm|vcan|can carrier of the CAN buses: shared memory (default); virtual interfaces\n"
+           "                     vcan-BUS, where candump and other tools attach; or real controllers:\n"
+           "  --interface BUS=INTERFACE      with --bus can: flight's controller, e.g. robot=can0\n"
+           "  --sim-interface BUS=INTERFACE  the simulator's controller on the same wires\n"
            "  --transport udp|tipc     carrier of messages between processes (default: the mission's)\n"
            "  --links shm|udp|tipc     transfer method of real-time links (default: the mission's)\n"
            "  --nodes 1|2        on-board computers that the processes are spread over (default 1)\n"
@@ -147,8 +150,10 @@ static bool take_word(launch_options_t* const options, const char* const option,
         return one_of(value, "yes", "no") || fail(error, option, value, "expected yes or no");
     }
     if (strcmp(option, "--bus") == 0) {
-        return one_of(value, "shm", "shm") ||
-               fail(error, option, value, "this build carries CAN in shared memory: shm");
+        options->bus = (strcmp(value, "vcan") == 0) ? LAUNCH_BUS_VCAN : LAUNCH_BUS_SHM;
+        options->bus = (strcmp(value, "can") == 0) ? LAUNCH_BUS_CAN : options->bus;
+        return (strcmp(value, launch_bus_text(options->bus)) == 0) ||
+               fail(error, option, value, "expected shm, vcan or can");
     }
     options->transport = value;
     return one_of(value, "udp", "tipc") || fail(error, option, value, "expected udp or tipc");
@@ -173,6 +178,28 @@ static bool take_name(launch_options_t* const options, const char* const option,
     return true;
 }
 
+/// "BUS=INTERFACE", several times.
+static bool take_interface(launch_options_t* const options, const char* const option, const char* const value,
+                           char error[LAUNCH_ERROR_MAX])
+{
+    const bool is_flight     = (strcmp(option, "--interface") == 0);
+    const char** const list  = is_flight ? options->interfaces : options->sim_interfaces;
+    size_t* const count      = is_flight ? &options->interface_count : &options->sim_interface_count;
+    const char* const equals = strchr(value, '=');
+    if (value[0] == '\0') {
+        return true;
+    }
+    if ((equals == NULL) || (equals == value) || (equals[1] == '\0')) {
+        return fail(error, option, value, "expected BUS=INTERFACE, for example robot=can0");
+    }
+    if (*count == LAUNCH_INTERFACES_MAX) {
+        return fail(error, option, value, "there are more than a mission can have buses");
+    }
+    list[*count] = value;
+    (*count)++;
+    return true;
+}
+
 static bool take(launch_options_t* const options, const char* const option, const char* const value,
                  char error[LAUNCH_ERROR_MAX])
 {
@@ -192,12 +219,46 @@ static bool take(launch_options_t* const options, const char* const option, cons
     if ((strcmp(option, "--mission") == 0) || (strcmp(option, "--scenario") == 0)) {
         return take_name(options, option, value, error);
     }
+    if (one_of(option, "--interface", "--sim-interface")) {
+        return take_interface(options, option, value, error);
+    }
     if (strcmp(option, "--out") == 0) {
         options->output = value;
         return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) ||
                fail(error, option, value, "the path is too long");
     }
     return fail(error, option, value, "unknown option; see hirosco run --help");
+}
+
+const char* launch_bus_text(const launch_bus_t bus)
+{
+    static const char* const texts[] = {"shm", "vcan", "can"};
+    FSW_ASSERT((size_t)bus < (sizeof texts / sizeof texts[0]));
+    return texts[bus];
+}
+
+static bool are_interfaces_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+{
+    const size_t count = options->interface_count;
+    if ((options->bus != LAUNCH_BUS_CAN) && ((count + options->sim_interface_count) > 0U)) {
+        return fail(error, "--bus", launch_bus_text(options->bus),
+                    "interfaces are named for real controllers only; take --bus can");
+    }
+    if ((options->bus == LAUNCH_BUS_CAN) && (count == 0U)) {
+        return fail(error, "--bus", "can",
+                    "name flight's controllers, for example --interface robot=can0 --interface joystick=can1 "
+                    "(make sim-run BUS=can ROBOT_IF=can0 JOYSTICK_IF=can1)");
+    }
+    if ((options->sim_interface_count > 0U) && (options->sim_interface_count != count)) {
+        return fail(error, "--sim-interface", options->sim_interfaces[0],
+                    "the simulator needs a controller on each bus that flight has one on, or on none");
+    }
+    if ((count > 0U) && (options->sim_interface_count == 0U) && options->is_stepped) {
+        return fail(error, "--bus can", "--time stepped",
+                    "devices that are not simulated do not wait; take --time real, or name the simulator's "
+                    "controllers (--sim-interface)");
+    }
+    return true;
 }
 
 /// Combinations that make no sense, each with the reason.
@@ -218,6 +279,9 @@ static bool is_sensible(const launch_options_t* const options, char error[LAUNCH
     if (options->is_image && (options->transport[0] != '\0')) {
         return fail(error, "--form image --transport", options->transport,
                     "the components of the image hand messages over in memory; take processes");
+    }
+    if (!are_interfaces_sensible(options, error)) {
+        return false;
     }
     const bool is_endless = (strcmp(options->scenario, "none") == 0) && (options->duration_ns == 0U);
     if (options->is_stepped && is_endless) {

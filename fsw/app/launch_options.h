@@ -3,12 +3,22 @@
 #ifndef FSW_APP_LAUNCH_OPTIONS_H
 #define FSW_APP_LAUNCH_OPTIONS_H
 
+#include "fsw/framework/descriptor/mission_descriptor.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #define LAUNCH_PATH_MAX 256U
 #define LAUNCH_ERROR_MAX 384U
+
+#define LAUNCH_INTERFACES_MAX MISSION_BUSES_MAX
+
+typedef enum {
+    LAUNCH_BUS_SHM,  ///< Shared memory.
+    LAUNCH_BUS_VCAN, ///< SocketCAN over virtual interfaces, with the simulator as gateway.
+    LAUNCH_BUS_CAN   ///< SocketCAN over the interfaces named: real controllers.
+} launch_bus_t;
 
 typedef struct {
     const char* mission;  ///< Name; the descriptor is descriptors/missions/<name>.xml.
@@ -17,6 +27,11 @@ typedef struct {
     uint64_t seed;
     bool is_image;
     bool is_stepped;
+    launch_bus_t bus;
+    const char* interfaces[LAUNCH_INTERFACES_MAX]; ///< "BUS=INTERFACE": flight's controllers.
+    size_t interface_count;
+    const char* sim_interfaces[LAUNCH_INTERFACES_MAX]; ///< The same: the simulator's, on the same wires.
+    size_t sim_interface_count;
     const char* transport; ///< "udp" or "tipc"; "": as the mission says.
     const char* links;     ///< "shm", "udp" or "tipc"; "": as the mission says.
     uint8_t nodes;         ///< On-board computers, 1 or 2.
@@ -33,6 +48,8 @@ bool launch_options_parse(int argument_count, char* const arguments[], launch_op
                           char error[LAUNCH_ERROR_MAX]);
 /// The scenario is named by its path.
 bool launch_scenario_is_path(const char* scenario);
+/// The carrier of buses as the command line has it: "shm", "vcan" or "can".
+const char* launch_bus_text(launch_bus_t bus);
 const char* launch_options_help(void);
 
 #endif // FSW_APP_LAUNCH_OPTIONS_H

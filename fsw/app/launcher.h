@@ -10,12 +10,13 @@
 #include "fsw/app/run_block.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/calendar.h"
+#include "osal/include/osal/can_interface.h"
 #include "osal/include/osal/network.h"
 #include "osal/include/osal/process.h"
 #include "osal/include/osal/socket.h"
 
 #define LAUNCHER_CHILDREN_MAX (MISSION_SUBSYSTEMS_MAX + 3U)
-#define LAUNCHER_REASON_MAX 256U
+#define LAUNCHER_REASON_MAX 512U
 
 typedef struct { // Private: one child process.
     const char* name;
@@ -27,6 +28,16 @@ typedef struct { // Private: one child process.
     unsigned participant; // Of the calendar; OSAL_CALENDAR_PARTICIPANTS_MAX: none.
     osal_process_result_t result;
 } child_t;
+
+typedef struct { // Private: the interfaces of one bus, "" where it has none.
+    char flight[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
+    char simulator[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
+    char shown[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
+    bool is_fd;
+    bool is_flight_made; // By us, to be removed.
+    bool is_shown_made;
+    osal_can_claim_t claim;
+} launcher_bus_t;
 
 typedef struct { // Private, except `exit_code` and `reason`.
     launch_options_t options;
@@ -42,6 +53,10 @@ typedef struct { // Private, except `exit_code` and `reason`.
     osal_socket_t ground;
     osal_socket_t messages[MISSION_SUBSYSTEMS_MAX];
     osal_socket_t links[RUN_LINKS_MAX];
+    launcher_bus_t buses[MISSION_BUSES_MAX];
+    uint32_t late_frames; // Of the counted hand-over of all buses.
+    uint32_t lost_frames;
+    uint32_t foreign_frames;
     child_t children[LAUNCHER_CHILDREN_MAX];
     size_t child_count;
     char door[LAUNCH_PATH_MAX];

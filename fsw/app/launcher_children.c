@@ -123,6 +123,34 @@ static void add_world(arguments_t* const arguments, const launcher_t* const laun
     arguments_add_number(arguments, launcher->options.seed);
 }
 
+/// "--OPTION BUS=ADDRESS", unless there is no address.
+static void add_bus(arguments_t* const arguments, const char* const option, const char* const name,
+                    const char* const address)
+{
+    char bus[RUN_NAME_MAX];
+    if (address[0] != '\0') {
+        text_t text = text_in(bus, sizeof bus);
+        text_add(&text, name);
+        text_add(&text, "=");
+        arguments_add(arguments, option);
+        arguments_add_joined(arguments, bus, address);
+    }
+}
+
+static void add_buses(arguments_t* const arguments, const launcher_t* const launcher)
+{
+    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) {
+        const mission_bus_t* const bus = &launcher->mission.buses[i];
+        const run_bus_t* const address = &launcher->run->buses[i];
+        add_bus(arguments, "--bus", bus->name, address->simulator);
+        add_bus(arguments, "--publish", bus->name, address->published);
+        if (bus->data_bit_rate == 0U) {
+            arguments_add(arguments, "--classic-bus");
+            arguments_add(arguments, bus->name);
+        }
+    }
+}
+
 static void start_simulator(launcher_t* const launcher)
 {
     arguments_t arguments = {.count = 0U};
@@ -131,16 +159,7 @@ static void start_simulator(launcher_t* const launcher)
     add_world(&arguments, launcher);
     arguments_add(&arguments, "--out");
     arguments_add(&arguments, launcher->run->folder);
-    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) {
-        char bus[RUN_NAME_MAX];
-        text_t text = text_in(bus, sizeof bus);
-        text_add(&text, launcher->mission.buses[i].name);
-        text_add(&text, "=shm:");
-        text_add(&text, launcher->run->identity);
-        text_add(&text, ".can.");
-        arguments_add(&arguments, "--bus");
-        arguments_add_joined(&arguments, bus, launcher->mission.buses[i].name);
-    }
+    add_buses(&arguments, launcher);
     unsigned communication = 0U;
     FSW_ASSERT(run_name(launcher->run, "calendar", 0U, name, sizeof name));
     arguments_add(&arguments, "--calendar");

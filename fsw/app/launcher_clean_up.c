@@ -3,12 +3,17 @@
 #include "fsw/app/launcher_internal.h"
 
 #include "fsw/app/run_summary.h"
-#include "osal/include/osal/can.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/file.h"
 
-#define END_PATIENCE_NS 10000000000ULL ///< Wall-clock time that children have to end by themselves.
+#include <string.h>
+
+/// Wall-clock time that children have to end by themselves before they are asked to; the operator, whose
+/// interpreter is slow to leave on an emulated or loaded machine, has longer; and before they are made to.
+#define END_ASKED_NS 500000000ULL
+#define END_OPERATOR_ASKED_NS 10000000000ULL
+#define END_FORCED_NS 30000000000ULL
 
 static bool is_any_alive(launcher_t* const launcher)
 {
@@ -27,10 +32,11 @@ static bool is_any_alive(launcher_t* const launcher)
     return is_any;
 }
 
-static void stop_all(launcher_t* const launcher, const bool by_force)
+static void stop_all(launcher_t* const launcher, const bool by_force, const bool with_operator)
 {
     for (size_t i = 0U; i < launcher->child_count; i++) {
-        if (launcher->children[i].is_alive) {
+        const bool is_operator = (strcmp(launcher->children[i].name, "operator") == 0);
+        if (launcher->children[i].is_alive && (with_operator || !is_operator)) {
             (void)osal_process_stop(&launcher->children[i].process, by_force);
         }
     }
@@ -42,16 +48,20 @@ static void end_children(launcher_t* const launcher)
     if (launcher->calendar != NULL) {
         osal_calendar_close(launcher->calendar);
     }
-    bool is_asked           = false;
+    unsigned asked          = 0U;
     const uint64_t start_ns = osal_clock_monotonic_ns();
     while (is_any_alive(launcher)) {
         const uint64_t past_ns = osal_clock_monotonic_ns() - start_ns;
-        if (!is_asked && (past_ns > (END_PATIENCE_NS / 20U))) {
-            stop_all(launcher, false);
-            is_asked = true;
+        if ((asked == 0U) && (past_ns > END_ASKED_NS)) {
+            stop_all(launcher, false, false);
+            asked++;
         }
-        if (past_ns > END_PATIENCE_NS) {
-            stop_all(launcher, true);
+        if ((asked == 1U) && (past_ns > END_OPERATOR_ASKED_NS)) {
+            stop_all(launcher, false, true);
+            asked++;
+        }
+        if (past_ns > END_FORCED_NS) {
+            stop_all(launcher, true, true);
         }
         (void)osal_process_wait_any(NULL, 0U, LAUNCHER_LOOP_MS);
     }
@@ -65,14 +75,7 @@ static void remove_names(launcher_t* const launcher)
             (void)osal_shm_remove(name);
         }
     }
-    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) {
-        text_t text = text_in(name, sizeof name);
-        text_add(&text, "shm:");
-        text_add(&text, launcher->run->identity);
-        text_add(&text, ".can.");
-        text_add(&text, launcher->mission.buses[i].name);
-        (void)osal_can_destroy(name);
-    }
+    launcher_remove_buses(launcher);
     static const char* const memories[] = {"calendar", "run"};
     for (size_t i = 0U; i < (sizeof memories / sizeof memories[0]); i++) {
         if (run_name(launcher->run, memories[i], 0U, name, sizeof name)) {

@@ -47,6 +47,11 @@ void launcher_leave_node(launcher_t* launcher);
 /// launcher_clean_up.c: run a tool to its end. False if it failed.
 bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const char* name);
 
+/// launcher_buses.c: interfaces and shared memory of all buses, and their addresses in the run block. False:
+/// `reason` says what is wrong and what to do. Removing also tells how the hand-over went.
+bool launcher_make_buses(launcher_t* launcher);
+void launcher_remove_buses(launcher_t* launcher);
+
 /// launcher.c
 bool launcher_is_flag(const uint32_t* flag);
 /// The run fails; the first reason counts.

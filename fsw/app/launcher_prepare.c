@@ -3,7 +3,6 @@
 #include "fsw/app/launcher_internal.h"
 
 #include "fsw/framework/rtlink/agreement.h"
-#include "osal/include/osal/can.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/file.h"
 
@@ -248,22 +247,6 @@ static bool make_calendar(launcher_t* const launcher)
     return true;
 }
 
-static bool make_buses(launcher_t* const launcher)
-{
-    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) {
-        char address[RUN_NAME_MAX];
-        text_t text = text_in(address, sizeof address);
-        text_add(&text, "shm:");
-        text_add(&text, launcher->run->identity);
-        text_add(&text, ".can.");
-        text_add(&text, launcher->mission.buses[i].name);
-        if (text.cut || (osal_can_create(address) != STATUS_OK)) {
-            return fail(launcher, "cannot make the bus ", address);
-        }
-    }
-    return true;
-}
-
 // ---- Sockets ----
 
 static bool listen_to_ground(launcher_t* const launcher)
@@ -347,6 +330,9 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     for (size_t i = 0U; i < MISSION_SUBSYSTEMS_MAX; i++) {
         launcher->messages[i].descriptor = -1;
     }
+    for (size_t i = 0U; i < MISSION_BUSES_MAX; i++) {
+        launcher->buses[i].claim.descriptor = -1;
+    }
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
         launcher->links[i].descriptor = -1;
     }
@@ -355,7 +341,7 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
         load_mission(launcher, mission_path, sizeof mission_path) && choose_methods(launcher, mission_path) &&
         launcher_check_system(launcher) && find_scenario(launcher) &&
         make_folder(launcher, folder, sizeof folder) && make_run_block(launcher, mission_path, folder) &&
-        make_calendar(launcher) && make_buses(launcher) && launcher_make_nodes(launcher) &&
+        make_calendar(launcher) && launcher_make_buses(launcher) && launcher_make_nodes(launcher) &&
         launcher_open_sockets(launcher) && listen_to_ground(launcher) && tell_ground(launcher);
     if (is_ready) {
         find_equipment(launcher);

@@ -45,6 +45,12 @@ typedef struct {
     uint32_t is_wanted;        ///< Written by the supervisor: should run.
 } run_component_t;
 
+typedef struct {                  // Addresses of one CAN bus (osal/can.h); in the mission's order.
+    char flight[RUN_NAME_MAX];    ///< Controller of the flight side.
+    char simulator[RUN_NAME_MAX]; ///< Wire end of the simulator; "": it has no part in this bus.
+    char published[RUN_NAME_MAX]; ///< Where the simulator shows the bus to tools; "": nowhere.
+} run_bus_t;
+
 typedef struct {
     uint32_t magic;
     char identity[RUN_IDENTITY_MAX]; ///< "hirosco-<number>": prefix of every name of this run.
@@ -61,6 +67,7 @@ typedef struct {
     uint16_t ground_port;
     uint16_t component_count;
     run_component_t components[MISSION_SUBSYSTEMS_MAX];
+    run_bus_t buses[MISSION_BUSES_MAX];
     /// UDP or TIPC socket of the consumer of link number i + 1; -1 without.
     int link_descriptors[RUN_LINKS_MAX];
     uint16_t link_ports[RUN_LINKS_MAX];

@@ -58,11 +58,22 @@ static void add_options(text_t* const text, const launch_options_t* const option
     text_add_unsigned(text, options->seed);
     add_word(text, "form", options->is_image ? "image" : "processes");
     add_word(text, "time", options->is_stepped ? "stepped" : "real");
-    add_word(text, "bus", "shm");
+    add_word(text, "bus", launch_bus_text(options->bus));
     add_word(text, "transport", options->is_image ? "ring" : options->transport);
     add_key(text, "nodes");
     text_add_unsigned(text, options->nodes);
     add_word(text, "links", options->links);
+}
+
+/// Frames of SocketCAN buses that did not come as announced.
+static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
+{
+    add_key(text, "bus_frames_late");
+    text_add_unsigned(text, launcher->late_frames);
+    add_key(text, "bus_frames_lost");
+    text_add_unsigned(text, launcher->lost_frames);
+    add_key(text, "bus_frames_foreign");
+    text_add_unsigned(text, launcher->foreign_frames);
 }
 
 static void add_children(text_t* const text, const launcher_t* const launcher)
@@ -110,12 +121,14 @@ void run_summary_write(const launcher_t* const launcher)
     add_speed(&text, launcher);
     const bool is_reproducible = launcher->options.is_stepped && !launcher->is_broken &&
                                  !launcher->is_cut_short && (launcher->run->is_intruded == 0U) &&
+                                 (launcher->lost_frames == 0U) && (launcher->foreign_frames == 0U) &&
                                  (launcher->run->is_lossy == 0U);
     add_key(&text, "reproducible");
     text_add(&text, is_reproducible ? "true" : "false");
     add_key(&text, "exit_code");
     text_add_signed(&text, launcher->exit_code);
     add_word(&text, "exit_reason", launcher->reason);
+    add_bus_frames(&text, launcher);
     add_key(&text, "versions");
     text_add(&text, "{\"hirosco\": \"0.1.0\", \"compiler\": ");
     add_string(&text, __VERSION__);

@@ -15,37 +15,35 @@
 
 // ---- Resolvers ----
 
-static const mission_bus_t* bus_of(const mission_descriptor_t* const mission, const char* const name)
+/// Index of a bus of the mission, or bus_count.
+static uint16_t bus_of(const mission_descriptor_t* const mission, const char* const name)
 {
-    for (uint16_t i = 0U; i < mission->bus_count; i++) {
-        if (strcmp(mission->buses[i].name, name) == 0) {
-            return &mission->buses[i];
-        }
+    uint16_t index = 0U;
+    while ((index < mission->bus_count) && (strcmp(mission->buses[index].name, name) != 0)) {
+        index++;
     }
-    return NULL;
+    return index;
 }
 
 /// Names of the run are made unique by its identity; hosts and devices are what the descriptor says they are.
 static status_t resolve_flow(void* const context, const endnode_kind_t kind, const char* const name,
                              endnode_address_t* const out_address)
 {
-    const seat_t* const seat       = (const seat_t*)context;
-    const mission_bus_t* const bus = (kind == ENDNODE_CAN) ? bus_of(seat->mission, name) : NULL;
-    text_t text                    = text_in(out_address->address, sizeof out_address->address);
+    const seat_t* const seat = (const seat_t*)context;
+    text_t text              = text_in(out_address->address, sizeof out_address->address);
     if (kind == ENDNODE_CAN) {
-        if (bus == NULL) {
+        const uint16_t bus = bus_of(seat->mission, name);
+        if (bus == seat->mission->bus_count) {
             return STATUS_NOT_FOUND;
         }
-        text_add(&text, "shm:");
-        text_add(&text, seat->run->identity);
-        text_add(&text, ".can.");
-        out_address->is_fd = (bus->data_bit_rate > 0U);
-    } else if ((kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE)) {
+        text_add(&text, seat->run->buses[bus].flight);
+        out_address->is_fd = (seat->mission->buses[bus].data_bit_rate > 0U);
+        return STATUS_OK;
+    }
+    if ((kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE)) {
         text_add(&text, "/");
         text_add(&text, seat->run->identity);
         text_add(&text, ".flow.");
-    } else {
-        // As it is.
     }
     text_add(&text, name);
     return text.cut ? STATUS_NOT_FOUND : STATUS_OK;

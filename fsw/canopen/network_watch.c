@@ -139,6 +139,7 @@ void network_sense(canopen_network_t* const network, const uint64_t now_ns)
     if (!flow_can_is_open(&network->flow)) {
         return;
     }
+    flow_can_attend(&network->flow, now_ns);
     master_receive(&network->master, now_ns);
     take_emergencies(network);
     watch_bus(network);

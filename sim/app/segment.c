@@ -5,17 +5,42 @@
 
 #define NOMINAL_BIT_RATE 1000000U
 #define DATA_BIT_RATE 5000000U
+#define REOPEN_NS 10000000U ///< Simulated time between attempts.
 
 static void pass_to_flight(void* context, const osal_can_frame_t* frame)
 {
-    segment_t* segment    = context;
-    const status_t status = osal_can_send(&segment->can, frame);
-    (void)status; // A full ring is counted by the wire end as an overrun of flight's controller.
+    segment_t* segment = context;
+    if (segment->is_lost) {
+        return;
+    }
+    // A full ring is counted by the wire end as an overrun of flight's controller.
+    if (osal_can_send(&segment->can, frame) == STATUS_CLOSED) {
+        osal_can_close(&segment->can);
+        segment->is_lost = true;
+    }
 }
 
 static void tap(void* context, const osal_can_frame_t* frame)
 {
-    frame_log_write(context, frame);
+    segment_t* segment = context;
+    if (segment->log != NULL) {
+        frame_log_write(segment->log, frame);
+    }
+    if (segment->gateway != NULL) {
+        gateway_show(segment->gateway, frame);
+    }
+}
+
+/// An error frame of a tool: flight's controller reports it, as if it had seen it.
+static void report_of_tool(void* context, const osal_can_frame_t* frame)
+{
+    segment_t* segment = context;
+    if (segment->has_flight) {
+        pass_to_flight(segment, frame);
+    }
+    if (segment->log != NULL) {
+        frame_log_write(segment->log, frame);
+    }
 }
 
 static status_t open_controller(segment_t* segment, const char* address, char error[SIMULATOR_ERROR_MAX])
@@ -45,8 +70,23 @@ static status_t open_log(segment_t* segment, const char* folder, char error[SIMU
                        segment->name, folder);
         return status;
     }
-    bus_set_tap(segment->bus, tap, segment->log, segment->flight_node);
     return STATUS_OK;
+}
+
+static status_t open_gateway(segment_t* segment, const char* address, char error[SIMULATOR_ERROR_MAX])
+{
+    const status_t status = gateway_open(address, segment->bus, report_of_tool, segment, &segment->gateway);
+    if (status != STATUS_OK) {
+        (void)snprintf(error, SIMULATOR_ERROR_MAX,
+                       "simulator: bus %s: cannot show it on '%s' (%s); is the interface there and up?",
+                       segment->name, address, status_text(status));
+    }
+    return status;
+}
+
+static bool is_given(const char* address)
+{
+    return (address != NULL) && (address[0] != '\0');
 }
 
 status_t segment_open(segment_t* segment, const segment_config_t* config, char error[SIMULATOR_ERROR_MAX])
@@ -54,22 +94,31 @@ status_t segment_open(segment_t* segment, const segment_config_t* config, char e
     const bus_config_t bus = {.nominal_bit_rate = NOMINAL_BIT_RATE,
                               .data_bit_rate    = config->is_classic ? 0U : DATA_BIT_RATE,
                               .seed             = config->seed};
-    *segment = (segment_t){.name = config->name, .flight_node = BUS_NODES_MAX, .bus = bus_create(&bus)};
+    *segment               = (segment_t){.name        = config->name,
+                                         .address     = config->address,
+                                         .flight_node = BUS_NODES_MAX,
+                                         .can         = {.descriptor = -1},
+                                         .bus         = bus_create(&bus)};
     if (segment->bus == NULL) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: out of memory");
         return STATUS_EXHAUSTED;
     }
     status_t status =
-        (config->address != NULL) ? open_controller(segment, config->address, error) : STATUS_OK;
+        is_given(config->address) ? open_controller(segment, config->address, error) : STATUS_OK;
     if ((status == STATUS_OK) && (config->output_path != NULL)) {
         status = open_log(segment, config->output_path, error);
     }
+    if ((status == STATUS_OK) && is_given(config->published)) {
+        status = open_gateway(segment, config->published, error);
+    }
+    bus_set_tap(segment->bus, tap, segment, segment->flight_node);
     return status;
 }
 
 status_t segment_close(segment_t* segment)
 {
     const status_t status = frame_log_close(segment->log);
+    gateway_close(segment->gateway);
     bus_destroy(segment->bus);
     if (segment->has_flight) {
         osal_can_close(&segment->can);
@@ -77,13 +126,45 @@ status_t segment_close(segment_t* segment)
     return status;
 }
 
-void segment_take_from_flight(segment_t* segment, uint64_t now_ns)
+static void reopen(segment_t* segment, uint64_t now_ns)
+{
+    if (now_ns >= segment->retry_ns) {
+        segment->retry_ns = now_ns + REOPEN_NS;
+        segment->is_lost  = osal_can_open(&segment->can, segment->address, OSAL_CAN_WIRE) != STATUS_OK;
+    }
+}
+
+static void take_from_flight(segment_t* segment, uint64_t now_ns)
 {
     osal_can_frame_t frame;
-    while (segment->has_flight && (bus_queued(segment->bus, segment->flight_node) < BUS_QUEUE_FRAMES) &&
-           (osal_can_receive(&segment->can, &frame) == STATUS_OK)) {
-        if (bus_submit(segment->bus, segment->flight_node, &frame, now_ns) != STATUS_OK) {
+    while (!segment->is_lost && (bus_queued(segment->bus, segment->flight_node) < BUS_QUEUE_FRAMES)) {
+        const status_t status = osal_can_receive(&segment->can, &frame);
+        if (status == STATUS_CLOSED) {
+            osal_can_close(&segment->can);
+            segment->is_lost = true;
+        }
+        if (status != STATUS_OK) {
+            break;
+        }
+        // What our own controller reports is no frame of flight.
+        const bool is_report = ((frame.id & OSAL_CAN_ERROR) != 0U);
+        if (is_report || (bus_submit(segment->bus, segment->flight_node, &frame, now_ns) != STATUS_OK)) {
             segment->refused++;
         }
+    }
+}
+
+void segment_take(segment_t* segment, uint64_t now_ns)
+{
+    if (segment->has_flight && segment->is_lost) {
+        reopen(segment, now_ns);
+    }
+    if (segment->has_flight) {
+        take_from_flight(segment, now_ns);
+    }
+    if (segment->gateway != NULL) {
+        const uint64_t before = gateway_counters(segment->gateway)->foreign;
+        gateway_take(segment->gateway, now_ns);
+        osal_can_add_foreign(&segment->can, (uint32_t)(gateway_counters(segment->gateway)->foreign - before));
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A bus of the simulator with flight's controller on it and its log.
+/// A bus of the simulator with flight's controller on it, its log, and where it is shown to tools.
 ///
 /// Ownership  The caller places segment_t; it must not be moved. segment_close frees what segment_open made.
 /// Context    One task.
@@ -7,6 +7,7 @@
 #define SIM_APP_SEGMENT_H
 
 #include "osal/include/osal/can.h"
+#include "sim/app/gateway.h"
 #include "sim/app/simulator.h"
 #include "sim/bus/bus.h"
 #include "sim/logs/frame_log.h"
@@ -20,13 +21,18 @@ typedef struct { // Private, except name, bus and flight_node.
     unsigned flight_node; ///< BUS_NODES_MAX: there is no flight.
     osal_can_t can;       // Wire end of flight's controller.
     bool has_flight;
+    const char* address; // Of the wire end.
+    bool is_lost;        // The interface to flight is gone or down.
+    uint64_t retry_ns;
     uint64_t refused; ///< Frames of flight that the bus did not take.
     frame_log_t* log;
+    gateway_t* gateway;
 } segment_t;
 
 typedef struct {
     const char* name;        ///< Outlives the segment.
-    const char* address;     ///< Of flight's controller; null: there is no flight.
+    const char* address;     ///< Of flight's controller, outlives the segment; null or "": no flight.
+    const char* published;   ///< Of the interface where tools see the bus; null or "": none.
     const char* output_path; ///< Folder of the log; null: none is written.
     bool is_classic;
     uint64_t seed;
@@ -38,7 +44,7 @@ MUST_USE status_t segment_open(segment_t* segment, const segment_config_t* confi
                                char error[SIMULATOR_ERROR_MAX]);
 /// Returns STATUS_OK, or STATUS_IO: the log is not complete.
 status_t segment_close(segment_t* segment);
-/// Fill the controller's transmit queue with what flight has sent since.
-void segment_take_from_flight(segment_t* segment, uint64_t now_ns);
+/// Fill the controllers' transmit queues with what flight and tools have sent since.
+void segment_take(segment_t* segment, uint64_t now_ns);
 
 #endif // SIM_APP_SEGMENT_H

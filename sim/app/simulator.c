@@ -249,7 +249,7 @@ static void run_step(simulator_t* simulator, uint64_t end_ns)
         run_tools(simulator);
     }
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
-        segment_take_from_flight(&simulator->segment[i], simulator->time_ns);
+        segment_take(&simulator->segment[i], simulator->time_ns);
     }
     run_faults(simulator, end_ns);
     run_buses(simulator, end_ns);
@@ -319,7 +319,9 @@ static status_t open_segment(simulator_t* simulator, const simulator_config_t* c
                                .seed        = (config->seed * BUSES) + index};
     for (size_t i = 0U; i < config->bus_count; i++) {
         if (strcmp(config->bus[i].name, name) == 0) {
-            wanted.address = config->bus[i].address;
+            wanted.address    = config->bus[i].address;
+            wanted.published  = config->bus[i].published;
+            wanted.is_classic = config->classic_bus || config->bus[i].is_classic;
         }
     }
     simulator->bus_count++;
@@ -550,6 +552,13 @@ void simulator_statistics(const simulator_t* simulator, simulator_statistics_t* 
                          .refused          = simulator->segment[ROBOT].refused + simulator->segment[JOYSTICK].refused,
                          .tool_dropped     = (simulator->tools != NULL) ? socketcand_dropped(simulator->tools) : 0U,
                          .tools_lost       = simulator->tools_lost};
+    for (unsigned i = 0U; i < simulator->bus_count; i++) {
+        if (simulator->segment[i].gateway != NULL) {
+            const gateway_counters_t* gateway = gateway_counters(simulator->segment[i].gateway);
+            out_statistics->tool_frames += gateway->foreign;
+            out_statistics->unshown += gateway->unshown;
+        }
+    }
 }
 
 void simulator_flush(simulator_t* simulator)

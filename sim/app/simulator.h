@@ -23,7 +23,9 @@
 
 typedef struct {
     const char* name;
-    const char* address; ///< Flight's controller there ("shm:NAME").
+    const char* address;   ///< Flight's controller there (osal/can.h); null or "": no flight.
+    const char* published; ///< Interface where tools see the bus ("can:vcan-robot"); null or "": none.
+    bool is_classic;       ///< 1 Mbit/s classic instead of FD 1/5.
 } simulator_bus_t;
 
 typedef struct {
@@ -34,7 +36,7 @@ typedef struct {
     simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< Robot and joystick are always there.
     size_t bus_count;
     uint64_t seed;
-    bool classic_bus;         ///< 1 Mbit/s classic instead of FD 1/5.
+    bool classic_bus;         ///< All buses 1 Mbit/s classic.
     bool serve_tools;         ///< Open the socketcand port.
     bool tools_in_step;       ///< Time stands still until the tool sends; for deterministic tests.
     uint16_t tool_port;       ///< 0: any free port, see simulator_tool_port.
@@ -48,7 +50,9 @@ typedef struct {
     uint64_t joystick_busy_ns;
     uint64_t refused; ///< Frames of flight that found the controller's queue full or the node cut off.
     uint64_t tool_dropped;
-    uint64_t tools_lost; ///< Tools in lock-step that were not done with a step in 20 s.
+    uint64_t tools_lost;  ///< Tools in lock-step that were not done with a step in 20 s.
+    uint64_t tool_frames; ///< Sent by tools on the interfaces where buses are shown.
+    uint64_t unshown;     ///< Frames that such an interface did not take.
 } simulator_statistics_t;
 
 typedef struct simulator simulator_t;

@@ -19,7 +19,7 @@
 #define EXIT_USAGE 2
 #define NS_PER_S 1000000000U
 #define TOOL_WAIT_MS 100U
-#define DOOR_PATIENCE_MS 60000U ///< Longer than the launcher waits for simulated time to move.
+#define DOOR_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
 #define REAL_PRIORITY 80
 #define NO_LIMIT UINT64_MAX
 #define LAG_MAX_NS 20000000ULL ///< Lag behind the wall clock that is caught up.
@@ -70,7 +70,9 @@ static const char usage_text[] =
     "    --duration S          end after this much simulated time\n"
     "    --free-run S          without flight: run for S seconds; --time stepped: as fast as it goes\n"
     "    --bus NAME=ADDRESS    flight's controller on a bus, e.g. robot=shm:run1.robot\n"
-    "    --classic             1 Mbit/s classic CAN instead of FD 1/5\n"
+    "    --publish NAME=ADDRESS  show that bus to tools, e.g. robot=can:vcan-robot\n"
+    "    --classic             1 Mbit/s classic CAN instead of FD 1/5 on all buses\n"
+    "    --classic-bus NAME    the same on that bus\n"
     "  what happens\n"
     "    --scenario FILE       hand and faults (default: nothing happens)\n"
     "    --equipment FILE      devices beside the arm and the joystick (default: none)\n"
@@ -93,7 +95,9 @@ enum {
     OPTION_DURATION,
     OPTION_FREE_RUN,
     OPTION_BUS,
+    OPTION_PUBLISH,
     OPTION_CLASSIC,
+    OPTION_CLASSIC_BUS,
     OPTION_SCENARIO,
     OPTION_EQUIPMENT,
     OPTION_SEED,
@@ -116,7 +120,9 @@ static const struct option long_options[] = {{"calendar", required_argument, NUL
                                              {"duration", required_argument, NULL, OPTION_DURATION},
                                              {"free-run", required_argument, NULL, OPTION_FREE_RUN},
                                              {"bus", required_argument, NULL, OPTION_BUS},
+                                             {"publish", required_argument, NULL, OPTION_PUBLISH},
                                              {"classic", no_argument, NULL, OPTION_CLASSIC},
+                                             {"classic-bus", required_argument, NULL, OPTION_CLASSIC_BUS},
                                              {"scenario", required_argument, NULL, OPTION_SCENARIO},
                                              {"equipment", required_argument, NULL, OPTION_EQUIPMENT},
                                              {"seed", required_argument, NULL, OPTION_SEED},
@@ -174,20 +180,50 @@ static bool take_seconds(const char* option, const char* text, uint64_t* out_ns)
     return true;
 }
 
-/// "NAME=ADDRESS"; the name is cut off in place.
-static bool take_bus(options_t* options, char* text)
+/// The bus of that name, added if it is new; null if there are too many.
+static simulator_bus_t* bus_of(options_t* options, const char* name)
 {
     simulator_config_t* config = &options->simulator;
-    char* equals               = strchr(text, '=');
-    if ((equals == NULL) || (equals == text) || (equals[1] == '\0')) {
-        return complain("bus", text, "NAME=ADDRESS");
+    for (size_t i = 0U; i < config->bus_count; i++) {
+        if (strcmp(config->bus[i].name, name) == 0) {
+            return &config->bus[i];
+        }
     }
     if (config->bus_count == SIMULATOR_BUSES_MAX) {
-        return complain("bus", text, "at most 8 buses");
+        return NULL;
     }
-    *equals                        = '\0';
-    config->bus[config->bus_count] = (simulator_bus_t){text, &equals[1]};
+    config->bus[config->bus_count] = (simulator_bus_t){.name = name};
     config->bus_count++;
+    return &config->bus[config->bus_count - 1U];
+}
+
+/// "NAME=ADDRESS" of flight's controller, or of where the bus is shown; the name is cut off in place.
+static bool take_bus(options_t* options, const char* option, char* text)
+{
+    char* equals = strchr(text, '=');
+    if ((equals == NULL) || (equals == text) || (equals[1] == '\0')) {
+        return complain(option, text, "NAME=ADDRESS");
+    }
+    *equals              = '\0';
+    simulator_bus_t* bus = bus_of(options, text);
+    if (bus == NULL) {
+        return complain(option, text, "at most 8 buses");
+    }
+    if (strcmp(option, "bus") == 0) {
+        bus->address = &equals[1];
+    } else {
+        bus->published = &equals[1];
+    }
+    return true;
+}
+
+static bool take_classic_bus(options_t* options, const char* name)
+{
+    simulator_bus_t* bus = bus_of(options, name);
+    if (bus == NULL) {
+        return complain("classic-bus", name, "at most 8 buses");
+    }
+    bus->is_classic = true;
     return true;
 }
 
@@ -258,7 +294,11 @@ static bool take_option(options_t* options, int option, char* text)
 {
     switch (option) {
     case OPTION_BUS:
-        return take_bus(options, text);
+        return take_bus(options, "bus", text);
+    case OPTION_PUBLISH:
+        return take_bus(options, "publish", text);
+    case OPTION_CLASSIC_BUS:
+        return take_classic_bus(options, text);
     case OPTION_CLASSIC:
         options->simulator.classic_bus = true;
         return true;

@@ -90,3 +90,11 @@ status_t osal_can_receive(osal_can_t* const can, osal_can_frame_t* const out_fra
     queue->held--;
     return STATUS_OK;
 }
+
+status_t osal_can_filter(osal_can_t* const can, const osal_can_filter_t* const filters, const size_t count)
+{
+    (void)can;
+    (void)filters;
+    (void)count;
+    return STATUS_OK;
+}

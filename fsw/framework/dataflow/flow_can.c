@@ -10,7 +10,16 @@
 #define CONTROLLER_WARNING 0x0CU
 #define CONTROLLER_PASSIVE 0x30U
 #define CONTROLLER_ACTIVE 0x40U
+// Classes whose frames tell the error counters; drivers of newer kernels say so in others too.
+#define HAS_COUNTERS                                                                                         \
+    (OSAL_CAN_ERROR_COUNTERS | OSAL_CAN_ERROR_CONTROLLER | OSAL_CAN_ERROR_NO_ACK | OSAL_CAN_ERROR_BUS_OFF |  \
+     OSAL_CAN_ERROR_BUS | OSAL_CAN_ERROR_RESTARTED)
 #define STANDARD_ID_MAX 0x7FFU
+#define REOPEN_FIRST_NS 10000000ULL
+#define REOPEN_LONGEST_NS 1000000000ULL
+
+// What a master of an 11-bit protocol has a use for: standard frames; remote requests it counts.
+static const osal_can_filter_t standard_frames = {.id = 0U, .mask = OSAL_CAN_EXTENDED};
 
 void flow_can_init(flow_can_t* const flow)
 {
@@ -34,24 +43,72 @@ static void discard_received(flow_can_t* const flow)
     }
 }
 
+static status_t open_bus(flow_can_t* const flow)
+{
+    status_t status = osal_can_open(&flow->can, flow->address.address, OSAL_CAN_NODE);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    status = osal_can_filter(&flow->can, &standard_frames, 1U);
+    if ((status == STATUS_OK) && flow->is_fd && !flow->can.carries_fd) {
+        status = STATUS_UNSUPPORTED;
+    }
+    if (status != STATUS_OK) {
+        osal_can_close(&flow->can);
+        return status;
+    }
+    flow->queue_overruns = flow->can.overruns;
+    flow->health         = (flow_can_health_t){.state = FLOW_CAN_ACTIVE};
+    discard_received(flow);
+    return STATUS_OK;
+}
+
 status_t flow_can_open(flow_can_t* const flow, const flow_resolver_t* const resolver, const char* const bus)
 {
     FSW_ASSERT((flow != NULL) && (resolver != NULL) && (bus != NULL));
     if (flow->is_open) {
         return STATUS_EXISTS;
     }
-    endnode_address_t address;
-    status_t status = endnode_resolve(resolver, ENDNODE_CAN, bus, &address);
+    status_t status = endnode_resolve(resolver, ENDNODE_CAN, bus, &flow->address);
     if (status == STATUS_OK) {
-        status = osal_can_open(&flow->can, address.address, OSAL_CAN_NODE);
+        flow->is_fd = flow->address.is_fd;
+        status      = open_bus(flow);
     }
     if (status == STATUS_OK) {
         flow->is_open = true;
-        flow->is_fd   = address.is_fd;
-        flow->health  = (flow_can_health_t){.state = FLOW_CAN_ACTIVE};
-        discard_received(flow);
+        flow->is_lost = false;
+        reconnect_init(&flow->reconnect, REOPEN_FIRST_NS, REOPEN_LONGEST_NS);
+        reconnect_succeeded(&flow->reconnect, 0U);
     }
     return status;
+}
+
+/// The interface has gone under us.
+static void lose_bus(flow_can_t* const flow)
+{
+    osal_can_close(&flow->can);
+    flow->is_lost      = true;
+    flow->health.state = FLOW_CAN_BUS_OFF;
+    flow->counters.lost++;
+}
+
+void flow_can_attend(flow_can_t* const flow, const uint64_t now_ns)
+{
+    FSW_ASSERT(flow != NULL);
+    if (!flow->is_open || !flow->is_lost) {
+        return;
+    }
+    reconnect_lost(&flow->reconnect, now_ns);
+    if (!reconnect_is_due(&flow->reconnect, now_ns)) {
+        return;
+    }
+    if (open_bus(flow) == STATUS_OK) {
+        reconnect_succeeded(&flow->reconnect, now_ns);
+        flow->is_lost = false;
+        flow->counters.reopened++;
+    } else {
+        reconnect_failed(&flow->reconnect, now_ns);
+    }
 }
 
 void flow_can_close(flow_can_t* const flow)
@@ -60,6 +117,7 @@ void flow_can_close(flow_can_t* const flow)
     if (flow->is_open) {
         osal_can_close(&flow->can);
         flow->is_open = false;
+        flow->is_lost = false;
     }
 }
 
@@ -69,7 +127,7 @@ static status_t queue(flow_can_t* const flow, const uint16_t identifier, const u
     FSW_ASSERT((flow != NULL) && ((octets != NULL) || (length == 0U)));
     status_t status          = STATUS_OK;
     const uint8_t length_max = ((flags & OSAL_CAN_FLAG_FD) != 0U) ? OSAL_CAN_DATA_MAX : 8U;
-    if (!flow->is_open) {
+    if (!flow->is_open || flow->is_lost) {
         status = STATUS_CLOSED;
     } else if ((length > length_max) || (identifier > STANDARD_ID_MAX)) {
         status = STATUS_INVALID;
@@ -79,11 +137,15 @@ static status_t queue(flow_can_t* const flow, const uint16_t identifier, const u
             (void)memcpy(frame.data, octets, length);
         }
         status = osal_can_send(&flow->can, &frame);
+        if (status == STATUS_CLOSED) {
+            lose_bus(flow);
+        }
     }
     if (status == STATUS_OK) {
         flow->counters.sent++;
     } else {
         flow->counters.refused++;
+        flow->counters.full += (status == STATUS_FULL) ? 1U : 0U;
     }
     return status;
 }
@@ -102,22 +164,43 @@ status_t flow_can_send_process_data(flow_can_t* const flow, const uint16_t ident
     return queue(flow, identifier, octets, length, flags);
 }
 
+static void count_classes(flow_can_errors_t* const errors, const uint32_t classes)
+{
+    errors->transmit_timeouts += ((classes & OSAL_CAN_ERROR_TX_TIMEOUT) != 0U) ? 1U : 0U;
+    errors->lost_arbitrations += ((classes & OSAL_CAN_ERROR_LOST_ARBITRATION) != 0U) ? 1U : 0U;
+    errors->controller_problems += ((classes & OSAL_CAN_ERROR_CONTROLLER) != 0U) ? 1U : 0U;
+    errors->protocol_violations += ((classes & OSAL_CAN_ERROR_PROTOCOL) != 0U) ? 1U : 0U;
+    errors->transceiver_faults += ((classes & OSAL_CAN_ERROR_TRANSCEIVER) != 0U) ? 1U : 0U;
+    errors->missing_acknowledges += ((classes & OSAL_CAN_ERROR_NO_ACK) != 0U) ? 1U : 0U;
+    errors->bus_offs += ((classes & OSAL_CAN_ERROR_BUS_OFF) != 0U) ? 1U : 0U;
+    errors->bus_errors += ((classes & OSAL_CAN_ERROR_BUS) != 0U) ? 1U : 0U;
+    errors->restarts += ((classes & OSAL_CAN_ERROR_RESTARTED) != 0U) ? 1U : 0U;
+}
+
+static void take_controller_report(flow_can_t* const flow, const uint8_t detail)
+{
+    flow_can_health_t* const health = &flow->health;
+    if ((detail & CONTROLLER_OVERFLOW) != 0U) {
+        flow->counters.overruns++;
+    }
+    if ((detail & CONTROLLER_PASSIVE) != 0U) {
+        health->state = FLOW_CAN_PASSIVE;
+    } else if ((detail & CONTROLLER_WARNING) != 0U) {
+        health->state = FLOW_CAN_WARNING;
+    } else if ((detail & CONTROLLER_ACTIVE) != 0U) {
+        health->state = FLOW_CAN_ACTIVE;
+    } else {
+        // An overflow only.
+    }
+}
+
 static void take_error_frame(flow_can_t* const flow, const osal_can_frame_t* const frame)
 {
     flow_can_health_t* const health = &flow->health;
     flow->counters.errors++;
+    count_classes(&flow->errors, frame->id);
     if ((frame->id & OSAL_CAN_ERROR_CONTROLLER) != 0U) {
-        const uint8_t detail = frame->data[1];
-        if ((detail & CONTROLLER_OVERFLOW) != 0U) {
-            flow->counters.overruns++;
-        }
-        if ((detail & CONTROLLER_PASSIVE) != 0U) {
-            health->state = FLOW_CAN_PASSIVE;
-        } else if ((detail & CONTROLLER_WARNING) != 0U) {
-            health->state = FLOW_CAN_WARNING;
-        } else if ((detail & CONTROLLER_ACTIVE) != 0U) {
-            health->state = FLOW_CAN_ACTIVE;
-        }
+        take_controller_report(flow, frame->data[1]);
     }
     if ((frame->id & OSAL_CAN_ERROR_NO_ACK) != 0U) {
         health->is_unacknowledged = true;
@@ -128,18 +211,31 @@ static void take_error_frame(flow_can_t* const flow, const osal_can_frame_t* con
     if ((frame->id & OSAL_CAN_ERROR_BUS_OFF) != 0U) {
         health->state = FLOW_CAN_BUS_OFF;
     }
-    health->transmit_errors = frame->data[6];
-    health->receive_errors  = frame->data[7];
+    if ((frame->id & HAS_COUNTERS) != 0U) {
+        health->transmit_errors = frame->data[6];
+        health->receive_errors  = frame->data[7];
+    }
+}
+
+/// Add what the carrier has dropped since; it goes on counting from its last report.
+static void count_overruns(flow_can_t* const flow)
+{
+    flow->counters.overruns += flow->can.overruns - flow->queue_overruns;
+    flow->queue_overruns = flow->can.overruns;
 }
 
 status_t flow_can_receive(flow_can_t* const flow, osal_can_frame_t* const out_frame)
 {
     FSW_ASSERT((flow != NULL) && (out_frame != NULL));
-    if (!flow->is_open) {
+    if (!flow->is_open || flow->is_lost) {
         return STATUS_CLOSED;
     }
     for (unsigned i = 0U; i < OSAL_CAN_RING_FRAMES; i++) {
         const status_t status = osal_can_receive(&flow->can, out_frame);
+        count_overruns(flow);
+        if (status == STATUS_CLOSED) {
+            lose_bus(flow);
+        }
         if (status != STATUS_OK) {
             return status;
         }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data flow over one CAN controller: frames in both directions, and the condition of the bus.
 ///
-/// Error frames are taken out of the stream: they change `health`, the caller of flow_can_receive sees data
-/// frames only.
+/// Error frames are taken out of the stream: they change `health` and `errors`, the caller of
+/// flow_can_receive sees data frames only.
+///
+/// An interface that goes down or away under an open flow is met as bus-off: health says BUS_OFF, sending and
+/// receiving return STATUS_CLOSED, and flow_can_attend opens the bus again once it is back.
 ///
 /// Ownership  The caller places flow_can_t; it must not be moved while open.
 /// Context    One task. Never blocks. Time O(1).
@@ -12,6 +15,7 @@
 
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/dataflow/reconnect.h"
 #include "osal/include/osal/can.h"
 
 #include <stdbool.h>
@@ -21,7 +25,7 @@ typedef enum { // Error state of our controller, as its last error frame told.
     FLOW_CAN_ACTIVE,
     FLOW_CAN_WARNING, ///< An error counter has passed 96.
     FLOW_CAN_PASSIVE, ///< An error counter has passed 127.
-    FLOW_CAN_BUS_OFF  ///< Off the bus; nothing is sent or received.
+    FLOW_CAN_BUS_OFF  ///< Off the bus, or no interface to it; nothing is sent or received.
 } flow_can_state_t;
 
 typedef struct {
@@ -36,25 +40,50 @@ typedef struct { // [frames, wrap]
     uint32_t received;
     uint32_t errors;   ///< Error frames.
     uint32_t refused;  ///< Not sent: transmit queue full, closed, or a bad length.
-    uint32_t overruns; ///< Received, but lost because the queue was full.
+    uint32_t full;     ///< Of these, because the transmit queue was full.
+    uint32_t overruns; ///< Received, but lost because the controller's or the kernel's queue was full.
+    uint32_t lost;     ///< Times that the interface went down or away.
+    uint32_t reopened; ///< Times that it was opened again.
 } flow_can_counters_t;
 
-typedef struct { // Private, except health and counters: read-only.
+typedef struct { // Error frames by class; one frame may be of several [wrap].
+    uint32_t transmit_timeouts;
+    uint32_t lost_arbitrations;
+    uint32_t controller_problems; ///< Overflow, warning, passive, active again.
+    uint32_t protocol_violations;
+    uint32_t transceiver_faults;
+    uint32_t missing_acknowledges;
+    uint32_t bus_offs;
+    uint32_t bus_errors;
+    uint32_t restarts;
+} flow_can_errors_t;
+
+typedef struct { // Private, except health, counters and errors: read-only.
     osal_can_t can;
+    endnode_address_t address;
     bool is_open;
+    bool is_lost; // The interface is gone or down.
     bool is_fd;
+    reconnect_t reconnect;
+    uint32_t queue_overruns; // As the carrier counted them last.
     flow_can_health_t health;
     flow_can_counters_t counters;
+    flow_can_errors_t errors;
 } flow_can_t;
 
 /// Closed, counters zero. Once, before anything else.
 void flow_can_init(flow_can_t* flow);
 /// Open the bus of that name and throw away what stands in its receive queue. Health starts as ACTIVE.
 /// STATUS_OK, STATUS_EXISTS (open already), STATUS_NOT_FOUND (resolver or bus), STATUS_INVALID (address),
-/// STATUS_UNSUPPORTED, STATUS_DENIED, STATUS_IO.
+/// STATUS_CLOSED (the interface is down), STATUS_UNSUPPORTED (no such kind here, or process data in FD frames
+/// on an interface that carries classic ones only), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t flow_can_open(flow_can_t* flow, const flow_resolver_t* resolver, const char* bus);
 void flow_can_close(flow_can_t* flow);
+/// True from flow_can_open to flow_can_close, also while the interface is away.
 bool flow_can_is_open(const flow_can_t* flow);
+/// Each cycle, before receiving: opens the bus again after a loss, with a back-off from 10 ms to 1 s. What it
+/// carried meanwhile is gone; health starts as ACTIVE.
+void flow_can_attend(flow_can_t* flow, uint64_t now_ns);
 
 /// Queue a classic data frame, 0..8 octets, 11-bit identifier.
 /// STATUS_OK, STATUS_FULL, STATUS_INVALID (length, identifier), STATUS_CLOSED.

@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A CAN controller as the operating system offers it: classic and FD frames, error frames, two ends.
 ///
-/// A bus is named by an address, "shm:NAME" (rings in shared memory; needs nothing from the kernel) or
-/// "can:INTERFACE" (SocketCAN). The node end is the flight side's controller; the wire end is for the
-/// simulator's bus model, which arbitrates and delivers. A controller transmits in the order of sending.
-/// Identifiers, flags and error frames are laid out as in Linux SocketCAN (linux/can.h, linux/can/error.h).
+/// A bus is named by an address:
+///     "shm:NAME"            rings in shared memory; needs nothing from the kernel
+///     "can:INTERFACE"       SocketCAN
+///     "can:INTERFACE@NAME"  SocketCAN with a counted hand-over, for stepped time: the kernel may hand a
+///                           frame over after `send` has returned, so each end announces what it has sent in
+///                           the shared memory NAME, and the other takes in exactly that before it finds
+///                           nothing. The ends may stand on different interfaces of one bus.
+/// The node end is the flight side's controller; the wire end is for the simulator's bus model, which
+/// arbitrates and delivers. A controller transmits in the order of sending and does not receive its own
+/// frames. Identifiers, flags and error frames are laid out as in Linux SocketCAN (linux/can.h,
+/// linux/can/error.h).
 ///
 /// Ownership  The caller places osal_can_t; it must not be moved while open.
-/// Context    One task per end. Never blocks. Time O(1).
+/// Context    One task per end. Never blocks, but that the counted hand-over waits for a frame that was
+///            announced and is not there yet, at most OSAL_CAN_PATIENCE_MS. Time O(1).
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef OSAL_CAN_H
 #define OSAL_CAN_H
@@ -15,30 +23,39 @@
 #include "fsw/framework/base/status.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #define OSAL_CAN_EXTENDED 0x80000000U ///< 29-bit identifier.
 #define OSAL_CAN_REMOTE 0x40000000U   ///< Remote request (classic only).
-#define OSAL_CAN_ERROR 0x20000000U    ///< Error frame; the low bits are the error class.
+#define OSAL_CAN_ERROR 0x20000000U    ///< Error frame; the low bits are the error classes.
 #define OSAL_CAN_ID_MASK 0x1FFFFFFFU
 
+#define OSAL_CAN_ERROR_TX_TIMEOUT 0x001U       ///< By the driver: a frame did not leave in time.
+#define OSAL_CAN_ERROR_LOST_ARBITRATION 0x002U ///< data[0]: the bit, 0 when not told.
 #define OSAL_CAN_ERROR_CONTROLLER                                                                            \
-    0x004U ///< data[1]: 0x04/0x08 warning, 0x10/0x20 passive, 0x40 active again.
+    0x004U ///< data[1]: 0x01/0x02 overflow rx/tx, 0x04/0x08 warning, 0x10/0x20 passive, 0x40 active again.
+#define OSAL_CAN_ERROR_PROTOCOL 0x008U    ///< data[2]: the violation, data[3]: where in the frame.
+#define OSAL_CAN_ERROR_TRANSCEIVER 0x010U ///< data[4]: which line.
 #define OSAL_CAN_ERROR_NO_ACK 0x020U
 #define OSAL_CAN_ERROR_BUS_OFF 0x040U
 #define OSAL_CAN_ERROR_BUS 0x080U
 #define OSAL_CAN_ERROR_RESTARTED                                                                             \
     0x100U ///< data[6], data[7] of error frames: transmit and receive error counters.
+#define OSAL_CAN_ERROR_COUNTERS 0x200U ///< These counters are valid, in frames of other classes too.
 
 #define OSAL_CAN_FLAG_BRS 0x01U ///< Bit rate switch.
 #define OSAL_CAN_FLAG_ESI 0x02U ///< Sender was error passive.
 #define OSAL_CAN_FLAG_FD 0x04U  ///< CAN FD frame.
 
 #define OSAL_CAN_DATA_MAX 64U
-#define OSAL_CAN_RING_FRAMES 256U ///< Frames each ring of a shared-memory bus holds.
+#define OSAL_CAN_RING_FRAMES 256U ///< Frames on the way in each direction of a stepped bus.
+#define OSAL_CAN_FILTERS_MAX 16U
+#define OSAL_CAN_PATIENCE_MS 500U ///< Wall-clock time for a frame that was announced.
 
 typedef struct {
-    uint64_t time_ns; ///< Received: end of frame on the bus [ns]: the wire end's stamp; SocketCAN: monotonic.
+    uint64_t time_ns; ///< Received: "shm:": end of frame, the wire end's stamp; SocketCAN: by the kernel on
+                      ///< receipt, on the monotonic clock [ns].
     uint32_t id;      ///< Identifier and OSAL_CAN_EXTENDED, _REMOTE, _ERROR.
     uint8_t length;   ///< Data octets, 0..8 classic, 0..64 FD.
     uint8_t flags;    ///< OSAL_CAN_FLAG_*.
@@ -51,30 +68,61 @@ typedef enum {
     OSAL_CAN_WIRE  ///< The bus itself: receives what the node sends, delivers what the node receives.
 } osal_can_end_t;
 
-typedef struct { // All fields are private, except the counters: read-only, for housekeeping.
+typedef struct { ///< A frame passes if (its id & mask) == (id & mask). Error frames always pass.
+    uint32_t id;
+    uint32_t mask;
+} osal_can_filter_t;
+
+typedef struct { // All fields are private, except the last four: read-only.
     void* shared;
     int descriptor;
     osal_can_end_t end;
-    uint32_t overruns; ///< Frames for the node that found its receive ring full, as of the last receive.
+    bool is_filtered;
+    uint8_t filter_count;
+    uint32_t kernel_overruns;
+    osal_can_filter_t filters[OSAL_CAN_FILTERS_MAX];
+    bool carries_fd;   ///< FD frames may be sent.
+    uint32_t overruns; ///< Frames for this end that found its receive queue full, as of the last receive.
     uint32_t refused;  ///< Sends refused because the queue was full.
+    uint32_t filtered; ///< Received and dropped by the filters; those that the kernel drops are not counted.
 } osal_can_t;
 
-/// Make the rings of a shared-memory bus. Exactly one process does it, before either end opens.
-/// Returns STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name, or not "shm:"), STATUS_DENIED, STATUS_IO.
+typedef struct {      // Of a counted hand-over, both directions [frames, wrap].
+    uint32_t frames;  ///< Handed over.
+    uint32_t late;    ///< Of these, not there yet when asked for, but within OSAL_CAN_PATIENCE_MS.
+    uint32_t lost;    ///< Announced and not come.
+    uint32_t foreign; ///< Taken in though not announced: somebody else sends on the interface.
+} osal_can_hand_over_t;
+
+/// Make the shared memory of a "shm:" or counted bus. Exactly one process does it, before either end opens.
+/// The interface of a counted bus is the wire end's. Returns STATUS_OK, STATUS_EXISTS, STATUS_INVALID
+/// (address, or one without shared memory), STATUS_NOT_FOUND (interface), STATUS_UNSUPPORTED (no SocketCAN
+/// here), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_create(const char* address);
-/// Remove them. Open ends stay usable. Returns STATUS_OK, STATUS_NOT_FOUND.
+/// Remove it. Open ends stay usable. Returns STATUS_OK, STATUS_NOT_FOUND.
 status_t osal_can_destroy(const char* address);
+/// How the hand-over of a counted bus went so far. Returns STATUS_OK, STATUS_NOT_FOUND (no such counted bus).
+MUST_USE status_t osal_can_hand_over(const char* address, osal_can_hand_over_t* out_counts);
+
+/// Count frames as foreign that somebody outside the run has brought onto the bus by another way. No effect
+/// where nothing is counted.
+void osal_can_add_foreign(osal_can_t* can, uint32_t frames);
 
 /// Open one end. A node end begins with nothing received. Returns STATUS_OK, STATUS_NOT_FOUND (no such bus),
-/// STATUS_INVALID (address), STATUS_UNSUPPORTED (no SocketCAN here, or the wire end of one), STATUS_DENIED,
-/// STATUS_IO.
+/// STATUS_INVALID (address, or an interface name of more than 15 characters), STATUS_CLOSED (the interface is
+/// down), STATUS_UNSUPPORTED (no SocketCAN here, or no CAN interface), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_open(osal_can_t* can, const char* address, osal_can_end_t end);
 void osal_can_close(osal_can_t* can);
+/// Receive only what one of the filters lets through; none: nothing but error frames. As opened, all frames
+/// pass. Returns STATUS_OK, STATUS_INVALID (more than OSAL_CAN_FILTERS_MAX), STATUS_CLOSED, STATUS_IO.
+MUST_USE status_t osal_can_filter(osal_can_t* can, const osal_can_filter_t* filters, size_t count);
 
 /// Queue a frame. Returns STATUS_OK, STATUS_FULL (counted in `refused`), STATUS_INVALID (a length no such
-/// frame has, or FD on an interface without), STATUS_CLOSED (not open, or the interface is down).
+/// frame has, or FD on an interface without), STATUS_UNSUPPORTED (an error frame, where the interface is a
+/// controller), STATUS_CLOSED (not open, or the interface is down or gone).
 MUST_USE status_t osal_can_send(osal_can_t* can, const osal_can_frame_t* frame);
-/// Take the oldest received frame. Returns STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
+/// Take the oldest received frame. Returns STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (not open, or the interface
+/// is down or gone: close; once it is back, open again).
 MUST_USE status_t osal_can_receive(osal_can_t* can, osal_can_frame_t* out_frame);
 
 #endif // OSAL_CAN_H

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The network interfaces that SocketCAN runs over: what they are, and virtual ones made and removed.
+///
+/// For the program that prepares a run; flight components open a bus by its address (osal/can.h).
+///
+/// Ownership  The caller places all structures. Context: any task. Asks the kernel and waits for its answer.
+/// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
+#ifndef OSAL_CAN_INTERFACE_H
+#define OSAL_CAN_INTERFACE_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define OSAL_CAN_INTERFACE_NAME_MAX 15U ///< Characters of a name.
+#define OSAL_CAN_LABEL_MAX 31U          ///< Characters of a label.
+
+typedef struct {
+    bool is_virtual; ///< vcan or vxcan: no bit rate, no arbitration, no acknowledge; carries error frames.
+    bool is_up;
+    bool is_bus_off;                     ///< The controller has left the bus.
+    bool carries_fd;                     ///< The mtu is that of CAN FD.
+    uint32_t bit_rate;                   ///< Nominal [bit/s]; 0: none, or the kernel does not tell.
+    uint32_t data_bit_rate;              ///< CAN FD data phase [bit/s]; 0: as above.
+    char label[OSAL_CAN_LABEL_MAX + 1U]; ///< What osal_can_interface_make was given; cut where longer.
+} osal_can_interface_t;
+
+/// Hold on an interface for one run. It ends with osal_can_interface_release, or with the process.
+typedef struct { // Private; -1: none.
+    int descriptor;
+} osal_can_claim_t;
+
+/// Returns STATUS_OK, STATUS_INVALID (name empty, longer than 15 characters, or with a '/' or a space),
+/// STATUS_UNSUPPORTED (no SocketCAN in this kernel), STATUS_NOT_FOUND (no such interface), STATUS_NOT_OURS
+/// (an interface, but not for CAN), STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_can_interface_look(const char* name, osal_can_interface_t* out_interface);
+
+/// Make a vcan interface, classic or FD, with a label, and bring it up. Returns STATUS_OK, STATUS_EXISTS,
+/// STATUS_DENIED (takes CAP_NET_ADMIN), STATUS_UNSUPPORTED (no SocketCAN or no vcan in this kernel),
+/// STATUS_INVALID (name, or a label that is too long), STATUS_IO.
+MUST_USE status_t osal_can_interface_make(const char* name, bool carries_fd, const char* label);
+/// Returns STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_INVALID, STATUS_UNSUPPORTED (it is hardware),
+/// STATUS_IO.
+status_t osal_can_interface_remove(const char* name);
+
+/// Claim an interface against other claims on this machine (network namespace), whether it exists or not.
+/// Returns STATUS_OK, STATUS_EXISTS (claimed by another), STATUS_INVALID (name), STATUS_IO.
+MUST_USE status_t osal_can_interface_claim(const char* name, osal_can_claim_t* out_claim);
+/// No effect without a claim.
+void osal_can_interface_release(osal_can_claim_t* claim);
+
+#endif // OSAL_CAN_INTERFACE_H

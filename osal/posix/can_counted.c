@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+// SocketCAN with a counted hand-over ("can:INTERFACE@NAME"). Each direction has the numbers of frames
+// announced and taken in shared memory; as many may be on the way as a ring of the "shm:" carrier holds, so
+// that both behave alike when they are full.
+#define _GNU_SOURCE
+#include "osal/posix/can_port.h"
+
+#include "osal/include/osal/can_interface.h"
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/shm.h"
+
+#include <stddef.h>
+#include <sys/mman.h>
+
+#define COUNTS_MAGIC 0x68697263616E636EULL
+#define PATIENCE_NS (OSAL_CAN_PATIENCE_MS * 1000000ULL)
+
+typedef struct {
+    uint32_t announced; ///< By the sender [wraps].
+    uint32_t taken;     ///< By the receiver [wraps].
+} direction_t;
+
+typedef struct {
+    uint64_t magic;
+    uint32_t carries_errors; ///< The wire end's interface passes error frames on: it is no real controller.
+    uint32_t overruns;       ///< Frames for the node that found its queue full.
+    direction_t to_wire;
+    direction_t to_node;
+    uint32_t frames;
+    uint32_t late;
+    uint32_t lost;
+    uint32_t foreign;
+} counts_t;
+
+static uint32_t load(const uint32_t* number)
+{
+    return __atomic_load_n(number, __ATOMIC_ACQUIRE);
+}
+
+static void store(uint32_t* number, uint32_t value)
+{
+    __atomic_store_n(number, value, __ATOMIC_RELEASE);
+}
+
+static void count(uint32_t* number, uint32_t more)
+{
+    (void)__atomic_add_fetch(number, more, __ATOMIC_RELAXED);
+}
+
+status_t can_counted_create(const char* name, const char* interface)
+{
+    osal_can_interface_t seen;
+    osal_shm_t shm;
+    status_t status = osal_can_interface_look(interface, &seen);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    status = osal_shm_create(&shm, name, sizeof(counts_t));
+    if (status != STATUS_OK) {
+        return (status == STATUS_EXHAUSTED) ? STATUS_IO : status;
+    }
+    counts_t* const counts = osal_shm_address(&shm);
+    counts->carries_errors = seen.is_virtual ? 1U : 0U;
+    __atomic_store_n(&counts->magic, COUNTS_MAGIC, __ATOMIC_RELEASE);
+    osal_shm_close(&shm);
+    return STATUS_OK;
+}
+
+/// The counts of that name. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name), STATUS_DENIED, STATUS_IO.
+static status_t attach(const char* name, counts_t** out_counts)
+{
+    osal_shm_t shm;
+    const status_t status = osal_shm_open(&shm, name);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    *out_counts = osal_shm_address(&shm);
+    if ((osal_shm_size(&shm) < sizeof(counts_t)) ||
+        (__atomic_load_n(&(*out_counts)->magic, __ATOMIC_ACQUIRE) != COUNTS_MAGIC)) {
+        osal_shm_close(&shm);
+        return STATUS_NOT_FOUND;
+    }
+    return STATUS_OK;
+}
+
+/// The direction that this end receives, or the one that it sends.
+static direction_t* direction_of(const osal_can_t* can, bool is_received)
+{
+    counts_t* const counts = can->shared;
+    return ((can->end == OSAL_CAN_NODE) == is_received) ? &counts->to_node : &counts->to_wire;
+}
+
+status_t can_counted_open(osal_can_t* can, const char* name, const char* interface)
+{
+    counts_t* counts = NULL;
+    status_t status  = attach(name, &counts);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    status = can_socket_open(can, interface);
+    if (status != STATUS_OK) {
+        (void)munmap(counts, sizeof(counts_t));
+        return status;
+    }
+    can->shared                  = counts;
+    direction_t* const direction = direction_of(can, true);
+    store(&direction->taken, load(&direction->announced)); // This socket has heard nothing of it.
+    can->overruns = (can->end == OSAL_CAN_NODE) ? load(&counts->overruns) : 0U;
+    return STATUS_OK;
+}
+
+void can_counted_close(osal_can_t* can)
+{
+    (void)munmap(can->shared, sizeof(counts_t));
+    can_socket_close(can);
+}
+
+status_t can_counted_send(osal_can_t* can, const osal_can_frame_t* frame)
+{
+    counts_t* const counts       = can->shared;
+    direction_t* const direction = direction_of(can, false);
+    const uint32_t announced     = direction->announced;
+    if (((frame->id & OSAL_CAN_ERROR) != 0U) && (counts->carries_errors == 0U)) {
+        return STATUS_UNSUPPORTED;
+    }
+    status_t status = STATUS_FULL;
+    if ((announced - load(&direction->taken)) < OSAL_CAN_RING_FRAMES) {
+        status = can_socket_send(can, frame);
+    } else {
+        can->refused++;
+    }
+    if (status == STATUS_OK) {
+        store(&direction->announced, announced + 1U);
+    } else if ((status == STATUS_FULL) && (can->end == OSAL_CAN_WIRE)) {
+        count(&counts->overruns, 1U);
+    } else {
+        // Told to the caller.
+    }
+    return status;
+}
+
+/// What was announced is not there yet. STATUS_OK, STATUS_EMPTY (it does not come), STATUS_CLOSED.
+static status_t receive_late(osal_can_t* can, osal_can_frame_t* out_frame, uint32_t due)
+{
+    counts_t* const counts  = can->shared;
+    const uint64_t until_ns = osal_clock_monotonic_ns() + PATIENCE_NS;
+    status_t status         = STATUS_EMPTY;
+    while ((status == STATUS_EMPTY) && can_socket_wait(can, until_ns)) {
+        status = can_socket_receive(can, out_frame);
+    }
+    if (status == STATUS_OK) {
+        count(&counts->late, 1U);
+    } else if (status == STATUS_EMPTY) {
+        count(&counts->lost, due);
+        direction_t* const direction = direction_of(can, true);
+        store(&direction->taken, direction->taken + due); // Should they come after all, they are foreign.
+    } else {
+        // Closed: the caller opens anew.
+    }
+    return status;
+}
+
+/// The node's overruns are those of the kernel and those that the wire end has seen.
+static void note_overruns(osal_can_t* can, const counts_t* counts, uint32_t by_kernel)
+{
+    if (can->end == OSAL_CAN_NODE) {
+        can->overruns = by_kernel + load(&counts->overruns);
+    }
+}
+
+status_t can_counted_receive(osal_can_t* can, osal_can_frame_t* out_frame)
+{
+    counts_t* const counts       = can->shared;
+    direction_t* const direction = direction_of(can, true);
+    const uint32_t due           = load(&direction->announced) - direction->taken;
+    status_t status              = can_socket_receive(can, out_frame);
+    note_overruns(can, counts, can->kernel_overruns);
+    if ((status == STATUS_EMPTY) && (due > 0U)) {
+        status = receive_late(can, out_frame, due);
+    }
+    if (status != STATUS_OK) {
+        return status;
+    }
+    const bool is_own_report = ((out_frame->id & OSAL_CAN_ERROR) != 0U) && (counts->carries_errors == 0U);
+    if (is_own_report) {
+        return STATUS_OK; // A real controller tells of itself.
+    }
+    if (due > 0U) {
+        store(&direction->taken, direction->taken + 1U);
+        count(&counts->frames, 1U);
+    } else {
+        count(&counts->foreign, 1U);
+    }
+    return STATUS_OK;
+}
+
+void can_counted_add_foreign(osal_can_t* can, uint32_t frames)
+{
+    counts_t* const counts = can->shared;
+    count(&counts->foreign, frames);
+}
+
+status_t can_counted_look(const char* name, osal_can_hand_over_t* out_counts)
+{
+    counts_t* counts = NULL;
+    if (attach(name, &counts) != STATUS_OK) {
+        return STATUS_NOT_FOUND;
+    }
+    *out_counts = (osal_can_hand_over_t){.frames  = load(&counts->frames),
+                                         .late    = load(&counts->late),
+                                         .lost    = load(&counts->lost),
+                                         .foreign = load(&counts->foreign)};
+    (void)munmap(counts, sizeof(counts_t));
+    return STATUS_OK;
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A bus of the simulator shown on a SocketCAN interface, where candump, cansniffer, canplayer or Wireshark
+/// attach: every frame in the order of arbitration, error reports of flight's controller too. What such tools
+/// send there goes onto the bus as from a controller of its own, which is there from the first such frame on;
+/// an error frame of a tool is handed to flight as a report of its controller.
+///
+/// An interface that goes down or away stops nothing: frames are counted as unshown, and it is opened again.
+///
+/// Ownership  gateway_open allocates, gateway_close frees. Context: one task.
+#ifndef SIM_APP_GATEWAY_H
+#define SIM_APP_GATEWAY_H
+
+#include "fsw/framework/base/status.h"
+#include "osal/include/osal/can.h"
+#include "sim/bus/bus.h"
+
+#include <stdint.h>
+
+typedef struct gateway gateway_t;
+
+/// What is done with an error frame that a tool has sent.
+typedef void (*gateway_report_t)(void* context, const osal_can_frame_t* frame);
+
+typedef struct { // Read-only for others [frames].
+    uint64_t shown;
+    uint64_t unshown; ///< The interface did not take them.
+    uint64_t foreign; ///< Sent by tools.
+    uint64_t refused; ///< Of these, not taken by the bus: its queue was full, or no such frame on it.
+} gateway_counters_t;
+
+/// Returns STATUS_OK; else *out_gateway is null: STATUS_EXHAUSTED (memory), or as osal_can_open.
+MUST_USE status_t gateway_open(const char* address, bus_t* bus, gateway_report_t report, void* context,
+                               gateway_t** out_gateway);
+/// Null is allowed.
+void gateway_close(gateway_t* gateway);
+/// Show a frame that was on the bus.
+void gateway_show(gateway_t* gateway, const osal_can_frame_t* frame);
+/// Put on the bus what tools have sent since.
+void gateway_take(gateway_t* gateway, uint64_t now_ns);
+const gateway_counters_t* gateway_counters(const gateway_t* gateway);
+
+#endif // SIM_APP_GATEWAY_H
