@@ -4,8 +4,19 @@
 #include "unity.h"
 
 #include <string.h>
+#include <unistd.h>
 
 #define ARRIVAL_MS 1000U
+
+unsigned party_forms(void)
+{
+    osal_socket_t probe = OSAL_SOCKET_CLOSED;
+    if (osal_tipc_open(&probe, OSAL_TIPC_MESSAGE, NULL, OSAL_TIPC_NODE) != STATUS_OK) {
+        return PARTY_TIPC;
+    }
+    osal_socket_close(&probe);
+    return PARTY_FORMS;
+}
 
 uint16_t party_id(unsigned index)
 {
@@ -73,6 +84,31 @@ static void open_udp(party_t* party)
     }
 }
 
+static void open_tipc(party_t* party)
+{
+    const delivery_notice_t notice     = {party, delivered};
+    const uint32_t type                = 0x50000000U | ((uint32_t)getpid() & 0x00FFFFFFU);
+    uint64_t identities[PARTY_MEMBERS] = {0U};
+    for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
+        party_member_t* const member = &party->members[i];
+        const osal_tipc_name_t name  = {type, party_id(i)};
+        TEST_ASSERT_EQUAL(STATUS_OK,
+                          osal_tipc_open(&member->socket, OSAL_TIPC_MESSAGE, &name, OSAL_TIPC_NODE));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_identity(&member->socket, &identities[i]));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_watch_open(&member->watch, type));
+        tipc_carrier_init(&member->tipc, &member->socket, &member->watch, type, notice);
+        member->carrier = tipc_carrier_port(&member->tipc);
+    }
+    for (unsigned i = 0U; i < (PARTY_MEMBERS * PARTY_MEMBERS); i++) {
+        party_member_t* const member = &party->members[i / PARTY_MEMBERS];
+        const unsigned peer          = i % PARTY_MEMBERS;
+        if (peer != member->index) {
+            TEST_ASSERT_EQUAL(STATUS_OK,
+                              tipc_carrier_add_peer(&member->tipc, party_id(peer), identities[peer]));
+        }
+    }
+}
+
 void party_open(party_t* party, party_form_t form)
 {
     (void)memset(party, 0, sizeof *party);
@@ -82,10 +118,13 @@ void party_open(party_t* party, party_form_t form)
         party->members[i].party             = party;
         party->members[i].index             = i;
         party->members[i].socket.descriptor = -1;
+        party->members[i].watch.descriptor  = -1;
         party->members[i].carrier           = ring_carrier_port(&party->hub);
     }
     if (form == PARTY_UDP) {
         open_udp(party);
+    } else if (form == PARTY_TIPC) {
+        open_tipc(party);
     }
     for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
         open_endpoint(&party->members[i], 1U);
@@ -100,6 +139,7 @@ void party_close(party_t* party)
         if (osal_socket_is_open(&party->members[i].socket)) {
             osal_socket_close(&party->members[i].socket);
         }
+        osal_socket_close(&party->members[i].watch);
     }
 }
 
@@ -116,8 +156,10 @@ status_t party_send(party_t* party, unsigned from, unsigned to, const void* octe
 /// Take in the datagrams that were announced; on loopback they may be a moment late.
 static void pump(party_member_t* member)
 {
-    while ((member->party->form == PARTY_UDP) && (member->announced > 0U)) {
-        const status_t status = udp_carrier_pump(&member->udp, &member->endpoint);
+    while ((member->party->form != PARTY_RING) && (member->announced > 0U)) {
+        const status_t status = (member->party->form == PARTY_TIPC)
+                                    ? tipc_carrier_pump(&member->tipc, &member->endpoint)
+                                    : udp_carrier_pump(&member->udp, &member->endpoint);
         if (status == STATUS_FULL) {
             return;
         }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Components that talk to each other over either carrier: rings in one program, or real UDP sockets. A
+/// Components that talk to each other over any carrier: rings in one program, real UDP sockets, and TIPC
+/// where the kernel has it (in the micro-VM, for one). A
 /// party takes in exactly what was announced for it, as programs in stepped time do.
 #ifndef TEST_UNIT_FSW_FRAMEWORK_MESSAGE_PARTY_H
 #define TEST_UNIT_FSW_FRAMEWORK_MESSAGE_PARTY_H
 
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"
+#include "fsw/framework/message/tipc_carrier.h"
 #include "fsw/framework/message/udp_carrier.h"
 #include "osal/include/osal/socket.h"
 
@@ -17,6 +19,7 @@
 typedef enum {
     PARTY_RING,
     PARTY_UDP,
+    PARTY_TIPC,
     PARTY_FORMS
 } party_form_t;
 
@@ -30,6 +33,8 @@ typedef struct {
     osal_socket_t socket;
     osal_address_t address;
     udp_carrier_t udp;
+    osal_socket_t watch;
+    tipc_carrier_t tipc;
     message_carrier_t carrier; // Below the interposer.
     unsigned announced;        // Datagrams on their way to this member.
 } party_member_t;
@@ -44,6 +49,8 @@ struct party {
     status_t (*fate)(party_t* party, unsigned from, unsigned to, const uint8_t* frame, size_t size);
 };
 
+/// Forms that this kernel carries: the first so many.
+unsigned party_forms(void);
 /// Address of a member: 16, 17, ...
 uint16_t party_id(unsigned index);
 /// All members with start count 1, each a peer of each.

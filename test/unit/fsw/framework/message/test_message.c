@@ -29,7 +29,7 @@ static uint32_t draw(uint32_t below)
 
 static void in_each_form(void (*act)(void))
 {
-    for (unsigned form = PARTY_RING; form < PARTY_FORMS; form++) {
+    for (unsigned form = PARTY_RING; form < party_forms(); form++) {
         party_open(&party, (party_form_t)form);
         act();
         party_close(&party);
@@ -112,7 +112,7 @@ static void know_only_peers(void)
 
 static void only_peers_are_known(void)
 {
-    for (unsigned form = PARTY_RING; form < PARTY_FORMS; form++) {
+    for (unsigned form = PARTY_RING; form < party_forms(); form++) {
         party_open(&party, (party_form_t)form);
         TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
         party_close(&party);

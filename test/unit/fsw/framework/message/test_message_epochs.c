@@ -30,7 +30,7 @@ static uint32_t draw(uint32_t below)
 
 static void in_each_form(void (*act)(void))
 {
-    for (unsigned form = PARTY_RING; form < PARTY_FORMS; form++) {
+    for (unsigned form = PARTY_RING; form < party_forms(); form++) {
         party_open(&party, (party_form_t)form);
         act();
         party_close(&party);

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Network namespaces. The one that is entered is made by the test, kept by a child process; where that is not
+// permitted, the refusal is what is tested.
+#define _GNU_SOURCE
+#include "osal/include/osal/network.h"
+
+#include "osal/include/osal/socket.h"
+#include "unity.h"
+
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define OWN "/proc/thread-self/ns/net"
+
+static osal_network_t home;
+static pid_t keeper;
+static char place[64];
+
+void setUp(void)
+{
+    home = (osal_network_t){-1};
+}
+
+void tearDown(void)
+{
+}
+
+static ino_t stack_now(void)
+{
+    struct stat facts;
+    TEST_ASSERT_EQUAL(0, stat(OWN, &facts));
+    return facts.st_ino;
+}
+
+/// A child in a namespace of its own. False where that is not permitted.
+static bool make_namespace(void)
+{
+    int ready[2];
+    char word = '\0';
+    TEST_ASSERT_EQUAL(0, pipe(ready));
+    keeper = fork();
+    if (keeper == 0) {
+        const char made = (unshare(CLONE_NEWNET) == 0) ? 'y' : 'n';
+        if (write(ready[1], &made, 1U) != 1) {
+            _exit(1);
+        }
+        pause();
+        _exit(0);
+    }
+    TEST_ASSERT_EQUAL(1, read(ready[0], &word, 1U));
+    (void)close(ready[0]);
+    (void)close(ready[1]);
+    (void)snprintf(place, sizeof place, "/proc/%ld/ns/net", (long)keeper);
+    return word == 'y';
+}
+
+static void end_keeper(void)
+{
+    (void)kill(keeper, SIGKILL);
+    (void)waitpid(keeper, NULL, 0);
+}
+
+static void without_privilege_it_is_denied(void)
+{
+    const ino_t before = stack_now();
+    TEST_ASSERT_EQUAL(STATUS_DENIED, osal_network_enter(&home, OWN));
+    TEST_ASSERT_EQUAL(before, stack_now());
+}
+
+static void a_socket_belongs_to_where_it_was_opened(void)
+{
+    const ino_t before     = stack_now();
+    osal_socket_t here     = OSAL_SOCKET_CLOSED;
+    osal_socket_t there    = OSAL_SOCKET_CLOSED;
+    osal_address_t address = {OSAL_IPV4_LOOPBACK, 0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&here, address, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&here, &address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_network_enter(&home, place));
+    TEST_ASSERT_TRUE(before != stack_now());
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&there, address, 0U)); // The same port: another computer's.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_network_leave(&home));
+    TEST_ASSERT_EQUAL(before, stack_now());
+    osal_socket_close(&here);
+    osal_socket_close(&there);
+}
+
+static void what_is_no_namespace_is_told(void)
+{
+    const ino_t before = stack_now();
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_network_enter(&home, "/nowhere/net"));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_network_enter(&home, "/dev/null"));
+    TEST_ASSERT_EQUAL(before, stack_now());
+}
+
+static void a_name_is_removed_with_or_without_its_mount(void)
+{
+    char path[] = "/tmp/hirosco-test-network-XXXXXX";
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_network_remove("/nowhere/net"));
+    int file = mkstemp(path);
+    TEST_ASSERT_TRUE(file >= 0);
+    (void)close(file);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_network_remove(path));
+    TEST_ASSERT_TRUE(access(path, F_OK) != 0);
+    file = open(path, O_CREAT | O_RDONLY, 0600);
+    TEST_ASSERT_TRUE(file >= 0);
+    (void)close(file);
+    TEST_ASSERT_EQUAL(0, mount(place, path, "none", MS_BIND, NULL));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_network_enter(&home, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_network_leave(&home));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_network_remove(path));
+    TEST_ASSERT_TRUE(access(path, F_OK) != 0);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    if (!make_namespace()) {
+        RUN_TEST(without_privilege_it_is_denied);
+    } else {
+        RUN_TEST(a_socket_belongs_to_where_it_was_opened);
+        RUN_TEST(what_is_no_namespace_is_told);
+        RUN_TEST(a_name_is_removed_with_or_without_its_mount);
+    }
+    end_keeper();
+    return UNITY_END();
+}

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+// A receiver that is too slow, and ways that are cut: nothing is lost without being counted, and all goes on
+// after.
+#include "test/unit/fsw/framework/message/party.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+#define PACKETS 60000U
+#define OCTETS 1000U
+#define STALL_MAX 400U ///< Packets offered while the receiver sleeps, at most.
+#define PATIENCE 64U   ///< Attempts to send within which a mended way is found.
+
+static party_t party;
+static uint8_t packet[OCTETS];
+static uint8_t taken[MESSAGE_PAYLOAD_MAX];
+static uint32_t random_state;
+
+void setUp(void)
+{
+    random_state = 0x9E3779B9U;
+}
+
+void tearDown(void)
+{
+}
+
+static uint32_t random_below(uint32_t limit)
+{
+    random_state ^= random_state << 13U;
+    random_state ^= random_state >> 17U;
+    random_state ^= random_state << 5U;
+    return random_state % limit;
+}
+
+static void in_each_form(void (*act)(void))
+{
+    for (unsigned form = PARTY_RING; form < party_forms(); form++) {
+        party_open(&party, (party_form_t)form);
+        act();
+        party_close(&party);
+    }
+}
+
+static message_counters_t* counters(unsigned index)
+{
+    return &party.members[index].endpoint.counters;
+}
+
+static status_t send_numbered(unsigned from, unsigned to, uint32_t number)
+{
+    for (unsigned i = 0U; i < OCTETS; i++) {
+        packet[i] = (uint8_t)(number + i);
+    }
+    (void)memcpy(packet, &number, sizeof number);
+    return party_send(&party, from, to, packet, sizeof packet);
+}
+
+/// The next packet of a member, whole and as it was sent: its number, or UINT32_MAX if there is none.
+static uint32_t take_numbered(unsigned index)
+{
+    uint32_t number       = 0U;
+    unsigned from         = 0U;
+    size_t size           = 0U;
+    const status_t status = party_receive(&party, index, &from, taken, sizeof taken, &size);
+    if (status == STATUS_EMPTY) {
+        return UINT32_MAX;
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
+    TEST_ASSERT_EQUAL(OCTETS, size);
+    (void)memcpy(&number, taken, sizeof number);
+    for (unsigned i = sizeof number; i < OCTETS; i++) {
+        TEST_ASSERT_EQUAL_HEX8((uint8_t)(number + i), taken[i]);
+    }
+    return number;
+}
+
+// ---- A slow receiver ----
+
+static uint8_t accepted[PACKETS];
+static uint32_t next_expected;
+static uint32_t delivered;
+
+/// Take up to `limit` packets, each the next that was accepted.
+static void take_some(uint32_t limit)
+{
+    for (uint32_t i = 0U; i < limit; i++) {
+        const uint32_t number = take_numbered(1U);
+        if (number == UINT32_MAX) {
+            return;
+        }
+        while ((next_expected < PACKETS) && (accepted[next_expected] == 0U)) {
+            next_expected++;
+        }
+        TEST_ASSERT_EQUAL(next_expected, number);
+        next_expected++;
+        delivered++;
+    }
+}
+
+static void send_to_a_sleeper(void)
+{
+    uint32_t refused = 0U;
+    uint32_t stall   = 0U;
+    (void)memset(accepted, 0, sizeof accepted);
+    next_expected = 0U;
+    delivered     = 0U;
+    for (uint32_t number = 0U; number < PACKETS; number++) {
+        const status_t status = send_numbered(0U, 1U, number);
+        TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_FULL));
+        accepted[number] = (status == STATUS_OK) ? 1U : 0U;
+        refused += (status == STATUS_OK) ? 0U : 1U;
+        if (stall > 0U) {
+            stall--;
+        } else if (random_below(100U) == 0U) {
+            stall = random_below(STALL_MAX);
+        } else {
+            take_some(random_below(3U));
+        }
+        (void)take_numbered(0U); // The sender takes in what gives it credit.
+    }
+    take_some(UINT32_MAX);
+    TEST_ASSERT_EQUAL(PACKETS, delivered + refused);
+    TEST_ASSERT_EQUAL(refused, counters(0U)->no_credit);
+    TEST_ASSERT_EQUAL(delivered, counters(1U)->received);
+    TEST_ASSERT_EQUAL(0U, counters(1U)->lost);
+    TEST_ASSERT_EQUAL(0U, counters(1U)->stale);
+    TEST_ASSERT_TRUE(delivered > (PACKETS / 10U));
+    TEST_ASSERT_TRUE(refused > (PACKETS / 10U));
+}
+
+static void a_slow_receiver_loses_nothing_silently(void)
+{
+    in_each_form(send_to_a_sleeper);
+}
+
+// ---- Ways that are cut ----
+
+/// Lost on the way, without a word to the sender.
+static status_t lose(party_t* cut, unsigned from, unsigned to, const uint8_t* frame, size_t size)
+{
+    (void)cut;
+    (void)from;
+    (void)to;
+    (void)frame;
+    (void)size;
+    return STATUS_EMPTY;
+}
+
+static void exchange(unsigned rounds)
+{
+    for (uint32_t i = 0U; i < rounds; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_numbered(0U, 1U, i));
+        TEST_ASSERT_EQUAL(STATUS_OK, send_numbered(1U, 0U, i));
+        TEST_ASSERT_EQUAL(i, take_numbered(1U));
+        TEST_ASSERT_EQUAL(i, take_numbered(0U));
+    }
+}
+
+/// Both ends send into the cut way until they are refused. Returns the packets that each has lost.
+static uint32_t lose_both_windows(void)
+{
+    uint32_t lost = 0U;
+    party.fate    = lose;
+    while (message_credit(&party.members[0].endpoint, party_id(1U)) > 0U) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_numbered(0U, 1U, lost));
+        TEST_ASSERT_EQUAL(STATUS_OK, send_numbered(1U, 0U, lost));
+        lost++;
+    }
+    for (unsigned i = 0U; i < 20U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_FULL, send_numbered(0U, 1U, 0U));
+        TEST_ASSERT_EQUAL(STATUS_FULL, send_numbered(1U, 0U, 0U));
+    }
+    party.fate = NULL;
+    return lost;
+}
+
+static void survive_a_cut_in_both_directions(void)
+{
+    exchange(3U);
+    const uint32_t lost = lose_both_windows();
+    unsigned attempts   = 0U;
+    while ((send_numbered(0U, 1U, 77U) != STATUS_OK) && (attempts < PATIENCE)) {
+        TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
+        TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
+        attempts++;
+    }
+    TEST_ASSERT_TRUE(attempts < PATIENCE);
+    TEST_ASSERT_EQUAL(77U, take_numbered(1U));
+    TEST_ASSERT_EQUAL(lost, counters(1U)->lost);
+    while ((send_numbered(1U, 0U, 78U) != STATUS_OK) && (attempts < (2U * PATIENCE))) {
+        TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
+        TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
+        attempts++;
+    }
+    TEST_ASSERT_EQUAL(78U, take_numbered(0U));
+    TEST_ASSERT_EQUAL(lost, counters(0U)->lost);
+    exchange(100U);
+}
+
+static void both_windows_lost_are_counted_and_given_back(void)
+{
+    in_each_form(survive_a_cut_in_both_directions);
+}
+
+static void ask_after_a_hint(void)
+{
+    exchange(1U);
+    TEST_ASSERT_TRUE(lose_both_windows() > 0U);
+    message_probe(&party.members[0].endpoint, party_id(1U));
+    message_probe(&party.members[0].endpoint, party_id(2U)); // Nothing was sent there: nothing to ask.
+    message_probe(&party.members[0].endpoint, 99U);          // Nobody.
+    TEST_ASSERT_EQUAL(0U, party.frames[0][2]);
+    TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
+    TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, send_numbered(0U, 1U, 5U));
+    TEST_ASSERT_EQUAL(5U, take_numbered(1U));
+}
+
+static void a_hint_asks_at_once(void)
+{
+    in_each_form(ask_after_a_hint);
+}
+
+/// Only frames of credit are lost, as it were those from 1 to 0.
+static status_t lose_answers(party_t* cut, unsigned from, unsigned to, const uint8_t* frame, size_t size)
+{
+    (void)cut;
+    (void)to;
+    (void)frame;
+    (void)size;
+    return (from == 1U) ? STATUS_EMPTY : STATUS_OK;
+}
+
+static void ask_again_what_was_told(void)
+{
+    party.fate = lose_answers;
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_numbered(0U, 1U, i));
+        TEST_ASSERT_EQUAL(i, take_numbered(1U));
+    }
+    party.fate        = NULL;
+    unsigned attempts = 0U;
+    while ((send_numbered(0U, 1U, 9U) != STATUS_OK) && (attempts < PATIENCE)) {
+        TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
+        TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
+        attempts++;
+    }
+    TEST_ASSERT_EQUAL(9U, take_numbered(1U));
+    TEST_ASSERT_EQUAL(0U, counters(1U)->lost);
+}
+
+static void credit_that_was_lost_is_told_again(void)
+{
+    in_each_form(ask_again_what_was_told);
+}
+
+static void flood_a_sleeper(void)
+{
+    for (uint32_t i = 0U; i < 1000000U; i++) {
+        TEST_ASSERT_EQUAL((i < MESSAGE_WINDOW) ? STATUS_OK : STATUS_FULL,
+                          party_send(&party, 0U, 1U, packet, 1U));
+    }
+    TEST_ASSERT_TRUE(counters(0U)->probes <= 20U);
+    TEST_ASSERT_EQUAL(1000000U - MESSAGE_WINDOW, counters(0U)->no_credit);
+}
+
+static void asking_does_not_fill_the_way(void)
+{
+    in_each_form(flood_a_sleeper);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_slow_receiver_loses_nothing_silently);
+    RUN_TEST(both_windows_lost_are_counted_and_given_back);
+    RUN_TEST(a_hint_asks_at_once);
+    RUN_TEST(credit_that_was_lost_is_told_again);
+    RUN_TEST(asking_does_not_fill_the_way);
+    return UNITY_END();
+}
