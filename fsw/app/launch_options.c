@@ -272,6 +272,11 @@ static bool is_sensible(const launch_options_t* const options, char error[LAUNCH
         return fail(error, "--form image", "--tools",
                     "bus tools attach to the simulator's own process; take processes");
     }
+    if ((options->nodes > 1U) && (options->bus != LAUNCH_BUS_SHM)) {
+        return fail(
+            error, "--nodes 2 --bus", launch_bus_text(options->bus),
+            "CAN interfaces belong to one network namespace, and nodes to two others; take --bus shm");
+    }
     if (options->is_image && (options->nodes > 1U)) {
         return fail(error, "--form image", "--nodes 2",
                     "the image is one program, and runs on one on-board computer; take processes");

@@ -200,11 +200,10 @@ static bool open_udp(launcher_t* const launcher, osal_socket_t* const socket, co
 }
 
 static bool open_tipc(launcher_t* const launcher, osal_socket_t* const socket, const osal_tipc_kind_t kind,
-                      const osal_tipc_name_t name, uint64_t* const out_identity)
+                      const osal_tipc_name_t name)
 {
     const osal_tipc_scope_t scope = (launcher->run->node_count < 2U) ? OSAL_TIPC_NODE : OSAL_TIPC_CLUSTER;
-    status_t status               = osal_tipc_open(socket, kind, &name, scope);
-    status                        = (status == STATUS_OK) ? osal_tipc_identity(socket, out_identity) : status;
+    const status_t status         = osal_tipc_open(socket, kind, &name, scope);
     return (status == STATUS_OK) || fail(launcher, "cannot open a TIPC socket: ", status_text(status));
 }
 
@@ -213,11 +212,10 @@ static bool open_message_socket(launcher_t* const launcher, const uint16_t index
     run_component_t* const component = &launcher->run->components[index];
     osal_socket_t* const socket      = &launcher->messages[index];
     const osal_tipc_name_t name      = {run_message_type(launcher->run), component->apid};
-    const bool is_open =
-        (launcher->run->transport == (uint8_t)RUN_TRANSPORT_TIPC)
-            ? open_tipc(launcher, socket, OSAL_TIPC_MESSAGE, name, &component->message_identity)
-            : open_udp(launcher, socket, component->node, &component->message_port);
-    component->message_descriptor = osal_socket_descriptor(socket);
+    const bool is_open               = (launcher->run->transport == (uint8_t)RUN_TRANSPORT_TIPC)
+                                           ? open_tipc(launcher, socket, OSAL_TIPC_MESSAGE, name)
+                                           : open_udp(launcher, socket, component->node, &component->message_port);
+    component->message_descriptor    = osal_socket_descriptor(socket);
     return is_open;
 }
 
@@ -226,9 +224,8 @@ static bool open_link_socket(launcher_t* const launcher, const uint16_t index, c
     run_block_t* const run      = launcher->run;
     osal_socket_t* const socket = &launcher->links[index];
     const osal_tipc_name_t name = {run_link_type(run), launcher->mission.links[index].number};
-    uint64_t identity           = 0U;
     const bool is_tipc          = ((run->link_methods & (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC)) != 0U);
-    const bool is_open          = is_tipc ? open_tipc(launcher, socket, OSAL_TIPC_SAMPLE, name, &identity)
+    const bool is_open          = is_tipc ? open_tipc(launcher, socket, OSAL_TIPC_SAMPLE, name)
                                           : open_udp(launcher, socket, node, &run->link_ports[index]);
     run->link_descriptors[index] = osal_socket_descriptor(socket);
     return is_open;
@@ -300,11 +297,26 @@ static bool see_each_other(launcher_t* const launcher)
     return is_seen;
 }
 
+/// Numbers by which receivers know the sockets of their peers. A node has its address only from a moment
+/// after its bearer is up: by now it has.
+static bool note_identities(launcher_t* const launcher)
+{
+    const bool is_tipc =
+        (launcher->run->transport == (uint8_t)RUN_TRANSPORT_TIPC) && !launcher->options.is_image;
+    bool is_noted = true;
+    for (uint16_t i = 0U; is_tipc && is_noted && (i < launcher->run->component_count); i++) {
+        is_noted = (osal_tipc_identity(&launcher->messages[i],
+                                       &launcher->run->components[i].message_identity) == STATUS_OK);
+    }
+    return is_noted || fail(launcher, "cannot tell the TIPC sockets of the components apart", "");
+}
+
 bool launcher_open_sockets(launcher_t* const launcher)
 {
     bool is_open = true;
     for (unsigned node = 0U; is_open && (node < launcher->run->node_count); node++) {
         is_open = open_on_node(launcher, node);
     }
-    return is_open && ((launcher->run->node_count < 2U) || !is_by_tipc(launcher) || see_each_other(launcher));
+    const bool has_neighbours = (launcher->run->node_count >= 2U) && is_by_tipc(launcher);
+    return is_open && (!has_neighbours || see_each_other(launcher)) && note_identities(launcher);
 }

@@ -136,6 +136,9 @@ pus_failure_t permission_of(supervisor_t* const supervisor, const pus_tc_t* cons
         return pus_failure(PUS_FAILURE_PERMISSION,
                            ((uint32_t)supervisor->mode << 8U) | (uint32_t)target->state);
     }
+    if (target->is_interface_foreign && (rule != PERMISSION_RULE_ALWAYS)) {
+        return pus_failure(PUS_FAILURE_INTERFACE, tc->apid);
+    }
     const bool is_state_request = (tc->service == PUS_SERVICE_MANAGEMENT) &&
                                   (tc->subtype == PUS_MANAGEMENT_REQUEST_STATE) && (tc->size == 1U);
     return is_state_request ? check_state_request(supervisor, tc) : pus_failure(PUS_FAILURE_NONE, 0U);

@@ -39,6 +39,37 @@ static void keep(supervisor_t* const supervisor, roster_entry_t* const entry, co
     entry->configuration = configuration;
 }
 
+static void raise_difference(supervisor_t* const supervisor, const uint16_t event_id, const uint16_t apid,
+                             const uint64_t expected, const uint64_t found)
+{
+    uint8_t octets[18];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_u16(&writer, apid);
+    octet_write_u64(&writer, expected);
+    octet_write_u64(&writer, found);
+    (void)subsystem_raise(&supervisor->component, event_id, octets, writer.position);
+}
+
+/// A subsystem may run on another computer, with files of its own. What it runs with is told once for each
+/// change.
+static void compare_descriptors(supervisor_t* const supervisor, roster_entry_t* const entry,
+                                const pus_subsystem_status_t* const status)
+{
+    const mission_subsystem_t* const own = entry->mission;
+    entry->is_interface_foreign          = (status->interface_hash != own->interface_hash);
+    if (entry->is_interface_foreign && (status->interface_hash != entry->interface_hash)) {
+        raise_difference(supervisor, SUPERVISOR_EVENT_INTERFACE_DIFFERS, own->apid, own->interface_hash,
+                         status->interface_hash);
+    }
+    if ((status->configuration_hash != own->configuration_hash) &&
+        (status->configuration_hash != entry->configuration_hash)) {
+        raise_difference(supervisor, SUPERVISOR_EVENT_CONFIGURATION_DIFFERS, own->apid,
+                         own->configuration_hash, status->configuration_hash);
+    }
+    entry->interface_hash     = status->interface_hash;
+    entry->configuration_hash = status->configuration_hash;
+}
+
 void roster_report(supervisor_t* const supervisor, const pus_tm_t* const tm)
 {
     roster_entry_t* const entry = roster_find(supervisor, tm->apid);
@@ -59,6 +90,7 @@ void roster_report(supervisor_t* const supervisor, const pus_tm_t* const tm)
     } else if ((tm->subtype == PUS_MANAGEMENT_STATUS) &&
                (pus_subsystem_status_read(&reader, &status) == STATUS_OK)) {
         keep(supervisor, entry, status.state, status.phase, status.configuration);
+        compare_descriptors(supervisor, entry, &status);
     } else {
         // Another report of the service.
     }

@@ -55,6 +55,10 @@ typedef struct { // What is known of one subsystem.
     uint8_t restarts;
     uint64_t heard_ns;
     uint64_t started_ns;
+    uint64_t
+        interface_hash; ///< Of the descriptor it runs with, as it told last, and whether that is another than
+    uint64_t configuration_hash; ///< the supervisor's.
+    bool is_interface_foreign;
 } roster_entry_t;
 
 typedef enum {

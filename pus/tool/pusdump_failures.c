@@ -25,6 +25,7 @@ static const struct {
     {PUS_FAILURE_LINK_MISSING, "required link missing"},
     {PUS_FAILURE_RESOURCES, "resources not sufficient"},
     {PUS_FAILURE_MEMBER_ACTIVE, "network member operational"},
+    {PUS_FAILURE_INTERFACE, "interface differs"},
     {PUS_FAILURE_UNKNOWN_ID, "identifier unknown"},
     {PUS_FAILURE_EXISTS, "identifier exists already"},
     {PUS_FAILURE_OUT_OF_RANGE, "value out of range"},

@@ -20,6 +20,7 @@ USAGE = 2
         (("--transport", "tcp"), ("tcp", "udp", "tipc")),
         (("--form", "image", "--transport", "udp"), ("image", "memory", "processes")),
         (("--nodes", "3"), ("3", "1 or 2", "namespaces")),
+        (("--nodes", "2", "--bus", "vcan"), ("vcan", "namespace", "shm")),
         (("--form", "image", "--nodes", "2"), ("image", "one program", "processes")),
         (("--links", "tcp"), ("tcp", "shm")),
         (("--form", "nodes"), ("nodes", "processes", "image")),

@@ -43,8 +43,8 @@ typedef struct { // What the kernel's topology service tells: a hint, which may 
 /// memory), STATUS_IO.
 MUST_USE status_t osal_tipc_open(osal_socket_t* socket, osal_tipc_kind_t kind, const osal_tipc_name_t* name,
                                  osal_tipc_scope_t scope);
-/// STATUS_OK, STATUS_FULL (the way to its node is congested), STATUS_CLOSED (nobody has that name now),
-/// STATUS_TOO_LARGE, STATUS_IO.
+/// size >= 1: TIPC passes no empty message. STATUS_OK, STATUS_FULL (the way to its node is congested),
+/// STATUS_CLOSED (nobody has that name now), STATUS_TOO_LARGE, STATUS_IO.
 MUST_USE status_t osal_tipc_send(osal_socket_t* socket, osal_tipc_name_t to, const uint8_t* octets,
                                  size_t size);
 /// *out_from: the sender's identity (osal_tipc_identity). STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (longer

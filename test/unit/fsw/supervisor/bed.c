@@ -123,10 +123,14 @@ static void tell_state(bed_member_t* member, state_t previous)
 
 static void send_status(bed_member_t* member)
 {
-    const pus_subsystem_status_t status = {.state         = (uint8_t)member->state,
-                                           .phase         = (uint8_t)member->phase,
-                                           .target        = (uint8_t)member->state,
-                                           .configuration = member->configuration};
+    const mission_subsystem_t* const own = mission_find_subsystem(bed.supervisor.mission, member->apid);
+    const pus_subsystem_status_t status  = {.state          = (uint8_t)member->state,
+                                            .phase          = (uint8_t)member->phase,
+                                            .target         = (uint8_t)member->state,
+                                            .configuration  = member->configuration,
+                                            .interface_hash = own->interface_hash + member->interface_offset,
+                                            .configuration_hash =
+                                                own->configuration_hash + member->configuration_offset};
     (void)pus_subsystem_status_report(&member->process, PUS_USER_GROUND, &status, bed.now_ns);
 }
 

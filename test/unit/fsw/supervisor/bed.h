@@ -49,6 +49,8 @@ typedef struct {
     uint8_t refuses_links; ///< Reason of TM[130,5]; 0: accepts.
     bool ignores_links;    ///< Answers no request of service 130.
     bool fails_to_open;
+    uint64_t interface_offset; ///< Its descriptor's hashes are other than the supervisor's by so much.
+    uint64_t configuration_offset;
 } bed_member_t;
 
 typedef struct {

@@ -297,10 +297,11 @@ static void cut_at_every_length(void)
     uint8_t octets[64];
     const size_t whole = write_frame(&good, octets, 0U);
     TEST_ASSERT_EQUAL(MESSAGE_HEADER_OCTETS, whole);
-    for (size_t size = 0U; size < whole; size++) {
+    const size_t shortest = (party.form == PARTY_TIPC) ? 1U : 0U; // TIPC passes no empty message.
+    for (size_t size = shortest; size < whole; size++) {
         party_inject(&party, 0U, 1U, octets, size);
         TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
-        TEST_ASSERT_EQUAL(size + 1U, end(1U)->counters.malformed);
+        TEST_ASSERT_EQUAL((size - shortest) + 1U, end(1U)->counters.malformed);
     }
     party_inject(&party, 0U, 1U, octets, whole);
     unsigned from = 0U;
