@@ -16,7 +16,7 @@ USAGE = 2
     [
         (("--form", "image", "--time", "real"), ("image", "clock")),
         (("--scenario", "none"), ("none", "stepped", "end")),
-        (("--bus", "vcan"), ("vcan", "shm")),
+        (("--bus", "lin"), ("lin", "shm", "vcan", "can")),
         (("--transport", "tcp"), ("tcp", "udp", "tipc")),
         (("--form", "image", "--transport", "udp"), ("image", "memory", "processes")),
         (("--nodes", "3"), ("3", "1 or 2", "namespaces")),
