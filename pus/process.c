@@ -169,6 +169,16 @@ status_t pus_tm_post(pus_process_t* const process, octet_writer_t* const writer)
     return STATUS_OK;
 }
 
+status_t pus_tm_forward(pus_process_t* const process, const uint8_t* const packet, const size_t size)
+{
+    FSW_ASSERT((process != NULL) && (packet != NULL) && (size >= (PUS_TM_HEADER_SIZE + PUS_CRC_SIZE)));
+    octet_writer_t writer = octet_writer(process->building, PUS_PACKET_MAX - PUS_CRC_SIZE);
+    octet_write_octets(&writer, packet, size - PUS_CRC_SIZE);
+    process->counters.discarded += process->is_building ? 1U : 0U;
+    process->is_building = true;
+    return pus_tm_post(process, &writer);
+}
+
 void pus_tm_cancel(pus_process_t* const process)
 {
     FSW_ASSERT(process != NULL);

@@ -71,6 +71,9 @@ MUST_USE status_t pus_tm_send(pus_process_t* process, octet_writer_t* writer);
 /// Finish and send, or keep. STATUS_OK (sent or kept), STATUS_EXHAUSTED (backlog full: lost, counted),
 /// STATUS_TOO_LARGE, STATUS_INVALID.
 status_t pus_tm_post(pus_process_t* process, octet_writer_t* writer);
+/// Send, or keep, a report that another process of the same APID has built: it gets this one's numbers and
+/// keeps its time. `packet` is whole, checksum included. Statuses of pus_tm_post but STATUS_INVALID.
+status_t pus_tm_forward(pus_process_t* process, const uint8_t* packet, size_t size);
 /// Discard the report begun.
 void pus_tm_cancel(pus_process_t* process);
 /// Try to send the backlog; call once per step. STATUS_OK (empty now), STATUS_FULL.

@@ -114,6 +114,21 @@ void pus_dispatcher_init(pus_dispatcher_t* const dispatcher, pus_process_t* cons
         (pus_dispatcher_t){.process = process, .services = services, .service_count = service_count};
 }
 
+void pus_dispatcher_defer(pus_dispatcher_t* const dispatcher, const pus_performer_t* const performer)
+{
+    FSW_ASSERT((dispatcher != NULL) && (performer != NULL) && (performer->take != NULL));
+    dispatcher->performer = *performer;
+}
+
+static const pus_subtype_t* subtype_of(const pus_service_t* const service, const uint8_t number)
+{
+    const pus_subtype_t* subtype = NULL;
+    for (size_t i = 0U; (i < service->subtype_count) && (subtype == NULL); i++) {
+        subtype = (service->subtypes[i].subtype == number) ? &service->subtypes[i] : NULL;
+    }
+    return subtype;
+}
+
 /// Find service and subtype, and check the shape. The failure's code is PUS_FAILURE_NONE if all is well.
 static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const pus_tc_t* const tc,
                           const pus_service_t** const out_service, const pus_subtype_t** const out_subtype)
@@ -125,10 +140,7 @@ static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const pus_tc
     if (service == NULL) {
         return pus_failure(PUS_FAILURE_SERVICE, tc->service);
     }
-    const pus_subtype_t* subtype = NULL;
-    for (size_t i = 0U; (i < service->subtype_count) && (subtype == NULL); i++) {
-        subtype = (service->subtypes[i].subtype == tc->subtype) ? &service->subtypes[i] : NULL;
-    }
+    const pus_subtype_t* const subtype = subtype_of(service, tc->subtype);
     if (subtype == NULL) {
         return pus_failure(PUS_FAILURE_SUBTYPE, ((uint32_t)tc->service << 8U) | tc->subtype);
     }
@@ -156,8 +168,7 @@ static void complete(pus_request_t* const request)
 }
 
 /// Reports that follow from a service's reply.
-static void settle(pus_dispatcher_t* const dispatcher, pus_request_t* const request,
-                   const pus_reply_t* const reply)
+static void settle(pus_request_t* const request, const pus_reply_t* const reply)
 {
     switch (reply->kind) {
     case PUS_DONE:
@@ -169,7 +180,6 @@ static void settle(pus_dispatcher_t* const dispatcher, pus_request_t* const requ
     case PUS_STARTED:
         break;
     case PUS_REFUSED:
-        dispatcher->counters.refused++;
         pus_verify_start_failed(request->process, &request->token, &reply->failure, request->now_ns);
         break;
     case PUS_FAILED:
@@ -178,6 +188,37 @@ static void settle(pus_dispatcher_t* const dispatcher, pus_request_t* const requ
         pus_verify_failed(request->process, &request->token, &reply->failure, request->now_ns);
         break;
     }
+}
+
+void pus_perform(pus_process_t* const process, const pus_service_t* const service,
+                 const pus_token_t* const token, const uint8_t* const data, const size_t size,
+                 const uint64_t now_ns)
+{
+    FSW_ASSERT((process != NULL) && (service != NULL) && (token != NULL) && ((data != NULL) || (size == 0U)));
+    const pus_subtype_t* const subtype = subtype_of(service, token->subtype);
+    FSW_ASSERT((subtype != NULL) && (service->type == token->service));
+    pus_request_t request = {
+        .token = *token, .reader = octet_reader(data, size), .now_ns = now_ns, .process = process};
+    const pus_reply_t reply = subtype->execute(service->self, &request);
+    settle(&request, &reply);
+}
+
+/// Give an accepted request to whom it is for.
+static void execute(pus_dispatcher_t* const dispatcher, const pus_service_t* const service,
+                    const pus_subtype_t* const subtype, const pus_tc_t* const tc,
+                    pus_request_t* const request)
+{
+    const pus_performer_t* const performer = &dispatcher->performer;
+    pus_reply_t reply                      = pus_done();
+    if (performer->take != NULL) {
+        reply = performer->take(performer->context, &request->token, tc->data, tc->size);
+    }
+    if (reply.kind == PUS_DONE) {
+        request->reader = octet_reader(tc->data, tc->size);
+        reply           = subtype->execute(service->self, request);
+    }
+    dispatcher->counters.refused += (reply.kind == PUS_REFUSED) ? 1U : 0U;
+    settle(request, &reply);
 }
 
 status_t pus_dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const packet, const size_t size,
@@ -210,9 +251,7 @@ status_t pus_dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const p
     FSW_ASSERT((service != NULL) && (subtype != NULL)); // Without a failure, both were found.
     dispatcher->counters.accepted++;
     pus_verify_accepted(process, &request.token, now_ns);
-    request.reader          = octet_reader(tc.data, tc.size);
-    const pus_reply_t reply = subtype->execute(service->self, &request);
-    settle(dispatcher, &request, &reply);
+    execute(dispatcher, service, subtype, &tc, &request);
     return STATUS_OK;
 }
 

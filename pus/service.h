@@ -57,6 +57,14 @@ void pus_request_perform(pus_request_t* request);
 /// Refuse one instruction with TM[1,4]. instruction >= 1.
 void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t code, uint32_t detail);
 
+/// Who performs requests of some services later, in another loop, by pus_perform.
+typedef struct {
+    void* context;
+    /// Asked for each request that was accepted. PUS_STARTED: it has copied token and `data` and will perform
+    /// it; PUS_REFUSED: it would, but has no room; PUS_DONE: it is not its business, perform it now.
+    pus_reply_t (*take)(void* context, const pus_token_t* token, const uint8_t* data, size_t size);
+} pus_performer_t;
+
 /// One subtype of a service.
 typedef struct {
     uint8_t subtype;
@@ -90,6 +98,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_process_t* process;
     const pus_service_t* services;
     size_t service_count;
+    pus_performer_t performer; // `take` is null: all is performed at once.
     struct {
         uint32_t accepted; ///< Requests accepted.
         uint32_t rejected; ///< Requests rejected with TM[1,2].
@@ -101,6 +110,13 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 /// `services` may still be filled after the call, but not while a request is being dispatched.
 void pus_dispatcher_init(pus_dispatcher_t* dispatcher, pus_process_t* process, const pus_service_t* services,
                          size_t service_count);
+/// From now on `performer` is asked for each accepted request.
+void pus_dispatcher_defer(pus_dispatcher_t* dispatcher, const pus_performer_t* performer);
+/// Perform a request that a performer has taken, with all reports from its start on. `service` has the
+/// request's type and subtype; it may be another instance than the dispatcher's, and `process` another
+/// process of the same APID, so that neither is shared with the dispatcher's loop.
+void pus_perform(pus_process_t* process, const pus_service_t* service, const pus_token_t* token,
+                 const uint8_t* data, size_t size, uint64_t now_ns);
 /// Verify one packet and pass it on. STATUS_OK (accepted; verification tells the rest), STATUS_INVALID
 /// (rejected with TM[1,2]), STATUS_TRUNCATED (too short to name its request: ignored, counted).
 status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size, uint64_t now_ns);

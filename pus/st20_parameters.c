@@ -5,7 +5,7 @@
 #include "fsw/framework/base/value.h"
 
 enum {
-    REPORT = 1,
+    REPORT = PUS_PARAMETERS_REPORT,
     VALUES = 2,
     SET    = 3
 };

@@ -12,6 +12,8 @@
 #include "pus/parameter_port.h"
 #include "pus/service.h"
 
+#define PUS_PARAMETERS_REPORT 1U ///< Subtype of a request for values; the other sets them.
+
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_parameter_port_t port;
     struct {

@@ -153,7 +153,10 @@ def devices(items):
 def configuration(subsystem, item, sizes):
     """HTML of a configuration."""
     place = f"{subsystem['name'].lower()}-configuration-{item['name'].lower()}"
-    loops = "".join(f" Loop {loop['name']}: {loop['sampling_us'] / 1000:g} ms, priority {loop['priority']}." for loop in item["loops"])
+    loops = "".join(
+        f" Loop {loop['name']}: {loop['sampling_us'] / 1000:g} ms, priority {loop['priority']}"
+        + "".join(f", ST[{number:02}]" for number in loop["services"]) + "."
+        for loop in item["loops"])
     head = f'<h3 id="{place}">Configuration {item["name"]}, id {item["id"]}</h3><p>Cycle {item["sampling_us"] / 1000:g} ms, priority {item["priority"]}.{loops}</p>'
     reports = "".join(structure(subsystem, part) for part in item["housekeeping"])
     return head + reports + ports("provides", item["provides"], sizes) + ports("requires", item["requires"], sizes) + devices(item["devices"])

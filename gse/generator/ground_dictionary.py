@@ -87,7 +87,10 @@ def _configuration(configuration):
         "id": configuration.id,
         "priority": configuration.priority,
         "sampling_us": configuration.sampling_us,
-        "loops": [{"name": loop.name, "sampling_us": loop.sampling_us, "priority": loop.priority} for loop in configuration.loops],
+        "loops": [
+            {"name": loop.name, "sampling_us": loop.sampling_us, "priority": loop.priority, "services": loop.services}
+            for loop in configuration.loops
+        ],
         "housekeeping": [
             {
                 "id": structure.id,

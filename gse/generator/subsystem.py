@@ -4,6 +4,7 @@
 import binascii
 from dataclasses import dataclass, field
 
+from loop import loop_of, services_once
 from source import (
     LAYOUT_ARRAY,
     LAYOUT_STRUCT,
@@ -39,7 +40,7 @@ TABLE = {
     ("Function", "Argument"): "name! id! type! count unit min max",
     ("Subsystem", "Configuration"): "name! id! priority! samplingTime!",
     ("Configuration", "Initial"): "parameter! field value!",
-    ("Configuration", "Loop"): "name! samplingTime! priority!",
+    ("Configuration", "Loop"): "name! samplingTime! priority! services",
     ("Configuration", "HKService"): "id! interval! enabled loop",
     ("HKService", "SampledOnce"): "",
     ("SampledOnce", "ParamRef"): "name!",
@@ -147,15 +148,6 @@ class Function:
     arguments: list
     states: list
     configurations: list = None
-
-
-@dataclass
-class Loop:
-    """A loop of its own for services of a configuration."""
-
-    name: str
-    sampling_us: int
-    priority: int
 
 
 @dataclass
@@ -464,9 +456,9 @@ def _configuration(subsystem, element):
         elif child.name == "Loop":
             if len(configuration.loops) == CONFIGURATION_LOOPS:
                 child.fail(f"too many <Loop> in one configuration, at most {CONFIGURATION_LOOPS}")
-            period_us, own_priority = child.time_us("samplingTime", 100, 10000000), child.unsigned("priority", 1, 99)
-            configuration.loops.append(Loop(child.identifier(), period_us, own_priority))
+            configuration.loops.append(loop_of(child))
             unique(element.all("Loop")[: len(configuration.loops)], "name")
+            services_once(element.all("Loop"), configuration.loops)
         elif child.name == "HKService":
             configuration.structures.append(_structure(subsystem, child, configuration.loops))
             unique(element.all("HKService")[: len(configuration.structures)], "id")

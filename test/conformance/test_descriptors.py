@@ -227,7 +227,7 @@ NESTED = """<?xml version="1.0" encoding="UTF-8"?>
   <Configuration name="ONE" id="1" priority="1" samplingTime="1ms">
     <Initial parameter="ALL" field="JOINT.LAST" value="99"/>
     <Initial parameter="ALL" field="POSITION" value="1"/>
-    <Loop name="SLOW" samplingTime="10ms" priority="20"/>
+    <Loop name="SLOW" samplingTime="10ms" priority="20" services="20 17"/>
     <Loop name="SLOWER" samplingTime="1s" priority="10"/>
     <HKService id="1" interval="10" loop="SLOWER">
       <SampledOnce>
@@ -386,7 +386,7 @@ def test_telemetry_stays_modest(content):
 def test_a_structure_counts_cycles_of_its_own_loop(content):
     manipulator = next(item for item in content["subsystems"] if item["name"] == "MANIPULATOR")
     for configuration in manipulator["configurations"]:
-        assert configuration["loops"] == [{"name": "SLOW", "sampling_us": 10000, "priority": 20}]
+        assert configuration["loops"] == [{"name": "SLOW", "sampling_us": 10000, "priority": 20, "services": [20]}]
         periods = {structure["id"]: (structure["loop"], structure["period_us"]) for structure in configuration["housekeeping"]}
         assert periods == {4711: (None, 250000), 4712: ("SLOW", 2000000)}
 

@@ -60,10 +60,59 @@ void configuration_builder_initial(source_t* const source)
 
 // ---- Loops and housekeeping ----
 
+static bool has_word(const char* const words, const char* const wanted)
+{
+    const size_t length = strlen(wanted);
+    const char* at      = words;
+    while ((strcspn(at, " ") != length) || (strncmp(at, wanted, length) != 0)) {
+        at = strchr(at, ' ');
+        if (at == NULL) {
+            return false;
+        }
+        at++;
+    }
+    return true;
+}
+
+/// The services of every subsystem that stay in the loop of the control, and why.
+static void refuse_bound_services(source_t* const source, const char* const services)
+{
+    static const char* const bound[][2] = {{"1", "who performs a request verifies it"},
+                                           {"3", "each <HKService> names its loop"},
+                                           {"5", "an event is told in the cycle that raises it"},
+                                           {"8", "functions act on devices"},
+                                           {"129", "the state machine leads the control"},
+                                           {"130", "links are opened, read and written with the control"}};
+    for (size_t i = 0U; i < SOURCE_COUNT(bound); i++) {
+        if (has_word(services, bound[i][0]) && source_fail(source, source->line, "service ")) {
+            text_add(source->error, bound[i][0]);
+            text_add(source->error, " cannot have a <Loop> of its own: ");
+            text_add(source->error, bound[i][1]);
+        }
+    }
+}
+
+/// Bits of the services that a <Loop> runs; each in one loop of its configuration.
 void configuration_builder_loop(source_t* const source)
 {
+    descriptor_loop_t* const loop = source->item;
+    const char* const services    = source_raw(source, "services");
+    uint8_t indices[2]            = {0U, 0U};
     (void)source_has_room(source, source->order, DESCRIPTOR_CONFIGURATION_LOOPS_MAX,
                           "<Loop> in one configuration");
+    if (services == NULL) {
+        return;
+    }
+    refuse_bound_services(source, services);
+    const uint32_t count = source_words(source, "services", "17 20", indices); // In the order of their bits.
+    for (uint32_t i = 0U; i < count; i++) {
+        loop->services = (uint8_t)(loop->services | (1U << indices[i]));
+    }
+    for (const descriptor_loop_t* other = loop - source->order; other < loop; other++) {
+        if ((other->services & loop->services) != 0U) {
+            source_taken(source, "services", services, other->line);
+        }
+    }
 }
 
 /// Number within the configuration of the loop that an element names; 0 is the configuration's own.

@@ -128,10 +128,14 @@ typedef struct { // Super-commutated set: all its parameters, sample by sample, 
     uint16_t reference_count;
 } descriptor_sampled_t;
 
+#define DESCRIPTOR_LOOP_TEST 0x01U       ///< Services of a loop: requests of ST[17];
+#define DESCRIPTOR_LOOP_PARAMETERS 0x02U ///< requests of ST[20] for values, not those that set them.
+
 typedef struct { // A loop of its own for services that need not keep the pace of the control.
     const char* name;
     uint32_t sampling_us;
     uint8_t priority;
+    uint8_t services; ///< DESCRIPTOR_LOOP_* whose requests it performs; structures of ST[03] name their loop.
     uint32_t line;
 } descriptor_loop_t;
 

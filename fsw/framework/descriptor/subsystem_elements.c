@@ -295,7 +295,7 @@ static const source_attribute_t initial_attributes[] = {
      SOURCE_TO(descriptor_initial_t, text)},
 };
 static const source_attribute_t loop_attributes[] = {NAMED(descriptor_loop_t), SAMPLING(descriptor_loop_t),
-                                                     PRIORITY(descriptor_loop_t)};
+                                                     PRIORITY(descriptor_loop_t), FREE("services")};
 static const source_attribute_t structure_attributes[] = {
     NUMBERED(descriptor_structure_t),
     {.name = "interval",

@@ -55,7 +55,6 @@ void component_init(component_t* const component, const component_config_t* cons
     FSW_ASSERT(status == STATUS_OK);
     init_tickets(component);
     pus_process_init(&component->process, config->descriptor->apid, config->mission_epoch_s, &config->port);
-    component_init_loops(component);
     component_register_services(component);
 }
 

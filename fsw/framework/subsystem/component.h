@@ -7,12 +7,17 @@
 ///     now); }
 ///
 /// A configuration may have further loops for services, each with its own rate and priority (<Loop> of the
-/// descriptor). component_step runs them too, in a fixed order before all else: what stepped time needs.
+/// descriptor): they sample the housekeeping structures that name them, and perform the requests of the
+/// services that they name. Such a request is accepted when it comes and waits in the inbox of its loop, at
+/// most until the loop's next cycle but for the requests before it; TM[1,3] and all that follows come from
+/// there. One for which there is no room is refused with TM[1,4] (PUS_FAILURE_TABLE_FULL, requests waiting).
+/// When the configuration goes, what still waits is performed before it does, in the component's own loop.
+/// component_step runs the loops too, in a fixed order before all else: what stepped time needs.
 /// Where time is real and `has_loop_tasks` is set, each is a task: it calls component_loop_step at the times
 /// that returns, with the priority of component_loop_priority, beside the task that calls component_step.
-/// What such a loop has finished leaves with the next component_step.
+/// What such a loop has finished leaves with the next component_step, numbered as any other report.
 ///
-/// Ownership  The program places component_t (static; about 150 KiB) and all that the configuration points
+/// Ownership  The program places component_t (static; about 220 KiB) and all that the configuration points
 ///            to.
 /// Context    One loop; component_loop_step and component_loop_priority may run in a task of their own for
 ///            each loop. None blocks but for short critical sections with priority inheritance.
@@ -44,9 +49,13 @@
 #define COMPONENT_ARGUMENT_WORDS 64U
 #define COMPONENT_SERVICES 12U
 #define COMPONENT_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX ///< Beside its own.
-#define COMPONENT_MAILBOX_OCTETS 4096U                     ///< From such a loop to the component's own.
-#define COMPONENT_LOOP_HEADER 10U                          ///< Of a report in a mailbox [octets].
-#define COMPONENT_LOOP_REPORTS 16U                         ///< Taken from one mailbox in one step, at most.
+#define COMPONENT_MAILBOX_OCTETS 12288U                    ///< From such a loop to the component's own.
+/// Room that the answers to any one request find there; what they need beside it the backlog has.
+#define COMPONENT_MAILBOX_RESERVE 8192U
+#define COMPONENT_INBOX_OCTETS 4096U ///< Of requests to such a loop.
+#define COMPONENT_LOOP_REQUESTS 4U   ///< Performed in one cycle of such a loop, at most.
+#define COMPONENT_LOOP_HEADER 10U    ///< Of a report in a mailbox [octets].
+#define COMPONENT_LOOP_REPORTS 16U   ///< Taken from one mailbox in one step, at most.
 #define COMPONENT_NEVER UINT64_MAX
 /// A subsystem that has not heard of the supervisor for this long considers it lost [ns].
 #define COMPONENT_SUPERVISOR_TIMEOUT_NS 3000000000ULL
@@ -74,16 +83,19 @@ typedef struct {
     void* reload_context;
 } component_config_t;
 
-typedef struct {        // Private: a loop of services. `mutex` guards the mailbox, loop_guard the rest.
+typedef struct {        // Private: a loop of services. `mutex` guards inbox and mailbox, loop_guard the rest.
     uint64_t period_ns; // 0: the loop rests.
     uint64_t first_tick;
     uint32_t cycle;
     uint8_t priority;
+    uint8_t services; // DESCRIPTOR_LOOP_*: only the component's own loop looks.
     osal_mutex_t mutex;
-    octet_ring_t mailbox; // Finished reports: structure id, time of the values, values.
-    uint32_t lost;        // Reports that had no room there and are not counted yet.
+    octet_ring_t inbox;    // Accepted requests: token, application data.
+    octet_ring_t mailbox;  // Finished: structure id, time of the values, values; or 0, 0, a whole report.
+    uint32_t lost;         // Housekeeping that had no room there and is not counted yet.
+    uint32_t reports_lost; // Other reports.
+    uint8_t inbox_storage[COMPONENT_INBOX_OCTETS];
     uint8_t storage[COMPONENT_MAILBOX_OCTETS];
-    uint8_t report[COMPONENT_LOOP_HEADER + COMPONENT_SAMPLE_OCTETS];
 } component_loop_t;
 
 typedef struct { // Private: one end of a real-time link.
@@ -158,7 +170,16 @@ struct subsystem { // Private; component_t is another name.
     osal_mutex_t loop_guard;
     component_loop_t loops[COMPONENT_LOOPS];
     uint16_t loop_count; // Of the applied configuration; only the component's own loop looks.
-    uint8_t loop_report[COMPONENT_LOOP_HEADER + COMPONENT_SAMPLE_OCTETS];
+    uint8_t loop_octets[COMPONENT_LOOP_HEADER + PUS_PACKET_MAX]; // What it puts in or takes out.
+    uint32_t loop_reports_lost;
+    // Of whichever loop is being stepped, and holds loop_guard: the other side of its services.
+    component_loop_t* present_loop;
+    pus_process_t loop_process;
+    pus_test_t loop_test;
+    pus_parameters_t loop_parameters;
+    pus_service_t loop_services[2];
+    uint8_t loop_request[COMPONENT_INBOX_OCTETS];
+    uint8_t loop_report[COMPONENT_LOOP_HEADER + PUS_PACKET_MAX];
 
     component_link_t links[COMPONENT_LINKS];
     subsystem_link_totals_t closed_links; // Counters of links that are closed.

@@ -16,5 +16,6 @@ void subsystem_health(const subsystem_t* const subsystem, subsystem_health_t* co
                                                                parameters->malformed + parameters->no_room,
                                          .events_refused       = subsystem->events.counters.refused,
                                          .housekeeping_dropped = subsystem->housekeeping.counters.dropped,
-                                         .reports_lost         = subsystem->process.counters.lost + subsystem->process.counters.oversized};
+                                         .reports_lost         = subsystem->process.counters.lost + subsystem->process.counters.oversized +
+                                                         subsystem->loop_reports_lost};
 }

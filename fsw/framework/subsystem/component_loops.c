@@ -5,20 +5,108 @@
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/octets.h"
 
+#include <string.h>
+
+#define REPORT 0U ///< In the place of a structure's id, which is never 0 in a loop: a whole report.
+
 static void lock(osal_mutex_t* const mutex)
 {
     (void)osal_mutex_lock(mutex); // A holder that dies takes this process with it.
 }
 
-void component_init_loops(component_t* const component)
+/// What a loop has finished goes into its mailbox behind a header; `at` lies in the report of the component.
+static status_t put(component_t* const component, const uint16_t id, const uint64_t time_ns,
+                    const size_t size)
 {
-    status_t status = osal_mutex_create(&component->loop_guard, false);
+    component_loop_t* const loop = component->present_loop;
+    octet_writer_t writer        = octet_writer(component->loop_report, COMPONENT_LOOP_HEADER);
+    octet_write_u16(&writer, id);
+    octet_write_u64(&writer, time_ns);
+    FSW_ASSERT(writer.position == COMPONENT_LOOP_HEADER);
+    lock(&loop->mutex);
+    const status_t status =
+        octet_ring_put(&loop->mailbox, component->loop_report, COMPONENT_LOOP_HEADER + size);
+    osal_mutex_unlock(&loop->mutex);
+    return status;
+}
+
+/// The port of loop_process: reports without numbers yet. What has no room waits in its backlog.
+static status_t put_report(void* const context, const uint8_t* const packet, const size_t size)
+{
+    component_t* const component = (component_t*)context;
+    (void)memcpy(&component->loop_report[COMPONENT_LOOP_HEADER], packet, size);
+    return put(component, REPORT, 0U, size);
+}
+
+/// Values of housekeeping, which lie in place; what has no room is lost and counted.
+static void put_housekeeping(void* const context, const uint16_t id, const uint64_t now_ns,
+                             const uint8_t* const values, const size_t size)
+{
+    component_t* const component = (component_t*)context;
+    FSW_ASSERT((id != REPORT) && (values == &component->loop_report[COMPONENT_LOOP_HEADER]));
+    if (put(component, id, now_ns, size) != STATUS_OK) {
+        lock(&component->present_loop->mutex);
+        component->present_loop->lost++;
+        osal_mutex_unlock(&component->present_loop->mutex);
+    }
+}
+
+/// The loop that performs a request; null: the component's own.
+static component_loop_t* loop_for(component_t* const component, const pus_token_t* const token)
+{
+    const bool is_test = (token->service == PUS_SERVICE_TEST);
+    const bool is_values =
+        (token->service == PUS_SERVICE_PARAMETERS) && (token->subtype == PUS_PARAMETERS_REPORT);
+    const unsigned wanted =
+        (is_test ? DESCRIPTOR_LOOP_TEST : 0U) | (is_values ? DESCRIPTOR_LOOP_PARAMETERS : 0U);
+    for (uint16_t i = 0U; i < component->loop_count; i++) {
+        if ((component->loops[i].services & wanted) != 0U) {
+            return &component->loops[i];
+        }
+    }
+    return NULL;
+}
+
+static pus_reply_t take_request(void* const context, const pus_token_t* const token,
+                                const uint8_t* const data, const size_t size)
+{
+    component_t* const component = (component_t*)context;
+    component_loop_t* const loop = loop_for(component, token);
+    if (loop == NULL) {
+        return pus_done();
+    }
+    FSW_ASSERT(size <= PUS_TC_DATA_MAX);
+    (void)memcpy(component->loop_octets, token, sizeof *token);
+    if (size > 0U) {
+        (void)memcpy(&component->loop_octets[sizeof *token], data, size);
+    }
+    lock(&loop->mutex);
+    const status_t status  = octet_ring_put(&loop->inbox, component->loop_octets, sizeof *token + size);
+    const uint32_t waiting = loop->inbox.blocks;
+    osal_mutex_unlock(&loop->mutex);
+    return (status == STATUS_OK) ? pus_started() : pus_refused(PUS_FAILURE_TABLE_FULL, waiting);
+}
+
+void component_init_loops(component_t* const component, const pus_parameter_port_t* const values)
+{
+    const pus_port_t port                = {component, put_report};
+    const pus_performer_t performer      = {component, take_request};
+    const pus_parameter_port_t read_only = {values->context, values->find, values->read, NULL};
+    status_t status                      = osal_mutex_create(&component->loop_guard, false);
     for (uint8_t i = 0U; i < COMPONENT_LOOPS; i++) {
         component_loop_t* const loop = &component->loops[i];
+        octet_ring_init(&loop->inbox, loop->inbox_storage, sizeof loop->inbox_storage);
         octet_ring_init(&loop->mailbox, loop->storage, sizeof loop->storage);
         status = (status == STATUS_OK) ? osal_mutex_create(&loop->mutex, false) : status;
     }
     FSW_ASSERT(status == STATUS_OK);
+    pus_process_init(&component->loop_process, component->descriptor->apid, component->config.mission_epoch_s,
+                     &port);
+    pus_test_init(&component->loop_test, NULL);
+    pus_parameters_init(&component->loop_parameters, &read_only);
+    component->loop_services[0] = pus_test_service(&component->loop_test);
+    component->loop_services[1] = pus_parameters_service(&component->loop_parameters);
+    pus_dispatcher_defer(&component->dispatcher, &performer);
 }
 
 void component_begin_loops(component_t* const component)
@@ -33,9 +121,71 @@ void component_begin_loops(component_t* const component)
         loop->first_tick             = component->now_ns / loop->period_ns;
         loop->cycle                  = 0U;
         loop->priority               = described->priority;
+        loop->services               = described->services;
     }
     component->loop_count = configuration->loop_count;
     osal_mutex_unlock(&component->loop_guard);
+}
+
+/// The oldest request of a loop, performed if the mailbox has room for whatever it brings. False if it waits
+/// or there is none.
+static bool perform_one(component_t* const component, component_loop_t* const loop, const uint64_t now_ns)
+{
+    pus_process_t* const process = &component->loop_process;
+    const uint32_t lost_before   = process->counters.lost + process->counters.oversized;
+    size_t size                  = 0U;
+    status_t status              = STATUS_EMPTY;
+    pus_token_t token;
+    component->present_loop = loop;
+    const bool is_free      = (pus_process_flush(process) == STATUS_OK);
+    lock(&loop->mutex);
+    if (is_free && (octet_ring_room(&loop->mailbox) >= COMPONENT_MAILBOX_RESERVE)) {
+        status =
+            octet_ring_take(&loop->inbox, component->loop_request, sizeof component->loop_request, &size);
+    }
+    osal_mutex_unlock(&loop->mutex);
+    if (status != STATUS_OK) {
+        return false;
+    }
+    (void)memcpy(&token, component->loop_request, sizeof token);
+    const unsigned index = (token.service == PUS_SERVICE_TEST) ? 0U : 1U;
+    pus_perform(process, &component->loop_services[index], &token, &component->loop_request[sizeof token],
+                size - sizeof token, now_ns);
+    lock(&loop->mutex);
+    loop->reports_lost += (process->counters.lost + process->counters.oversized) - lost_before;
+    osal_mutex_unlock(&loop->mutex);
+    return true;
+}
+
+/// Send the oldest that a loop has finished. False if there is none.
+static bool forward_one(component_t* const component, component_loop_t* const loop, const bool has_ended)
+{
+    size_t size = 0U;
+    lock(&loop->mutex);
+    const status_t status =
+        octet_ring_take(&loop->mailbox, component->loop_octets, sizeof component->loop_octets, &size);
+    pus_hk_count_lost(&component->housekeeping, loop->lost);
+    component->loop_reports_lost += loop->reports_lost;
+    loop->lost         = 0U;
+    loop->reports_lost = 0U;
+    osal_mutex_unlock(&loop->mutex);
+    if (status != STATUS_OK) {
+        FSW_ASSERT(status == STATUS_EMPTY);
+        return false;
+    }
+    octet_reader_t reader       = octet_reader(component->loop_octets, size);
+    const uint16_t id           = octet_read_u16(&reader);
+    const uint64_t taken_ns     = octet_read_u64(&reader);
+    const uint8_t* const octets = &component->loop_octets[COMPONENT_LOOP_HEADER];
+    FSW_ASSERT(reader.position == COMPONENT_LOOP_HEADER);
+    if (id == REPORT) {
+        (void)pus_tm_forward(&component->process, octets, size - COMPONENT_LOOP_HEADER);
+    } else if (has_ended) {
+        pus_hk_count_lost(&component->housekeeping, 1U);
+    } else {
+        pus_hk_forward(&component->housekeeping, id, taken_ns, octets, size - COMPONENT_LOOP_HEADER);
+    }
+    return true;
 }
 
 void component_end_loops(component_t* const component)
@@ -43,32 +193,29 @@ void component_end_loops(component_t* const component)
     lock(&component->loop_guard);
     for (uint16_t i = 0U; i < component->loop_count; i++) {
         component_loop_t* const loop = &component->loops[i];
-        loop->period_ns              = 0U;
-        loop->priority               = 0U;
-        lock(&loop->mutex);
-        pus_hk_count_lost(&component->housekeeping, loop->mailbox.blocks + loop->lost);
-        loop->lost = 0U;
-        octet_ring_init(&loop->mailbox, loop->storage, sizeof loop->storage);
-        osal_mutex_unlock(&loop->mutex);
+        bool has_more                = true;
+        while (has_more) {
+            has_more = forward_one(component, loop, true);
+            has_more = perform_one(component, loop, component->now_ns) || has_more;
+        }
+        loop->period_ns = 0U;
+        loop->priority  = 0U;
+        loop->services  = 0U;
     }
     component->loop_count = 0U;
     osal_mutex_unlock(&component->loop_guard);
 }
 
-/// A report, whose values lie behind the room for its header, goes into the mailbox of its loop; what has no
-/// room there is counted.
-static void post(void* const context, const uint16_t id, const uint64_t now_ns, const uint8_t* const values,
-                 const size_t size)
+static void run_loop(component_t* const component, const uint8_t index, const uint64_t now_ns)
 {
-    component_loop_t* const loop = (component_loop_t*)context;
-    octet_writer_t writer        = octet_writer(loop->report, COMPONENT_LOOP_HEADER);
-    octet_write_u16(&writer, id);
-    octet_write_u64(&writer, now_ns);
-    FSW_ASSERT((writer.position == COMPONENT_LOOP_HEADER) && (values == &loop->report[writer.position]));
-    lock(&loop->mutex);
-    const status_t status = octet_ring_put(&loop->mailbox, loop->report, COMPONENT_LOOP_HEADER + size);
-    loop->lost += (status == STATUS_OK) ? 0U : 1U;
-    osal_mutex_unlock(&loop->mutex);
+    component_loop_t* const loop = &component->loops[index];
+    const pus_hk_outlet_t outlet = {.context = component,
+                                    .put     = put_housekeeping,
+                                    .values  = &component->loop_report[COMPONENT_LOOP_HEADER]};
+    component->present_loop      = loop;
+    pus_hk_loop_step(&component->housekeeping, (uint8_t)(index + 1U), now_ns, loop->cycle, &outlet);
+    for (unsigned i = 0U; (i < COMPONENT_LOOP_REQUESTS) && perform_one(component, loop, now_ns); i++) {
+    }
 }
 
 uint64_t component_loop_step(component_t* const component, const uint8_t index, const uint64_t now_ns)
@@ -82,10 +229,8 @@ uint64_t component_loop_step(component_t* const component, const uint8_t index, 
         const uint32_t cycle = (uint32_t)(tick - loop->first_tick);
         wake_ns              = (tick + 1U) * loop->period_ns;
         if (cycle != loop->cycle) {
-            const pus_hk_outlet_t outlet = {
-                .context = loop, .put = post, .values = &loop->report[COMPONENT_LOOP_HEADER]};
             loop->cycle = cycle;
-            pus_hk_loop_step(&component->housekeeping, (uint8_t)(index + 1U), now_ns, cycle, &outlet);
+            run_loop(component, index, now_ns);
         }
     }
     osal_mutex_unlock(&component->loop_guard);
@@ -101,32 +246,11 @@ uint8_t component_loop_priority(component_t* const component, const uint8_t inde
     return priority;
 }
 
-/// The oldest report of a mailbox into the component's buffer; 0 when there is none.
-static size_t take(component_t* const component, component_loop_t* const loop)
-{
-    size_t size = 0U;
-    lock(&loop->mutex);
-    const status_t status =
-        octet_ring_take(&loop->mailbox, component->loop_report, sizeof component->loop_report, &size);
-    pus_hk_count_lost(&component->housekeeping, loop->lost);
-    loop->lost = 0U;
-    osal_mutex_unlock(&loop->mutex);
-    FSW_ASSERT((status == STATUS_OK) || (status == STATUS_EMPTY));
-    return size;
-}
-
 void component_empty_mailboxes(component_t* const component)
 {
     for (uint16_t i = 0U; i < component->loop_count; i++) {
-        size_t size = take(component, &component->loops[i]);
-        for (unsigned k = 0U; (size > 0U) && (k < COMPONENT_LOOP_REPORTS); k++) {
-            octet_reader_t reader   = octet_reader(component->loop_report, size);
-            const uint16_t id       = octet_read_u16(&reader);
-            const uint64_t taken_ns = octet_read_u64(&reader);
-            FSW_ASSERT(reader.position == COMPONENT_LOOP_HEADER);
-            pus_hk_forward(&component->housekeeping, id, taken_ns,
-                           &component->loop_report[COMPONENT_LOOP_HEADER], size - COMPONENT_LOOP_HEADER);
-            size = take(component, &component->loops[i]);
+        component_loop_t* const loop = &component->loops[i];
+        for (unsigned k = 0U; (k < COMPONENT_LOOP_REPORTS) && forward_one(component, loop, false); k++) {
         }
     }
 }

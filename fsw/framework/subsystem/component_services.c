@@ -455,4 +455,5 @@ void component_register_services(component_t* const component)
         component->services[count++] = pus_rtlink_service(&component->rtlink);
     }
     pus_dispatcher_init(&component->dispatcher, &component->process, component->services, count);
+    component_init_loops(component, &values);
 }

@@ -194,6 +194,28 @@ static void more_message_types_than_counters_are_sent_uncounted(void)
     TEST_ASSERT_EQUAL_UINT32(4U, bench.process.counters.uncounted);
 }
 
+static void a_report_of_another_process_gets_new_numbers_and_keeps_its_time(void)
+{
+    uint8_t packet[PUS_PACKET_MAX];
+    TEST_ASSERT_EQUAL(STATUS_OK, send(1U));
+    const size_t size = bench.sizes[0];
+    (void)memcpy(packet, bench.packets[0], size);
+    TEST_ASSERT_EQUAL(STATUS_OK, send(2U));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_forward(&bench.process, packet, size));
+    const pus_tm_t tm = bench_report(2U);
+    TEST_ASSERT_EQUAL_UINT16(2U, tm.sequence);
+    TEST_ASSERT_EQUAL_UINT16(2U, tm.counter);
+    TEST_ASSERT_EQUAL_UINT64((TEST_EPOCH_S * 1000000000ULL) + TEST_NOW_NS, tm.time_ns);
+    TEST_ASSERT_EQUAL_UINT64(1U, tm.size);
+    TEST_ASSERT_EQUAL_UINT8(1U, tm.data[0]);
+    (void)begin(5U, 1U, 0U); // One that is never sent.
+    bench.refusals = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_forward(&bench.process, packet, size)); // Kept.
+    TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.discarded);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL_UINT16(3U, bench_report(3U).sequence);
+}
+
 static void start_with_apid_0(void)
 {
     const pus_port_t port = bench_port();
@@ -219,6 +241,7 @@ int main(void)
     RUN_TEST(a_report_begun_in_another_is_sent_and_the_outer_is_refused);
     RUN_TEST(a_report_is_sent_once_and_can_be_cancelled);
     RUN_TEST(more_message_types_than_counters_are_sent_uncounted);
+    RUN_TEST(a_report_of_another_process_gets_new_numbers_and_keeps_its_time);
     RUN_TEST(apid_0_is_no_process);
     return UNITY_END();
 }

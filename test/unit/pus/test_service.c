@@ -258,6 +258,67 @@ static void a_step_sends_the_backlog_and_steps_the_services(void)
     pus_dispatcher_step(&bench.dispatcher, 77U, 5U);
 }
 
+// ---- Requests that another loop performs ----
+
+static struct {
+    pus_reply_t reply;
+    pus_token_t token;
+    uint8_t data[4];
+    size_t size;
+} taken;
+
+static pus_reply_t take(void* const context, const pus_token_t* const token, const uint8_t* const data,
+                        const size_t size)
+{
+    TEST_ASSERT_EQUAL_PTR(&taken, context);
+    TEST_ASSERT_TRUE(size <= sizeof taken.data);
+    taken.token = *token;
+    taken.size  = size;
+    if (size > 0U) {
+        (void)memcpy(taken.data, data, size);
+    }
+    return taken.reply;
+}
+
+static void a_request_that_is_taken_is_performed_later(void)
+{
+    static const uint8_t number[]   = {1U, 2U};
+    const pus_performer_t performer = {&taken, take};
+    pus_dispatcher_defer(&bench.dispatcher, &performer);
+    taken.reply = pus_started();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, number, sizeof number));
+    EXPECT_MESSAGES(1, 1);
+    TEST_ASSERT_EQUAL_UINT32(0U, served.calls);
+    TEST_ASSERT_EQUAL_HEX32(bench.request_id, taken.token.request_id);
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(number, taken.data, sizeof number);
+    bench_clear();
+    served.instructions = 2U;
+    served.faulty       = 1U;
+    pus_perform(&bench.process, &bench.services[0], &taken.token, taken.data, taken.size, TEST_NOW_NS);
+    EXPECT_MESSAGES(1, 4, 1, 3, 1, 8);
+    TEST_ASSERT_EQUAL_UINT32(1U, served.calls);
+}
+
+static void a_performer_may_have_no_room_or_no_business(void)
+{
+    const pus_performer_t performer = {&taken, take};
+    pus_dispatcher_defer(&bench.dispatcher, &performer);
+    taken.reply = pus_refused(PUS_FAILURE_TABLE_FULL, 3U);
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, 3U);
+    TEST_ASSERT_EQUAL_UINT32(0U, served.calls);
+    TEST_ASSERT_EQUAL_UINT32(1U, bench.dispatcher.counters.refused);
+    bench_clear();
+    taken.reply = pus_done();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    TEST_ASSERT_EQUAL_UINT32(1U, served.calls);
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(9U, NULL, 0U)); // Not accepted: nobody is asked.
+    EXPECT_MESSAGES(1, 2);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -272,5 +333,7 @@ int main(void)
     RUN_TEST(shapes_end_exactly_on_the_last_octet);
     RUN_TEST(counts_are_bounded_by_the_octets_that_are_there);
     RUN_TEST(a_step_sends_the_backlog_and_steps_the_services);
+    RUN_TEST(a_request_that_is_taken_is_performed_later);
+    RUN_TEST(a_performer_may_have_no_room_or_no_business);
     return UNITY_END();
 }

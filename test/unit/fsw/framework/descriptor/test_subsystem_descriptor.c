@@ -191,12 +191,15 @@ static void reads_ports_and_devices_of_a_configuration(void)
     TEST_ASSERT_NULL(descriptor_find_device(&arm, coupled, "JOINT2"));
 }
 
+#define SERVICES(name, services)                                                                             \
+    "<Loop name='" name "' samplingTime='10ms' priority='20' services='" services "'/>"
 #define LOOP(name) "<Loop name='" name "' samplingTime='10ms' priority='20'/>"
 
 static void reads_loops_of_a_configuration(void)
 {
     const char* const with =
-        LOOP("FAST") "<Loop name='SLOW' samplingTime='2s' priority='7'/><HKService loop='SLOW' id='4712'";
+        LOOP("FAST") "<Loop name='SLOW' samplingTime='2s' priority='7' services='20 17'/>"
+                     "<HKService loop='SLOW' id='4712'";
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(arm_document, "<HKService id='4712'", with)));
     const descriptor_configuration_t* const alone = descriptor_find_configuration(&arm, 1U);
     TEST_ASSERT_EQUAL_UINT16(2U, alone->loop_count);
@@ -204,6 +207,8 @@ static void reads_loops_of_a_configuration(void)
     TEST_ASSERT_EQUAL_STRING("SLOW", slow->name);
     TEST_ASSERT_EQUAL_UINT32(2000000U, slow->sampling_us);
     TEST_ASSERT_EQUAL_UINT8(7U, slow->priority);
+    TEST_ASSERT_EQUAL_HEX8(DESCRIPTOR_LOOP_TEST | DESCRIPTOR_LOOP_PARAMETERS, slow->services);
+    TEST_ASSERT_EQUAL_HEX8(0U, arm.loops[alone->first_loop].services);
     TEST_ASSERT_EQUAL_UINT8(0U, arm.structures[alone->first_structure].loop);
     TEST_ASSERT_EQUAL_UINT8(2U, arm.structures[alone->first_structure + 1U].loop);
     TEST_ASSERT_EQUAL_UINT16(0U, descriptor_find_configuration(&arm, 2U)->loop_count);
@@ -323,6 +328,23 @@ static const damage_t damages[] = {
      "<Loop name='SLOW' samplingTime='1s' priority='1'/>\n<Loop name='SLOW' samplingTime='2s' "
      "priority='1'/><HKService id='4711'",
      30U, "name SLOW is taken in line 29"},
+    {"<HKService id='4711'", SERVICES("A", "8") "<HKService id='4711'", 29U,
+     "service 8 cannot have a <Loop> of its own: functions act on devices"},
+    {"<HKService id='4711'", SERVICES("A", "17 129") "<HKService id='4711'", 29U,
+     "service 129 cannot have a <Loop> of its own: the state machine leads the control"},
+    {"<HKService id='4711'", SERVICES("A", "130 17") "<HKService id='4711'", 29U,
+     "service 130 cannot have a <Loop> of its own: links are opened, read and written with the control"},
+    {"<HKService id='4711'", SERVICES("A", "3") "<HKService id='4711'", 29U,
+     "service 3 cannot have a <Loop> of its own: each <HKService> names its loop"},
+    {"<HKService id='4711'", SERVICES("A", "17 5 20") "<HKService id='4711'", 29U,
+     "service 5 cannot have a <Loop> of its own: an event is told in the cycle that raises it"},
+    {"<HKService id='4711'", SERVICES("A", "1") "<HKService id='4711'", 29U,
+     "service 1 cannot have a <Loop> of its own: who performs a request verifies it"},
+    {"<HKService id='4711'", SERVICES("A", "13017") "<HKService id='4711'", 29U, "of 17 20"},
+    {"<HKService id='4711'", SERVICES("A", "17 17") "<HKService id='4711'", 29U, "of 17 20"},
+    {"<HKService id='4711'", SERVICES("A", "") "<HKService id='4711'", 29U, "of 17 20"},
+    {"<HKService id='4711'", SERVICES("A", "17") SERVICES("B", "20 17") "<HKService id='4711'", 29U,
+     "services 20 17 is taken in line 29"},
     // Ports.
     {"methods='UDP' required", "methods='CARRIER_PIGEON' required", 39U, "SHARED_MEMORY TIPC UDP"},
     {"name='HAND' id='2'", "name='HAND' id='1'", 39U, "id 1 is taken in line 37"},

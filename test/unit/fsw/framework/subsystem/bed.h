@@ -61,7 +61,8 @@ typedef struct {
     status_t (*in_perform)(const subsystem_function_t* function);
     bed_move_t moved; ///< Arguments of the last MOVE.
     uint32_t last_ticket;
-    uint32_t set_id; ///< Last parameter_set.
+    uint16_t next_sequence; ///< Number that the next report has.
+    uint32_t set_id;        ///< Last parameter_set.
     struct {
         int32_t state;
         double position[2];

@@ -163,6 +163,8 @@ void bed_line_of_report(const uint8_t* packet, size_t size)
     pus_failure_t failure;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, size, &tm, &failure));
     TEST_ASSERT_EQUAL(BED_APID, tm.apid);
+    TEST_ASSERT_EQUAL_MESSAGE(bed.next_sequence, tm.sequence, "a report is missing, or twice there");
+    bed.next_sequence     = (uint16_t)((tm.sequence + 1U) % PUS_SEQUENCE_COUNT);
     octet_reader_t reader = octet_reader(tm.data, tm.size);
     if (tm.service == PUS_SERVICE_VERIFICATION) {
         verification_line(&tm);

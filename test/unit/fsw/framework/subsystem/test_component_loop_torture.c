@@ -28,6 +28,9 @@ static uint64_t present_ns; // Atomic: what the tasks read as the time.
 static uint32_t is_over;
 static uint32_t seed;
 static uint32_t reports;
+static uint32_t asked;    // Requests of ST[17]: each is answered,
+static uint32_t answered; // or refused for want of room.
+static uint32_t values;   // TM[20,2].
 
 void setUp(void)
 {
@@ -93,9 +96,23 @@ static void check_sample(const char* hex)
     }
 }
 
+static uint32_t count_lines(const char* lines, const char* start)
+{
+    uint32_t count = 0U;
+    for (const char* at = strstr(lines, start); at != NULL; at = strstr(&at[1], start)) {
+        count++;
+    }
+    return count;
+}
+
 static void check_reports(void)
 {
     const char* const lines = bed_look();
+    answered += count_lines(lines, "17.2 ") + count_lines(lines, " 0205 ");
+    for (const char* at = strstr(lines, "20.2 0001"); at != NULL; at = strstr(&at[1], "20.2 0001")) {
+        check_sample(&at[17]);
+        values++;
+    }
     for (const char* at = strstr(lines, "3.25 006"); at != NULL; at = strstr(&at[1], "3.25 006")) {
         if (strncmp(at, "3.25 0065", 9U) == 0) {
             check_sample(&at[9]);
@@ -120,6 +137,16 @@ static void housekeeping(uint8_t subtype)
 {
     const uint8_t data[5] = {2U, 0U, STRUCTURE, 0U, FAST_STRUCTURE};
     (void)bed_command(3U, subtype, data, sizeof data);
+}
+
+/// Requests to both loops.
+static void ask(void)
+{
+    const uint8_t id[] = {1U, (uint8_t)(bed_values_id >> 24U), (uint8_t)(bed_values_id >> 16U),
+                          (uint8_t)(bed_values_id >> 8U), (uint8_t)bed_values_id};
+    (void)bed_command(20U, 1U, id, sizeof id);
+    (void)bed_command(17U, 1U, NULL, 0U);
+    asked++;
 }
 
 static void command(void)
@@ -183,8 +210,9 @@ static void reports_are_whole_whatever_is_commanded(void)
     bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
     bed.shows_status = true;
     for (unsigned round = 0U; round < ROUNDS; round++) {
-        if (chance(20U) == 0U) {
+        if ((chance(20U) == 0U) && (round < (ROUNDS - 1000U))) {
             command();
+            ask();
         }
         bed.now_ns += ROUND_NS;
         __atomic_store_n(&present_ns, bed.now_ns, __ATOMIC_RELEASE);
@@ -204,6 +232,8 @@ static void reports_are_whole_whatever_is_commanded(void)
     (void)printf("%u reports, %u dropped\n", (unsigned)reports,
                  (unsigned)bed.component.housekeeping.counters.dropped);
     TEST_ASSERT_TRUE(reports > 1000U);
+    TEST_ASSERT_EQUAL_UINT32(asked, answered);
+    TEST_ASSERT_TRUE(values > 500U);
 }
 
 int main(void)

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Loops of a configuration: which services may have one of their own, and why the others may not."""
+
+from dataclasses import dataclass
+
+SERVICES = ["17", "20"]
+# Services of every subsystem that stay in the loop of the control.
+BOUND = {
+    "1": "who performs a request verifies it",
+    "3": "each <HKService> names its loop",
+    "5": "an event is told in the cycle that raises it",
+    "8": "functions act on devices",
+    "129": "the state machine leads the control",
+    "130": "links are opened, read and written with the control",
+}
+
+
+@dataclass
+class Loop:
+    """A loop of its own for services of a configuration."""
+
+    name: str
+    sampling_us: int
+    priority: int
+    services: list  # numbers of those whose requests it performs
+
+
+def loop_of(element):
+    """Loop that an element describes."""
+    period_us, priority = element.time_us("samplingTime", 100, 10000000), element.unsigned("priority", 1, 99)
+    return Loop(element.identifier(), period_us, priority, _services(element))
+
+
+def _services(element):
+    if "services" not in element.attributes:
+        return []
+    for number, reason in BOUND.items():
+        if number in element.attributes["services"].split(" "):
+            element.fail(f"service {number} cannot have a <Loop> of its own: {reason}")
+    return [int(number) for number in element.words("services", SERVICES)]
+
+
+def services_once(elements, loops):
+    """The newest loop runs none of an earlier one's services."""
+    newest = elements[len(loops) - 1]
+    for earlier, element in zip(loops[:-1], elements):
+        if set(earlier.services) & set(loops[-1].services):
+            newest.fail(f"services {newest.text('services')} is taken in line {element.line}")
