@@ -264,8 +264,10 @@ fuzz-corpus: build/setup/test
 	@$(VENV) test/fuzz/make_corpus.py $(call selected,$(FUZZ_TARGETS))
 
 # The command is passed on as it was written, without make reading its dollar signs.
-build/setup/vm: build/setup/hil gse/vm/prepare.py gse/vm/init.sh
+build/vm/initramfs.cpio: build/setup/hil gse/vm/prepare.py gse/vm/init.sh
 	@$(PYTHON) gse/vm/prepare.py && touch $@
+build/setup/vm: build/vm/initramfs.cpio
+	@touch $@
 vm: export VM_COMMAND := $(value CMD)
 vm: build/setup/vm
 	@$(PYTHON) gse/vm/microvm.py $(call option,seconds,SECONDS) $(call option,cans,CANS) $(call option,memory,MEMORY) \
@@ -295,7 +297,7 @@ format: build/setup/check
 	$(Q)clang-format -i $(C_FILES)
 
 clean:
-	rm -rf $(if $(ALL),build,$(filter-out build/venv build/third_party build/setup,$(wildcard build/*)))
+	rm -rf $(if $(ALL),build,$(filter-out build/venv build/third_party build/setup build/vm,$(wildcard build/*)))
 
 # --- checks ----------------------------------------------------------------------------------------------------------
 CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-misra check-complexity check-layers \

@@ -16,9 +16,8 @@ fail() {
 mount -t proc proc /proc
 mount -t sysfs sysfs /sys
 mount -t devtmpfs devtmpfs /dev 2>/dev/null
-while read -r module; do
-    insmod "$module" || fail "the module $module cannot be loaded; run: make build/setup/vm"
-done </modules-at-boot
+# shellcheck disable=SC2046 # a list of words
+modprobe -a $(cat /modules-at-boot) || fail 'a module cannot be loaded'
 
 plan9='trans=virtio,version=9p2000.L,msize=262144'
 mount -t 9p -o "$plan9,cache=none" control /control || fail 'the control folder cannot be mounted (9p)'
@@ -63,6 +62,13 @@ leave() {
 }
 
 if [ "$interactive" = yes ]; then
+    modprobe virtio_console || fail 'no driver for the terminal (virtio_console)'
+    tries=0 # The device appears some time after its driver.
+    while [ ! -c /dev/hvc0 ]; do
+        tries=$((tries + 1))
+        [ $tries -lt 300 ] || fail 'the terminal /dev/hvc0 does not appear'
+        sleep 0.1
+    done
     : >/control/booted
     setsid -c chroot /guest /bin/sh /run/vm/guest.sh <>/dev/hvc0 >&0 2>&1
     leave $?
@@ -81,7 +87,7 @@ chroot /guest /bin/sh /run/vm/guest.sh </dev/null >&3 2>&4 3>&- 4>&-
 code=$?
 exec 3>&- 4>&-
 for process in /proc/[0-9]*; do
-    [ "$(readlink "$process/root")" != /guest ] || kill -9 "${process#/proc/}" 2>/dev/null
+    [ ! "$process/root/" -ef /guest ] || kill -9 "${process#/proc/}" 2>/dev/null
 done
 wait $out_writer $err_writer
 leave $code

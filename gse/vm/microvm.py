@@ -32,7 +32,7 @@ CANS_MAX = 8
 OUTPUT_MAX = 1 << 30
 CONSOLE_LINES = 40
 LIMIT_REACHED, NOT_STARTED, INTERRUPTED = 124, 125, 130
-NEXT_STEP = "make build/setup/vm"
+NEXT_STEP = "rm -rf build/vm && make build/setup/vm"
 SYSTEM_PATHS = ["/usr/local/sbin", "/usr/sbin", "/sbin", "/usr/local/bin", "/usr/bin", "/bin"]
 # What make says to its children is no business of those in the guest.
 NOT_PASSED = {"MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEOVERRIDES", "MAKE_TERMOUT", "MAKE_TERMERR", "CMD", "SECONDS", "CANS",
@@ -109,7 +109,7 @@ def arguments(folder, control, out, cans, memory, append, interactive):
             "-smp", "2", "-m", str(memory), "-nodefaults", "-display", "none", "-no-reboot", "-nic", "none",
             "-serial", f"file:{control / 'console'}",
             "-kernel", str(folder / "vmlinux"), "-initrd", str(folder / "initramfs.cpio"),
-            "-append", f"console=ttyS0 quiet panic=-1 mitigations=off random.trust_cpu=on {append}".strip()]
+            "-append", f"console=ttyS0 quiet panic=-1 mitigations=off cryptomgr.notests random.trust_cpu=on {append}".strip()]
     for tag, path, options in (("root", "/", ",readonly=on,multidevs=remap"), ("control", control, ""), ("out", out, "")):
         path = str(path).replace(",", ",,")
         line += ["-fsdev", f"local,id={tag},path={path},security_model=none{options}",
@@ -124,7 +124,7 @@ def arguments(folder, control, out, cans, memory, append, interactive):
 def check(folder, out, cans, memory):
     """Raise NotStarted for what cannot work."""
     if not shutil.which(QEMU):
-        raise NotStarted(f"{QEMU} is not installed; run: {NEXT_STEP}")
+        raise NotStarted(f"{QEMU} is not installed; run: sh gse/setup/setup.sh hil")
     for name in ("vmlinux", "initramfs.cpio"):
         if not (folder / name).is_file():
             raise NotStarted(f"{folder / name} is not there; run: {NEXT_STEP}")
@@ -142,7 +142,7 @@ def failure(what, control):
     """NotStarted with what is known: what the emulator said, the console's end, the next step."""
     said = (control / "emulator").read_text(errors="replace").strip()
     return NotStarted(f"the micro-VM {what}" + (f"; {QEMU} says: {said}" if said else "") + "\nEnd of its console:\n"
-                      + console_end(control / "console") + f"\nNext step: rm -r build/vm && {NEXT_STEP}")
+                      + console_end(control / "console") + f"\nNext step: {NEXT_STEP}")
 
 
 def wait_for_boot(process, control, boot_seconds):

@@ -18,16 +18,17 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build" / "vm"
+DEPMOD = ["/sbin/depmod", "--basedir"]
 PACKAGE = "linux-image-amd64"
 XZ_MAGIC = b"\xfd7zXZ\x00"
 
-# Loaded at boot in this order, each after what it depends on; the others when somebody asks for them.
+# Loaded at boot, with what they depend on; the others when somebody asks for them.
 AT_BOOT = ["virtio_pci", "9pnet_virtio", "9p", "overlay", "can", "can-raw", "vcan", "vxcan", "tipc"]
-FOR_SHELL = ["virtio_console"]
-ON_DEMAND = ["can-gw", "can-bcm", "can-isotp", "can-dev", "kvaser_pci", "veth", "dummy", "sch_netem", "udp_tunnel",
-             "ip6_udp_tunnel", "gcm", "ghash-generic", "ctr", "cmac"]
-UNPACKED = re.compile(r"\./(boot/vmlinuz-[^/]+|lib/modules/[^/]+/(modules\.(builtin|builtin\.modinfo|order)|kernel/(net|lib|crypto|"
-                      r"fs/(9p|overlayfs|netfs|fscache)|drivers/(virtio|net/can|char)|arch/x86/crypto)/.*\.ko|"
+ON_DEMAND = ["virtio_console", "can-gw", "can-bcm", "can-isotp", "can-dev", "kvaser_pci", "veth", "dummy", "sch_netem",
+             "udp_tunnel", "ip6_udp_tunnel", "gcm", "ghash-generic", "ctr", "cmac"]
+LISTINGS = ["modules.builtin", "modules.builtin.modinfo", "modules.order"]
+UNPACKED = re.compile(r"\./(boot/vmlinuz-[^/]+|lib/modules/[^/]+/(modules\.(builtin|builtin\.modinfo|order)|"
+                      r"kernel/(net|lib|crypto|fs/(9p|overlayfs|netfs|fscache)|drivers/(virtio|net/can|char))/.*\.ko|"
                       r"kernel/drivers/net/(veth|dummy)\.ko))$")
 
 
@@ -98,27 +99,25 @@ def uncompressed(kernel):
 
 
 def dependencies(modules, wanted):
-    """Paths of the wanted modules and of all they need, in an order to load them; what the kernel has built in is left out."""
-    subprocess.run(["/sbin/depmod", "-b", modules.parents[2], modules.name], check=True)
+    """Paths of the wanted modules and of all they need; what the kernel has built in is left out."""
+    subprocess.run([*DEPMOD, modules.parents[2], modules.name], check=True)
     needs, path_of = {}, {}
     for line in (modules / "modules.dep").read_text().splitlines():
         path, _, others = line.partition(":")
         needs[path] = others.split()
         path_of[pathlib.Path(path).stem.replace("-", "_")] = path
     built_in = {pathlib.Path(line).stem.replace("-", "_") for line in (modules / "modules.builtin").read_text().split()}
-    order = []
+    paths = set()
     for name in (name.replace("-", "_") for name in wanted):
         if name in built_in:
             continue
         if name not in path_of:
             raise Unavailable(f"the kernel {modules.name} has no module {name}; the micro-VM needs one that has")
-        path = path_of[name]
-        # modules.dep lists the whole chain, the deepest last.
-        order += [one for one in [*reversed(needs[path]), path] if one not in order]
-    return order
+        paths |= {path_of[name], *needs[path_of[name]]}  # modules.dep lists the whole chain
+    return sorted(paths)
 
 
-def make_initramfs(modules, target, at_boot=(*AT_BOOT, *FOR_SHELL)):
+def make_initramfs(modules, target, at_boot=AT_BOOT):
     """Write the initial file system: busybox, our init, the modules. `at_boot`: what init loads."""
     busybox = shutil.which("busybox", path="/usr/bin:/bin")
     if not busybox:
@@ -136,10 +135,10 @@ def make_initramfs(modules, target, at_boot=(*AT_BOOT, *FOR_SHELL)):
         for path in dependencies(modules, [*at_boot, *ON_DEMAND]):
             (kept / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(modules / path, kept / path)
-        for listing in ("modules.builtin", "modules.builtin.modinfo", "modules.order"):
+        for listing in LISTINGS:
             shutil.copy(modules / listing, kept)
-        load = [f"/lib/modules/{modules.name}/{path}\n" for path in dependencies(kept, at_boot)]
-        (tree / "modules-at-boot").write_text("".join(load))
+        subprocess.run([*DEPMOD, tree, modules.name], check=True)
+        (tree / "modules-at-boot").write_text(" ".join(at_boot))
         shutil.copy(pathlib.Path(__file__).parent / "init.sh", tree / "init")
         (tree / "init").chmod(0o755)
         names = "\0".join(sorted(str(path.relative_to(tree)) for path in tree.rglob("*")))
@@ -161,11 +160,11 @@ def prepare(folder=FOLDER):
             modules = work / "lib" / "modules" / version
             make_initramfs(modules, work / "initramfs.cpio")  # What this kernel lacks is told before anything is kept.
             shutil.rmtree(folder / "lib", ignore_errors=True)
-            for path in dependencies(modules, [*AT_BOOT, *FOR_SHELL, *ON_DEMAND]):
+            for path in dependencies(modules, [*AT_BOOT, *ON_DEMAND]):
                 kept = folder / "lib" / "modules" / version / path
                 kept.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(modules / path, kept)
-            for listing in ("modules.builtin", "modules.builtin.modinfo", "modules.order"):
+            for listing in LISTINGS:
                 shutil.copy(modules / listing, folder / "lib" / "modules" / version)
             (work / "vmlinux").write_bytes(uncompressed(kernel))
             (work / "vmlinux").rename(folder / "vmlinux")

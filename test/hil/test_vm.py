@@ -86,8 +86,8 @@ def test_make_passes_the_command_as_it_is_written(tmp_path):
 
 
 def test_time_limit_ends_a_command_that_hangs(kernel_folder, tmp_path):
-    outcome = microvm.run("echo begun; sleep 1000", seconds=2, out=tmp_path / "out", folder=kernel_folder)
-    assert (outcome.code, outcome.limit, outcome.stdout) == (microvm.LIMIT_REACHED, True, b"begun\n")
+    outcome = microvm.run("sleep 1000", seconds=1, out=tmp_path / "out", folder=kernel_folder)
+    assert (outcome.code, outcome.limit) == (microvm.LIMIT_REACHED, True)
 
 
 def test_ctrl_c_ends_it(tmp_path):
@@ -154,9 +154,9 @@ def test_a_guest_that_never_gets_ready_is_ended(kernel_folder, tmp_path):
 
 def test_missing_parts_are_named(kernel_folder, tmp_path, monkeypatch):
     (kernel_folder / "initramfs.cpio").unlink()
-    assert "initramfs.cpio is not there; run: make" in refusal(kernel_folder, tmp_path)
+    assert f"initramfs.cpio is not there; run: {microvm.NEXT_STEP}" in refusal(kernel_folder, tmp_path)
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert "qemu-system-x86_64 is not installed; run: make" in refusal(kernel_folder, tmp_path)
+    assert "qemu-system-x86_64 is not installed; run: sh gse/setup/setup.sh hil" in refusal(kernel_folder, tmp_path)
 
 
 @pytest.mark.parametrize("options, told", [({"cans": 9}, "9 CAN controllers, expected 0 to 8"),
