@@ -149,6 +149,12 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
             arguments_add(arguments, bus->name);
         }
     }
+    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) { // When all are known.
+        const mission_bus_t* const bus = &launcher->mission.buses[i];
+        if (bus->redundant_to[0] != '\0') {
+            add_bus(arguments, "--redundant", bus->name, bus->redundant_to);
+        }
+    }
 }
 
 static void start_simulator(launcher_t* const launcher)

@@ -25,6 +25,13 @@ void master_clear(canopen_master_t* const master)
     master->next_heartbeat_ns = 0U;
 }
 
+void master_use_flow(canopen_master_t* const master, flow_can_t* const flow)
+{
+    FSW_ASSERT((master != NULL) && (flow != NULL));
+    master->flow              = flow;
+    master->next_heartbeat_ns = 0U;
+}
+
 static uint8_t index_of(const canopen_master_t* const master, const uint8_t id)
 {
     for (uint8_t i = 0U; i < master->node_count; i++) {

@@ -81,6 +81,9 @@ void master_init(canopen_master_t* master, const master_config_t* config, flow_c
 /// Forget nodes, routes and emergencies; SYNC off. Counters stay.
 void master_clear(canopen_master_t* master);
 
+/// Speak and listen on another channel from now on; the heartbeat is due at once.
+void master_use_flow(canopen_master_t* master, flow_can_t* flow);
+
 /// Watch a node. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID (id).
 MUST_USE status_t master_add_node(canopen_master_t* master, uint8_t id, uint8_t* out_index);
 /// Hand frames of an identifier to `take`, from master_receive. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED.

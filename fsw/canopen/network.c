@@ -11,13 +11,16 @@ void network_init(canopen_network_t* const network, const network_config_t* cons
 {
     FSW_ASSERT((network != NULL) && (config != NULL) && (config->lost_after_syncs >= 1U));
     *network = (canopen_network_t){.config = *config};
-    flow_can_init(&network->flow);
-    master_init(&network->master, &config->master, &network->flow);
+    for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
+        flow_can_init(&network->flows[i]);
+    }
+    network->flow = &network->flows[NETWORK_CHANNEL_A];
+    master_init(&network->master, &config->master, network->flow);
 }
 
 void network_clear(canopen_network_t* const network)
 {
-    FSW_ASSERT((network != NULL) && !flow_can_is_open(&network->flow));
+    FSW_ASSERT((network != NULL) && !flow_can_is_open(network->flow));
     master_clear(&network->master);
     network->device_count = 0U;
 }
@@ -64,22 +67,95 @@ static void enter(canopen_network_t* const network, const network_phase_t phase,
 }
 
 status_t network_open(canopen_network_t* const network, const flow_resolver_t* const resolver,
-                      const char* const bus)
+                      const char* const bus, const char* const redundant_bus)
 {
     FSW_ASSERT((network != NULL) && (resolver != NULL) && (bus != NULL));
-    const status_t status = flow_can_open(&network->flow, resolver, bus);
-    if (status == STATUS_OK) {
-        network->phase          = NETWORK_RESTING;
-        network->is_booted      = false;
-        network->is_running     = false;
-        network->is_securing    = false;
-        network->told_bus_state = FLOW_CAN_ACTIVE;
-        network->fault_count    = 0U;
+    const char* const buses[NETWORK_CHANNELS] = {bus, redundant_bus};
+    if (buses[network->channel] == NULL) {
+        return STATUS_NOT_FOUND;
     }
-    return status;
+    const status_t status = flow_can_open(network->flow, resolver, buses[network->channel]);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    const uint8_t standby = (uint8_t)(NETWORK_CHANNELS - 1U - network->channel);
+    network->is_standby_missing =
+        (buses[standby] != NULL) &&
+        (flow_can_open(&network->flows[standby], resolver, buses[standby]) != STATUS_OK);
+    network->phase       = NETWORK_RESTING;
+    network->is_booted   = false;
+    network->is_running  = false;
+    network->is_securing = false;
+    network->fault_count = 0U;
+    for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
+        network->told[i] = network_conditions(&network->flows[i]);
+    }
+    return STATUS_OK;
+}
+
+status_t network_select_channel(canopen_network_t* const network, const uint8_t channel)
+{
+    FSW_ASSERT(network != NULL);
+    if (channel >= NETWORK_CHANNELS) {
+        return STATUS_OUT_OF_RANGE;
+    }
+    if (channel == network->channel) {
+        return STATUS_OK;
+    }
+    const bool is_open = flow_can_is_open(network->flow);
+    if (is_open && !flow_can_is_open(&network->flows[channel])) {
+        return STATUS_NOT_FOUND;
+    }
+    if (is_open) {
+        network_stop(network);
+        network->is_booted = false;
+    }
+    network->channel = channel;
+    network->flow    = &network->flows[channel];
+    master_use_flow(&network->master, network->flow);
+    return STATUS_OK;
+}
+
+void network_bus_counters(const canopen_network_t* const network, network_bus_counters_t* const out_counters)
+{
+    FSW_ASSERT((network != NULL) && (out_counters != NULL));
+    network_bus_counters_t sum = {.sent = 0U};
+    for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
+        const flow_can_t* const flow = &network->flows[i];
+        sum.sent += flow->counters.sent;
+        sum.received += flow->counters.received;
+        sum.refused += flow->counters.refused;
+        sum.errors += flow->counters.errors;
+        sum.overruns += flow->counters.overruns;
+        sum.bus_offs += flow->errors.bus_offs;
+        sum.restarts += flow->errors.restarts;
+        sum.missing_acknowledges += flow->errors.missing_acknowledges;
+        sum.transmit_timeouts += flow->errors.transmit_timeouts;
+        sum.lost_arbitrations += flow->errors.lost_arbitrations;
+    }
+    *out_counters = sum;
 }
 
 // ---- Commissioning ------------------------------------------------------------------------------
+
+static bool has_two_channels(const canopen_network_t* const network)
+{
+    return flow_can_is_open(&network->flows[NETWORK_CHANNEL_A]) &&
+           flow_can_is_open(&network->flows[NETWORK_CHANNEL_B]);
+}
+
+/// True when every node has been heard on this channel since the call began, or need not be waited for
+/// longer.
+static bool is_call_over(const canopen_network_t* const network, const uint64_t now_ns)
+{
+    const bool is_late = (now_ns - network->phase_start_ns) >= network->config.call_ns;
+    bool have_all      = true;
+    for (uint8_t i = 0U; i < network->device_count; i++) {
+        const master_node_t* const node = &network->master.nodes[network->devices[i].device.index];
+        have_all                        = have_all && (node->heard_ns > network->phase_start_ns);
+    }
+    return have_all || is_late;
+}
 
 static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
 {
@@ -117,7 +193,7 @@ static bool have_all_booted(canopen_network_t* const network, const uint64_t now
             if (is_retry) {
                 tell_waiting(network, &network->devices[i], REFUSAL_NOT_BOOTED);
             }
-            if (is_retry && !network->flow.health.is_unacknowledged) {
+            if (is_retry && !network->flow->health.is_unacknowledged) {
                 (void)master_command(&network->master, device->node, NMT_RESET_NODE);
             }
         }
@@ -164,11 +240,16 @@ static status_t identify_all(canopen_network_t* const network)
 status_t network_boot(canopen_network_t* const network, const uint64_t now_ns)
 {
     FSW_ASSERT(network != NULL);
-    if (!flow_can_is_open(&network->flow)) {
+    if (!flow_can_is_open(network->flow)) {
         return STATUS_CLOSED;
     }
     if (network->phase == NETWORK_RESTING) {
-        begin_boot(network, now_ns);
+        enter(network, NETWORK_CALLING, now_ns);
+    }
+    if (network->phase == NETWORK_CALLING) {
+        if (!has_two_channels(network) || is_call_over(network, now_ns)) {
+            begin_boot(network, now_ns);
+        }
         return STATUS_BUSY;
     }
     if (network->phase == NETWORK_BOOTING) {
@@ -185,6 +266,10 @@ status_t network_boot(canopen_network_t* const network, const uint64_t now_ns)
     const status_t status = identify_all(network);
     if (status != STATUS_BUSY) {
         network->is_booted = (status == STATUS_OK);
+        if (network->is_booted && network->is_standby_missing) {
+            network_tell_condition(network, (uint8_t)(NETWORK_CHANNELS - 1U - network->channel),
+                                   NETWORK_BUS_MISSING);
+        }
         enter(network, NETWORK_RESTING, now_ns);
     }
     return status;
@@ -298,7 +383,7 @@ void network_stop(canopen_network_t* const network)
         device_disconnect(&network->devices[i].device);
         sdo_client_reset(&network->master.nodes[network->devices[i].device.index].sdo);
     }
-    if (flow_can_is_open(&network->flow) && !network->flow.health.is_unacknowledged) {
+    if (flow_can_is_open(network->flow) && !network->flow->health.is_unacknowledged) {
         (void)master_command(&network->master, ALL_NODES, NMT_PRE_OPERATIONAL);
     }
     network->phase       = NETWORK_RESTING;
@@ -311,7 +396,7 @@ void network_reset_nodes(canopen_network_t* const network)
     FSW_ASSERT(network != NULL);
     network_stop(network);
     network->is_booted = false;
-    if (flow_can_is_open(&network->flow) && !network->flow.health.is_unacknowledged) {
+    if (flow_can_is_open(network->flow) && !network->flow->health.is_unacknowledged) {
         (void)master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
     }
 }
@@ -322,7 +407,9 @@ void network_close(canopen_network_t* const network)
     network->is_booted  = false;
     network->is_running = false;
     network->phase      = NETWORK_RESTING;
-    flow_can_close(&network->flow);
+    for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
+        flow_can_close(&network->flows[i]);
+    }
 }
 
 // ---- The cycle ----------------------------------------------------------------------------------

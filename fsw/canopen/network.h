@@ -8,6 +8,11 @@
 /// cycle begins with network_sense and ends with network_emit. What goes wrong comes out of
 /// network_take_fault.
 ///
+/// A bus may have two channels, A and B (ECSS-E-ST-50-15C). The master sends on the active one only, and by
+/// its heartbeat the devices know which that is; it changes by network_select_channel, never by itself. The
+/// controller of the other channel is open as well: what it hears is counted and dropped, and its condition
+/// is watched.
+///
 /// Ownership  The caller places canopen_network_t; it must not be moved. Context: one task. Never blocks.
 /// Time       Pushed in. O(devices + frames).
 /// Errors     Each function lists its statuses. Functions that take several cycles return STATUS_BUSY until
@@ -28,10 +33,14 @@
 #define NETWORK_DEVICES_MAX 4U
 #define NETWORK_SETTINGS_MAX 32U
 #define NETWORK_FAULTS_MAX 16U
+#define NETWORK_CHANNELS 2U
+#define NETWORK_CHANNEL_A 0U
+#define NETWORK_CHANNEL_B 1U
 
 typedef struct {
     master_config_t master;
     uint32_t lost_after_syncs;    ///< A device that leaves so many SYNCs unanswered is lost.
+    uint64_t call_ns;             ///< With two channels: longest time for devices to come to the active one.
     uint64_t boot_retry_ns;       ///< A node that has not booted after this is told again.
     uint64_t silence_told_ns;     ///< Process data that have not come after this are told as missing.
     uint64_t quick_stop_limit_ns; ///< Longest braking before voltage is taken away.
@@ -41,7 +50,7 @@ typedef enum {
     NETWORK_DEVICE_LOST,   ///< Silent, rebooted, or the bus is dead. Once per device and commissioning.
     NETWORK_DRIVE_FAULT,   ///< Fault, high-severity emergency, or out of operation by itself. Once, as above.
     NETWORK_DRIVE_WARNING, ///< Medium-severity emergency.
-    NETWORK_BUS_WARNING,   ///< Low-severity emergency (node), or our controller's error state (node 0).
+    NETWORK_BUS_WARNING,   ///< Low-severity emergency (node), or a condition of our controller (node 0).
     NETWORK_DEVICE_REFUSED ///< Cannot be commissioned: see refusal.
 } network_fault_kind_t;
 
@@ -57,10 +66,22 @@ typedef enum {
     REFUSAL_SILENT     = 7  ///< No process data yet after the start.
 } network_refusal_t;
 
+/// Code of NETWORK_BUS_WARNING of node 0; + 0x100 for channel B.
+typedef enum {
+    NETWORK_BUS_ERROR_WARNING    = FLOW_CAN_WARNING,
+    NETWORK_BUS_ERROR_PASSIVE    = FLOW_CAN_PASSIVE,
+    NETWORK_BUS_OFF              = FLOW_CAN_BUS_OFF,
+    NETWORK_BUS_OVERRUN          = 4, ///< Frames were received and lost.
+    NETWORK_BUS_TRANSMIT_TIMEOUT = 5, ///< A frame could not be sent in time.
+    NETWORK_BUS_RESTARTED        = 6, ///< Our controller is back from bus-off.
+    NETWORK_BUS_MISSING          = 7  ///< The controller of the other channel could not be opened.
+} network_bus_condition_t;
+#define NETWORK_BUS_CHANNEL_B 0x100U
+
 typedef struct {
     network_fault_kind_t kind;
     uint8_t node;
-    uint16_t code;             ///< Emergency code; DRIVE_FAULT without one: statusword.
+    uint16_t code; ///< Emergency code; DRIVE_FAULT without one: statusword; node 0: network_bus_condition_t.
     network_refusal_t refusal; ///< Of DEVICE_REFUSED, as the next two.
     uint32_t object;           ///< Index << 8 | subindex; 0: none.
     uint32_t detail;
@@ -76,8 +97,31 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
     uint16_t setting_count;
 } network_device_t;
 
+typedef struct { // Of both channels together [frames, error frames, wrap].
+    uint32_t sent;
+    uint32_t received;
+    uint32_t refused;
+    uint32_t errors;
+    uint32_t overruns;
+    uint32_t bus_offs;
+    uint32_t restarts;
+    uint32_t missing_acknowledges;
+    uint32_t transmit_timeouts;
+    uint32_t lost_arbitrations;
+} network_bus_counters_t;
+
+typedef struct { // Private: a controller as it was looked at last.
+    flow_can_state_t state;
+    uint32_t overruns;
+    uint32_t transmit_timeouts;
+    uint32_t bus_offs;
+    uint32_t restarts;
+    uint64_t overrun_ns; ///< When frames were lost last: what goes on is told once.
+} network_conditions_t;
+
 typedef enum { // Private.
     NETWORK_RESTING,
+    NETWORK_CALLING,
     NETWORK_BOOTING,
     NETWORK_IDENTIFYING,
     NETWORK_CONFIGURING,
@@ -86,17 +130,21 @@ typedef enum { // Private.
 
 typedef struct { // Read-only outside, but for the axes of its devices.
     network_config_t config;
-    flow_can_t flow;
+    flow_can_t flows[NETWORK_CHANNELS];
+    uint8_t channel;  ///< The active one.
+    flow_can_t* flow; ///< Its flow.
     canopen_master_t master;
     network_device_t devices[NETWORK_DEVICES_MAX];
     uint8_t device_count;
     network_phase_t phase;
+    bool is_standby_missing; ///< The other channel exists, but could not be opened.
     bool is_booted;
     bool is_running; ///< Process data flow.
     bool is_securing;
     uint64_t phase_start_ns;
     uint64_t secure_start_ns;
-    flow_can_state_t told_bus_state;
+    bool was_bus_off; ///< The controller of the active channel left the bus since the last cycle.
+    network_conditions_t told[NETWORK_CHANNELS];
     network_fault_t faults[NETWORK_FAULTS_MAX];
     uint8_t fault_first;
     uint8_t fault_count;
@@ -113,11 +161,20 @@ MUST_USE status_t network_add(canopen_network_t* network, const char* type, uint
 /// Index of a node's device. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t network_find(const canopen_network_t* network, uint8_t node, uint8_t* out_index);
 
-/// Statuses of flow_can_open.
-MUST_USE status_t network_open(canopen_network_t* network, const flow_resolver_t* resolver, const char* bus);
-/// Reset all nodes, see each boot, identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node
-/// has booted anew meanwhile); statuses of device_identify_step. What is wrong with which device comes out of
-/// network_take_fault as DEVICE_REFUSED, here and in the two functions below.
+/// Open both channels; `redundant_bus` is null where there is no B. One that cannot be opened counts as not
+/// there, unless it is the active one. Statuses of flow_can_open; STATUS_NOT_FOUND also: no channel B.
+MUST_USE status_t network_open(canopen_network_t* network, const flow_resolver_t* resolver, const char* bus,
+                               const char* redundant_bus);
+/// Make a channel the active one: now, with process data stopped, or for the next network_open. Every device
+/// has to be commissioned anew. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel); STATUS_NOT_FOUND (open, but
+/// without that channel).
+status_t network_select_channel(canopen_network_t* network, uint8_t channel);
+/// Counters of both channels together.
+void network_bus_counters(const canopen_network_t* network, network_bus_counters_t* out_counters);
+/// With two channels: call the devices to the active one by our heartbeat. Reset all nodes, see each boot,
+/// identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node has booted anew meanwhile);
+/// statuses of device_identify_step. What is wrong with which device comes out of network_take_fault as
+/// DEVICE_REFUSED, here and in the two functions below.
 status_t network_boot(canopen_network_t* network, uint64_t now_ns);
 
 /// Forget the settings of all devices; before network_set.

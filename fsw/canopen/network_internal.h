@@ -7,6 +7,10 @@
 
 /// Queue a fault; one that finds no room is counted.
 void network_tell(canopen_network_t* network, const network_fault_t* fault);
+/// A controller as it is.
+network_conditions_t network_conditions(const flow_can_t* flow);
+/// Tell what has become of one of our controllers.
+void network_tell_condition(canopen_network_t* network, uint8_t channel, network_bus_condition_t condition);
 /// Tell that a device is not commissioned, for a reason of its own.
 void network_tell_refusal(canopen_network_t* network, const network_device_t* place,
                           network_refusal_t refusal);

@@ -6,6 +6,8 @@
 
 #include <stddef.h>
 
+#define OVERRUN_QUIET_NS 1000000000ULL // Lost frames are told anew after a second without.
+
 void network_tell(canopen_network_t* const network, const network_fault_t* const fault)
 {
     FSW_ASSERT((network != NULL) && (fault != NULL));
@@ -23,6 +25,14 @@ static void tell(canopen_network_t* const network, const network_fault_kind_t ki
 {
     const network_fault_t fault = {.kind = kind, .node = node, .code = code};
     network_tell(network, &fault);
+}
+
+void network_tell_condition(canopen_network_t* const network, const uint8_t channel,
+                            const network_bus_condition_t condition)
+{
+    FSW_ASSERT(network != NULL);
+    const uint16_t offset = (channel == NETWORK_CHANNEL_B) ? NETWORK_BUS_CHANNEL_B : 0U;
+    tell(network, NETWORK_BUS_WARNING, 0U, (uint16_t)((uint16_t)condition + offset));
 }
 
 void network_tell_refusal(canopen_network_t* const network, const network_device_t* const place,
@@ -72,14 +82,14 @@ static void watch_presence(canopen_network_t* const network, network_device_t* c
 {
     const canopen_device_t* const device = &place->device;
     const master_node_t* const node      = &network->master.nodes[device->index];
-    const flow_can_health_t* const bus   = &network->flow.health;
+    const flow_can_health_t* const bus   = &network->flow->health;
     const uint32_t silence               = network->is_running ? device_silence(device) : 0U;
     if (silence > 0U) {
         place->missed++;
     }
     const bool is_gone = (silence >= network->config.lost_after_syncs) || node->is_heartbeat_lost ||
                          (node->boots != device->boots) || (bus->state == FLOW_CAN_BUS_OFF) ||
-                         bus->is_unacknowledged;
+                         network->was_bus_off || bus->is_unacknowledged;
     if (is_gone && !place->is_lost) {
         place->is_lost = true;
         tell(network, NETWORK_DEVICE_LOST, device->node, 0U);
@@ -124,25 +134,77 @@ static void take_emergencies(canopen_network_t* const network)
     }
 }
 
-static void watch_bus(canopen_network_t* const network)
+network_conditions_t network_conditions(const flow_can_t* const flow)
 {
-    const flow_can_state_t state = network->flow.health.state;
-    if (network->is_booted && (state > network->told_bus_state)) {
-        tell(network, NETWORK_BUS_WARNING, 0U, (uint16_t)state);
+    FSW_ASSERT(flow != NULL);
+    return (network_conditions_t){.state             = flow->health.state,
+                                  .overruns          = flow->counters.overruns,
+                                  .transmit_timeouts = flow->errors.transmit_timeouts,
+                                  .bus_offs          = flow->errors.bus_offs,
+                                  .restarts          = flow->errors.restarts};
+}
+
+static void tell_conditions(canopen_network_t* const network, const uint8_t channel,
+                            const network_conditions_t* const told, const network_conditions_t* const now)
+{
+    if (now->state > told->state) {
+        network_tell_condition(network, channel, (network_bus_condition_t)now->state);
     }
-    network->told_bus_state = state;
+    const bool is_first =
+        (told->overrun_ns == 0U) || ((now->overrun_ns - told->overrun_ns) >= OVERRUN_QUIET_NS);
+    if ((now->overruns != told->overruns) && is_first) {
+        network_tell_condition(network, channel, NETWORK_BUS_OVERRUN);
+    }
+    if (now->transmit_timeouts != told->transmit_timeouts) {
+        network_tell_condition(network, channel, NETWORK_BUS_TRANSMIT_TIMEOUT);
+    }
+    if (now->restarts != told->restarts) {
+        network_tell_condition(network, channel, NETWORK_BUS_RESTARTED);
+    }
+}
+
+/// Our controllers. What they had to say before the devices were commissioned does not matter.
+static void watch_bus(canopen_network_t* const network, const uint8_t channel, const uint64_t now_ns)
+{
+    network_conditions_t* const told = &network->told[channel];
+    network_conditions_t now         = network_conditions(&network->flows[channel]);
+    now.overrun_ns                   = (now.overruns != told->overruns) ? now_ns : told->overrun_ns;
+    if (network->is_booted) {
+        tell_conditions(network, channel, told, &now);
+    }
+    if (channel == network->channel) { // It may be back already.
+        network->was_bus_off = (now.bus_offs != told->bus_offs);
+    }
+    *told = now;
+}
+
+/// The other channel: nobody speaks to us there.
+static void drain_standby(canopen_network_t* const network)
+{
+    osal_can_frame_t frame;
+    flow_can_t* const standby = &network->flows[NETWORK_CHANNELS - 1U - network->channel];
+    for (unsigned i = 0U; i < MASTER_FRAMES_PER_CYCLE; i++) {
+        if (flow_can_receive(standby, &frame) != STATUS_OK) {
+            break;
+        }
+    }
 }
 
 void network_sense(canopen_network_t* const network, const uint64_t now_ns)
 {
     FSW_ASSERT(network != NULL);
-    if (!flow_can_is_open(&network->flow)) {
+    if (!flow_can_is_open(network->flow)) {
         return;
     }
-    flow_can_attend(&network->flow, now_ns);
+    for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
+        flow_can_attend(&network->flows[i], now_ns);
+    }
     master_receive(&network->master, now_ns);
+    drain_standby(network);
     take_emergencies(network);
-    watch_bus(network);
+    for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
+        watch_bus(network, i, now_ns);
+    }
     for (uint8_t i = 0U; network->is_booted && (i < network->device_count); i++) {
         network_device_t* const place = &network->devices[i];
         watch_presence(network, place);

@@ -21,6 +21,7 @@ static const network_config_t network_config = {
                             .heartbeat_timeout_ns = 60U * MILLISECOND_NS,
                             .sdo_timeout_ns       = 50U * MILLISECOND_NS},
     .lost_after_syncs    = 3U, // One lost frame is no lost device; three in a row have one cause.
+    .call_ns             = 160U * MILLISECOND_NS, // They change channel every 120 ms, and speak every 20 ms.
     .boot_retry_ns       = 300U * MILLISECOND_NS,
     .silence_told_ns     = 100U * MILLISECOND_NS,
     .quick_stop_limit_ns = 200U * MILLISECOND_NS,
@@ -49,10 +50,11 @@ static void raise_fault(drives_t* const drives, const network_fault_t* const fau
     }
     uint8_t octets[EVENT_OCTETS_MAX];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
-    if (fault->kind != NETWORK_BUS_WARNING) {
+    const bool has_data   = (event->octets > 0U); // BUS_WARNING may do without.
+    if (has_data) {
         octet_write_u8(&writer, fault->node);
     }
-    if ((fault->kind == NETWORK_DRIVE_FAULT) || (fault->kind == NETWORK_DRIVE_WARNING)) {
+    if (has_data && (fault->kind != NETWORK_DEVICE_LOST) && (fault->kind != NETWORK_DEVICE_REFUSED)) {
         octet_write_u16(&writer, fault->code);
     }
     if (fault->kind == NETWORK_DEVICE_REFUSED) {
@@ -86,11 +88,11 @@ static const descriptor_endnode_t* can_endnode(const subsystem_descriptor_t* con
     return NULL;
 }
 
-/// Every device of every configuration, each node once. *out_bus is the bus of them all.
-static status_t add_devices(drives_t* const drives, const char** const out_bus)
+/// Every device of every configuration, each node once. *out_buses are the channels of them all.
+static status_t add_devices(drives_t* const drives, const descriptor_endnode_t** const out_buses)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    *out_bus                                       = NULL;
+    *out_buses                                     = NULL;
     network_clear(&drives->network);
     for (uint16_t i = 0U; i < descriptor->device_count; i++) {
         const descriptor_device_t* const device   = &descriptor->devices[i];
@@ -98,10 +100,11 @@ static status_t add_devices(drives_t* const drives, const char** const out_bus)
         if (endnode == NULL) {
             return STATUS_INVALID;
         }
-        if (*out_bus == NULL) {
-            *out_bus = endnode->bus;
+        if (*out_buses == NULL) {
+            *out_buses = endnode;
         }
-        if (strcmp(*out_bus, endnode->bus) != 0) {
+        if ((strcmp((*out_buses)->bus, endnode->bus) != 0) ||
+            (strcmp((*out_buses)->redundant_bus, endnode->redundant_bus) != 0)) {
             return STATUS_INVALID;
         }
         uint8_t index = 0U;
@@ -113,17 +116,18 @@ static status_t add_devices(drives_t* const drives, const char** const out_bus)
             return status;
         }
     }
-    return (*out_bus != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
+    return (*out_buses != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
 }
 
 status_t drives_hardware_init(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
-    if (!flow_can_is_open(&drives->network.flow)) {
-        const char* bus = NULL;
-        status_t status = add_devices(drives, &bus);
+    if (!flow_can_is_open(drives->network.flow)) {
+        const descriptor_endnode_t* buses = NULL;
+        status_t status                   = add_devices(drives, &buses);
         if (status == STATUS_OK) {
-            status = network_open(&drives->network, drives->resolver, bus);
+            const char* const channel_b = (buses->redundant_bus[0] != '\0') ? buses->redundant_bus : NULL;
+            status = network_open(&drives->network, drives->resolver, buses->bus, channel_b);
         }
         if (status != STATUS_OK) {
             return status;
@@ -224,7 +228,7 @@ status_t drives_hardware_deinit(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
     drives->configuration = NULL;
-    if (!flow_can_is_open(&drives->network.flow)) {
+    if (!flow_can_is_open(drives->network.flow)) {
         return STATUS_OK;
     }
     if (!drives->is_closing) {
@@ -256,6 +260,33 @@ status_t drives_secure(drives_t* const drives)
     FSW_ASSERT(drives != NULL);
     drives->goal = CIA402_GOAL_DISABLED;
     return network_secure(&drives->network, subsystem_now_ns(drives->generic));
+}
+
+/// True if some device of the descriptor has a channel B.
+static bool has_channel_b(const subsystem_descriptor_t* const descriptor)
+{
+    for (uint16_t i = 0U; i < descriptor->device_count; i++) {
+        const descriptor_endnode_t* const endnode = can_endnode(descriptor, &descriptor->devices[i]);
+        if ((endnode != NULL) && (endnode->redundant_bus[0] != '\0')) {
+            return true;
+        }
+    }
+    return false;
+}
+
+status_t drives_select_channel(drives_t* const drives, const uint8_t channel)
+{
+    FSW_ASSERT(drives != NULL);
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
+    if ((channel == NETWORK_CHANNEL_B) && !has_channel_b(descriptor)) {
+        return STATUS_OUT_OF_RANGE;
+    }
+    const status_t status                 = network_select_channel(&drives->network, channel);
+    const descriptor_event_t* const event = descriptor_find_event_name(descriptor, "CHANNEL_SELECTED");
+    if ((status == STATUS_OK) && (event != NULL)) {
+        (void)subsystem_raise(drives->generic, event->id, &channel, 1U);
+    }
+    return status;
 }
 
 void drives_sense(drives_t* const drives)

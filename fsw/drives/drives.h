@@ -6,8 +6,8 @@
 /// their settings and their end nodes come from the descriptor: in HARDWARE_INIT all devices that any
 /// configuration names are brought up, in PRE_OPERATIONAL those get their settings that the configuration
 /// names. Faults become the events DEVICE_LOST, DRIVE_FAULT {node u8, code u16}, DRIVE_WARNING, BUS_WARNING
-/// and DEVICE_REFUSED {node u8, reason u8 as network_refusal_t, object u32, detail u32}, where the descriptor
-/// has them.
+/// {node u8, code u16} and DEVICE_REFUSED {node u8, reason u8 as network_refusal_t, object u32, detail u32},
+/// where the descriptor has them; the selection of a channel is told by CHANNEL_SELECTED {channel u8}.
 ///
 /// Ownership  The caller places drives_t; it must not be moved. Subsystem and resolver outlive it.
 /// Context    The subsystem's task. Never blocks. Time: pushed in by the subsystem.
@@ -53,6 +53,11 @@ status_t drives_secure(drives_t* drives);
 status_t drives_post(drives_t* drives);
 /// Nodes reset, bus closed. STATUS_BUSY; STATUS_OK.
 status_t drives_hardware_deinit(drives_t* drives);
+
+/// Make channel 0 (A) or 1 (B) of the bus the active one, at once or for the next HARDWARE_INIT. It must be
+/// called only where all axes are out of operation. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel, or a bus
+/// without channel B); STATUS_NOT_FOUND (the controller of that channel could not be opened).
+status_t drives_select_channel(drives_t* drives, uint8_t channel);
 
 /// Start of a cycle: take in frames and raise events for what went wrong.
 void drives_sense(drives_t* drives);

@@ -106,7 +106,7 @@ def _nodes(mission, bus):
     for _, subsystem in mission.subsystems:
         for configuration in subsystem.configurations:
             for device in configuration.devices:
-                ends = [end for end in device.endnodes if end.text("type") == "CAN" and end.text("bus") == bus]
+                ends = [end for end in device.endnodes if end.text("type") == "CAN" and bus in (end.text("bus"), end.text("redundantBus"))]
                 for end in ends[:1]:
                     number = end.unsigned("node", 1, 127)
                     loaded = sheet.of_class(device.element, device.type)

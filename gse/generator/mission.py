@@ -29,10 +29,11 @@ TABLE = {
     ("Plan", "Action"): "do! target state mode after",
     ("Mission", "PacketLog"): "strategy ringRecords",
     ("Mission", "Buses"): "",
-    ("Buses", "Bus"): "name! bitRate! dataBitRate",
+    ("Buses", "Bus"): "name! redundantTo bitRate! dataBitRate",
     ("Mission", "Transports"): "messages links",
     ("Mission", "Ground"): "address! port!",
 }
+REDUNDANT_BUS = "a bus of the mission that is not redundant itself and has one redundant bus"
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
 EPOCH = re.compile(r"(\d{4})-(\d{2})-(\d{2})T(\d{2}):(\d{2}):(\d{2})\Z")
 REQUESTABLE = tuple(STATES[number] for number in REST_STATES)
@@ -149,9 +150,18 @@ def _users(_, container):
 def _buses(_, container):
     for index, element in enumerate(container.children):
         element.lower_identifier()
+        if "redundantTo" in element.attributes:
+            element.lower_identifier("redundantTo")
         element.unsigned("bitRate", 10000, 1000000)
         element.unsigned("dataBitRate", 10000, 8000000)
         unique(container.children[: index + 1], "name")
+    single = {element.attributes["name"] for element in container.children if "redundantTo" not in element.attributes}
+    for element in container.children:
+        if "redundantTo" not in element.attributes:
+            continue
+        if element.attributes["redundantTo"] not in single:
+            element.wrong("redundantTo", REDUNDANT_BUS)
+        single.discard(element.attributes["redundantTo"])
 
 
 def _packet_log(_, element):
@@ -255,12 +265,14 @@ def _load_subsystem(mission, path, element):
             f"{element.attributes['name']} {element.attributes['id']}: its descriptor says {loaded.name} {loaded.apid}"
         )
     buses = mission.element.first("Buses")
-    known = [bus.attributes["name"] for bus in buses.children] if buses else []
+    known = {bus.attributes["name"]: bus.text("redundantTo") for bus in buses.children} if buses else {}
     for configuration in loaded.configurations:
         for device in configuration.devices:
             for endnode in device.endnodes:
                 if endnode.text("bus") is not None and endnode.text("bus") not in known:
                     endnode.wrong("bus", "a bus of the mission")
+                if endnode.text("redundantBus") is not None and known.get(endnode.text("redundantBus")) != endnode.text("bus"):
+                    endnode.wrong("redundantBus", "a bus of the mission that is redundantTo its bus")
     mission.subsystems.append((element, loaded))
 
 

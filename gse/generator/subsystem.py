@@ -54,7 +54,7 @@ TABLE = {
     ("Configuration", "Devices"): "",
     ("Devices", "Device"): "name! type!",
     ("Device", "Setting"): "object! type! value!",
-    ("Device", "Endnode"): "type! bus node name address port framing order direction baud",
+    ("Device", "Endnode"): "type! bus redundantBus node name address port framing order direction baud",
 }
 ENDNODES = {  # type: what it must have, and what it may have; nothing else is allowed
     "CAN": (("bus", "node"), ()),
@@ -578,8 +578,12 @@ def _endnode(element):
         if attribute in element.attributes and attribute not in may_have:
             element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute {attribute}")
         element.word(attribute, words)
+    if "redundantBus" in element.attributes and "bus" not in needs:
+        element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute redundantBus")
     if "bus" in needs:
         element.lower_identifier("bus")
+        if "redundantBus" in element.attributes:
+            element.lower_identifier("redundantBus")
         element.unsigned("node", 1, 127)
     if "port" in needs:
         element.unsigned("port", 1, 65535)

@@ -136,8 +136,16 @@ static status_t create_drive(item_t* item, char error[SIMULATOR_ERROR_MAX])
         drive_create(config->segments[item->segment].bus, path, item->node, &wanted, &item->drive, reason);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
+        return status;
     }
-    return status;
+    bus_t* channel_b = (config->channel_b != NULL) ? config->channel_b[item->segment] : NULL;
+    if ((channel_b != NULL) && (node_add_channel(drive_node(item->drive), channel_b) != STATUS_OK)) {
+        (void)snprintf(error, SIMULATOR_ERROR_MAX,
+                       "simulator: no room for node 0x%02X on channel B of bus %s", (unsigned)item->node,
+                       config->segments[item->segment].name);
+        return STATUS_EXHAUSTED;
+    }
+    return STATUS_OK;
 }
 
 static status_t take_device(equipment_t* equipment, const line_t* line)

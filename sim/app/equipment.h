@@ -24,6 +24,7 @@ typedef struct {
     const char* devices_path; ///< Folder of the EDS files.
     segment_t* segments;
     size_t segment_count;
+    bus_t* const* channel_b; ///< Redundant channel of each segment, or null; null: none has one.
     uint64_t seed;
     /// Told of every change of state of a device.
     void (*changed)(void* context, uint64_t now_ns, const truth_drive_t* drive);

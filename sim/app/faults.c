@@ -8,10 +8,11 @@
 
 #define NS_PER_US 1000.0
 
-static const char* const bus_words[FAULT_BUSES] = {"robot", "joystick"};
+static const char* const bus_words[NODE_CHANNELS][FAULT_BUSES] = {{"robot", "joystick"},
+                                                                  {"robot-b", "joystick-b"}};
 
-/// Arguments of a fault in their order: b bus, n node, m node or none, p probability, u us, s on or off, c
-/// code, j joint, t Nm, k degC.
+/// Arguments of a fault in their order: B bus, b bus or channel B of it, n node, m node or none, p
+/// probability, u us, s on or off, c code, j joint, t Nm, k degC, f frames, r way to restart.
 typedef struct {
     const char* word;
     const char* arguments;
@@ -19,22 +20,29 @@ typedef struct {
 } grammar_t;
 
 static const grammar_t grammar[FAULT_KIND_COUNT] = {
-    [FAULT_UNPLUG]        = {"unplug", "bm", "unplug <bus> [node]"},
-    [FAULT_PLUG]          = {"plug", "bm", "plug <bus> [node]"},
+    [FAULT_UNPLUG]        = {"unplug", "Bm", "unplug <bus> [node]"},
+    [FAULT_PLUG]          = {"plug", "Bm", "plug <bus> [node]"},
+    [FAULT_CUT]           = {"cut", "bm", "cut <bus> [node]"},
+    [FAULT_MEND]          = {"mend", "bm", "mend <bus> [node]"},
     [FAULT_LOSS]          = {"loss", "bp", "loss <bus> <probability 0..1>"},
     [FAULT_CORRUPTION]    = {"corruption", "bp", "corruption <bus> <probability 0..1>"},
     [FAULT_DUPLICATION]   = {"duplication", "bp", "duplication <bus> <probability 0..1>"},
     [FAULT_DELAY]         = {"delay", "bnu", "delay <bus> <node> <us>"},
     [FAULT_BABBLE]        = {"babble", "bns", "babble <bus> <node> on|off"},
     [FAULT_STUCK]         = {"stuck", "bs", "stuck <bus> on|off"},
-    [FAULT_RESET]         = {"reset", "bn", "reset <bus> <node>"},
-    [FAULT_ERROR]         = {"error", "bncs", "error <bus> <node> <code> on|off"},
+    [FAULT_OVERFLOW]      = {"overflow", "bnf", "overflow <bus> <node> <frames>"},
+    [FAULT_BUS_OFF]       = {"bus-off", "bn", "bus-off <bus> <node>"},
+    [FAULT_RESTART]       = {"restart", "bnr", "restart <bus> <node> auto|order|now"},
+    [FAULT_ARBITRATION]   = {"arbitration", "bns", "arbitration <bus> <node> on|off"},
+    [FAULT_RESET]         = {"reset", "Bn", "reset <bus> <node>"},
+    [FAULT_ERROR]         = {"error", "Bncs", "error <bus> <node> <code> on|off"},
     [FAULT_TORQUE_OFFSET] = {"torque-offset", "jt", "torque-offset <joint> <Nm>"},
     [FAULT_TEMPERATURE]   = {"temperature", "jk", "temperature <joint> <degC>"},
 };
 
-static const char* const verbs_expected = "unplug, plug, loss, corruption, duplication, delay, babble, "
-                                          "stuck, reset, error, torque-offset or temperature";
+static const char* const verbs_expected =
+    "unplug, plug, cut, mend, loss, corruption, duplication, delay, "
+    "babble, stuck, overflow, bus-off, restart, arbitration, reset, error, torque-offset or temperature";
 
 const char* fault_word(fault_kind_t kind)
 {
@@ -45,16 +53,23 @@ bool fault_is_onset(const fault_t* fault)
 {
     switch (fault->kind) {
     case FAULT_UNPLUG:
+    case FAULT_CUT:
+    case FAULT_BUS_OFF:
     case FAULT_RESET:
         return true;
     case FAULT_PLUG:
+    case FAULT_MEND:
         return false;
+    case FAULT_RESTART:
+        return fault->value == (double)FAULT_RESTART_ORDER;
     case FAULT_LOSS:
     case FAULT_CORRUPTION:
     case FAULT_DUPLICATION:
     case FAULT_DELAY:
     case FAULT_BABBLE:
     case FAULT_STUCK:
+    case FAULT_OVERFLOW:
+    case FAULT_ARBITRATION:
     case FAULT_ERROR:
     case FAULT_TORQUE_OFFSET:
     case FAULT_TEMPERATURE:
@@ -98,12 +113,16 @@ static bool parse_node(const char* word, unsigned bus, fault_node_t* out_node)
     return false;
 }
 
-static bool parse_bus(const char* word, unsigned* out_bus)
+/// A bus by its name, or channel B of one where that is allowed.
+static bool parse_bus(const char* word, bool may_be_b, fault_t* fault)
 {
-    for (unsigned i = 0U; i < FAULT_BUSES; i++) {
-        if (strcmp(word, bus_words[i]) == 0) {
-            *out_bus = i;
-            return true;
+    for (unsigned channel = 0U; channel < (may_be_b ? NODE_CHANNELS : 1U); channel++) {
+        for (unsigned i = 0U; i < FAULT_BUSES; i++) {
+            if (strcmp(word, bus_words[channel][i]) == 0) {
+                fault->bus     = i;
+                fault->channel = channel;
+                return true;
+            }
         }
     }
     return false;
@@ -117,6 +136,8 @@ static status_t take_number(const scenario_line_t* line, size_t index, char kind
         return scenario_number(line, index, "probability", 0.0, 1.0, &fault->value, error);
     case 'u':
         return scenario_number(line, index, "delay in us", 0.0, 1e6, &fault->value, error);
+    case 'f':
+        return scenario_number(line, index, "number of frames", 1.0, 1e6, &fault->value, error);
     case 't':
         return scenario_number(line, index, "torque in Nm", -100.0, 100.0, &fault->value, error);
     default:
@@ -135,14 +156,32 @@ static status_t take_switch(const scenario_line_t* line, size_t index, fault_t* 
     return STATUS_OK;
 }
 
+static status_t take_restart(const scenario_line_t* line, size_t index, fault_t* fault,
+                             char error[SCENARIO_ERROR_MAX])
+{
+    static const char* const words[] = {
+        [FAULT_RESTART_AUTO] = "auto", [FAULT_RESTART_ORDER] = "order", [FAULT_RESTART_NOW] = "now"};
+    for (unsigned i = 0U; i <= FAULT_RESTART_NOW; i++) {
+        if (strcmp(line->word[index], words[i]) == 0) {
+            fault->value = (double)i;
+            return STATUS_OK;
+        }
+    }
+    return scenario_error(line, line->word[index], "auto, order or now", error);
+}
+
 static status_t take_argument(const scenario_line_t* line, size_t index, char kind, fault_t* fault,
                               char error[SCENARIO_ERROR_MAX])
 {
     const char* word = line->word[index];
     switch (kind) {
+    case 'B':
+        return parse_bus(word, false, fault) ? STATUS_OK
+                                             : scenario_error(line, word, "robot or joystick", error);
     case 'b':
-        return parse_bus(word, &fault->bus) ? STATUS_OK
-                                            : scenario_error(line, word, "robot or joystick", error);
+        return parse_bus(word, true, fault)
+                   ? STATUS_OK
+                   : scenario_error(line, word, "robot, joystick, robot-b or joystick-b", error);
     case 'm':
     case 'n':
         return parse_node(word, fault->bus, &fault->node)
@@ -154,6 +193,8 @@ static status_t take_argument(const scenario_line_t* line, size_t index, char ki
             return STATUS_OK;
         }
         return scenario_error(line, word, "JOINT1 or JOINT2", error);
+    case 'r':
+        return take_restart(line, index, fault, error);
     case 's':
         return take_switch(line, index, fault, error);
     case 'c': {
@@ -172,7 +213,7 @@ static status_t take_argument(const scenario_line_t* line, size_t index, char ki
 static void name_target(const scenario_line_t* line, const char* arguments, fault_t* fault)
 {
     size_t used = 0U;
-    for (size_t i = 1U; (i < line->word_count) && (strchr("bnmj", arguments[i - 1U]) != NULL); i++) {
+    for (size_t i = 1U; (i < line->word_count) && (strchr("Bbnmj", arguments[i - 1U]) != NULL); i++) {
         const int more = snprintf(&fault->target[used], sizeof fault->target - used, "%s%s",
                                   (used == 0U) ? "" : " ", line->word[i]);
         used += (more > 0) ? (size_t)more : 0U;
@@ -245,49 +286,58 @@ static node_t* device_node(const fault_world_t* world, fault_node_t node)
     return NULL;
 }
 
-static void switch_flight(const fault_world_t* world, const fault_t* fault, bool connects)
+static void switch_flight(const fault_channel_t* channel, bool connects)
 {
-    const unsigned node = world->flight_node[fault->bus];
-    if (node >= BUS_NODES_MAX) {
+    if ((channel->bus == NULL) || (channel->flight_node >= BUS_NODES_MAX)) {
         return;
     }
     if (connects) {
-        bus_plug(world->bus[fault->bus], node);
+        bus_plug(channel->bus, channel->flight_node);
     } else {
-        bus_unplug(world->bus[fault->bus], node);
+        bus_unplug(channel->bus, channel->flight_node);
     }
 }
 
-static void switch_device(const fault_world_t* world, fault_node_t which, bool connects)
+static void switch_device(node_t* node, const fault_t* fault)
 {
-    node_t* node = device_node(world, which);
-    if (connects && !node_is_plugged(node)) {
+    if (fault->kind == FAULT_CUT) {
+        node_cut(node, fault->channel, true);
+    } else if (fault->kind == FAULT_MEND) {
+        node_cut(node, fault->channel, false);
+    } else if ((fault->kind == FAULT_PLUG) && !node_is_plugged(node)) {
         node_plug(node);
-    } else if (!connects && node_is_plugged(node)) {
+    } else if ((fault->kind == FAULT_UNPLUG) && node_is_plugged(node)) {
         node_unplug(node);
+    } else {
+        // As it is already.
     }
 }
 
-static void switch_node(const fault_world_t* world, const fault_t* fault, bool connects)
+/// Plugs take both channels, cuts one.
+static void switch_node(const fault_world_t* world, const fault_t* fault)
 {
-    if (fault->node == FAULT_NODE_FLIGHT) {
-        switch_flight(world, fault, connects);
-        return;
+    const bool connects    = (fault->kind == FAULT_PLUG) || (fault->kind == FAULT_MEND);
+    const bool is_one_only = (fault->kind == FAULT_CUT) || (fault->kind == FAULT_MEND);
+    for (unsigned i = 0U; (fault->node == FAULT_NODE_FLIGHT) && (i < NODE_CHANNELS); i++) {
+        if (!is_one_only || (i == fault->channel)) {
+            switch_flight(&world->channel[fault->bus][i], connects);
+        }
     }
     for (size_t i = 0U; i < NODE_WORDS; i++) {
         const bool is_meant = (fault->node == node_words[i].node) ||
                               ((fault->node == FAULT_NODE_ALL) && (node_words[i].bus == fault->bus));
         if (is_meant) {
-            switch_device(world, node_words[i].node, connects);
+            switch_device(device_node(world, node_words[i].node), fault);
         }
     }
 }
 
-/// Index on its bus of the node a fault names; BUS_NODES_MAX: flight's controller that is not there.
+/// Index on its bus of the node a fault names; BUS_NODES_MAX: one that is not there.
 static unsigned bus_node(const fault_world_t* world, const fault_t* fault)
 {
     const node_t* node = device_node(world, fault->node);
-    return (node != NULL) ? node_bus_index(node) : world->flight_node[fault->bus];
+    return (node != NULL) ? node_bus_index(node, fault->channel)
+                          : world->channel[fault->bus][fault->channel].flight_node;
 }
 
 static void set_error(const fault_world_t* world, const fault_t* fault)
@@ -300,43 +350,77 @@ static void set_error(const fault_world_t* world, const fault_t* fault)
     }
 }
 
-static void apply_to_node(const fault_world_t* world, const fault_t* fault)
+static void order_restart(bus_t* bus, unsigned node, const fault_t* fault)
 {
-    bus_t* bus          = world->bus[fault->bus];
+    if (fault->value == (double)FAULT_RESTART_NOW) {
+        bus_restart(bus, node);
+    } else {
+        bus_set_restart(bus, node, fault->value == (double)FAULT_RESTART_AUTO);
+    }
+}
+
+/// Faults of one controller.
+static void apply_to_controller(const fault_world_t* world, const fault_t* fault)
+{
+    bus_t* bus          = world->channel[fault->bus][fault->channel].bus;
     const unsigned node = bus_node(world, fault);
-    if (node >= BUS_NODES_MAX) {
+    if ((bus == NULL) || (node >= BUS_NODES_MAX)) {
         return;
     }
     if (fault->kind == FAULT_DELAY) {
         bus_set_delay(bus, node, (uint64_t)llround(fault->value * NS_PER_US));
     } else if (fault->kind == FAULT_BABBLE) {
         bus_set_babbling(bus, node, fault->value != 0.0);
-    } else if (device_node(world, fault->node) != NULL) {
-        node_power_on(device_node(world, fault->node));
+    } else if (fault->kind == FAULT_OVERFLOW) {
+        bus_lose_next(bus, node, (unsigned)fault->value);
+    } else if (fault->kind == FAULT_BUS_OFF) {
+        bus_force_off(bus, node);
+    } else if (fault->kind == FAULT_ARBITRATION) {
+        bus_set_arbitration_reports(bus, node, fault->value != 0.0);
+    } else {
+        order_restart(bus, node, fault);
+    }
+}
+
+/// Faults of the wire of one channel.
+static void apply_to_wire(const fault_world_t* world, const fault_t* fault)
+{
+    bus_t* bus = world->channel[fault->bus][fault->channel].bus;
+    if (bus == NULL) {
+        return;
+    }
+    if (fault->kind == FAULT_LOSS) {
+        bus_set_loss(bus, fault->value);
+    } else if (fault->kind == FAULT_CORRUPTION) {
+        bus_set_corruption(bus, fault->value);
+    } else if (fault->kind == FAULT_DUPLICATION) {
+        bus_set_duplication(bus, fault->value);
+    } else {
+        bus_set_stuck(bus, fault->value != 0.0);
     }
 }
 
 const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world)
 {
     const fault_t* fault = &faults->fault[faults->next];
-    bus_t* bus           = world->bus[fault->bus];
     faults->next++;
     switch (fault->kind) {
     case FAULT_UNPLUG:
     case FAULT_PLUG:
-        switch_node(world, fault, fault->kind == FAULT_PLUG);
+    case FAULT_CUT:
+    case FAULT_MEND:
+        switch_node(world, fault);
         break;
     case FAULT_LOSS:
-        bus_set_loss(bus, fault->value);
-        break;
     case FAULT_CORRUPTION:
-        bus_set_corruption(bus, fault->value);
-        break;
     case FAULT_DUPLICATION:
-        bus_set_duplication(bus, fault->value);
-        break;
     case FAULT_STUCK:
-        bus_set_stuck(bus, fault->value != 0.0);
+        apply_to_wire(world, fault);
+        break;
+    case FAULT_RESET:
+        if (device_node(world, fault->node) != NULL) {
+            node_power_on(device_node(world, fault->node));
+        }
         break;
     case FAULT_ERROR:
         set_error(world, fault);
@@ -349,9 +433,12 @@ const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world)
         break;
     case FAULT_DELAY:
     case FAULT_BABBLE:
-    case FAULT_RESET:
+    case FAULT_OVERFLOW:
+    case FAULT_BUS_OFF:
+    case FAULT_RESTART:
+    case FAULT_ARBITRATION:
     case FAULT_KIND_COUNT:
-        apply_to_node(world, fault);
+        apply_to_controller(world, fault);
         break;
     }
     return fault;

@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Faults of a scenario: the lines of the actor `fault`, and what they do to buses and devices.
 ///
-/// Script lines (bus: robot, joystick; node: JOINT1, JOINT2, STICK, FLIGHT or a node id such as 0x11):
-///     unplug        <bus> [node]            cut off; without a node all devices of the bus
+/// Script lines (bus: robot, joystick, and their channels B robot-b, joystick-b; node: JOINT1, JOINT2, STICK,
+/// FLIGHT or a node id such as 0x11). Plugs and devices have no channel, all else has.
+///     unplug        <bus> [node]            cut off both channels; without a node all devices of the bus
 ///     plug          <bus> [node]            connect again, devices after a power cycle
+///     cut           <bus> [node]            cut off this channel only; power stays
+///     mend          <bus> [node]            connect the channel again
 ///     loss          <bus> <probability>     each receiver misses a frame, 0 ends it
 ///     corruption    <bus> <probability>     error frame and repetition, 0 ends it
 ///     duplication   <bus> <probability>     frame repeated though received, 0 ends it
 ///     delay         <bus> <node> <us>       frames of the node are late, 0 ends it
 ///     babble        <bus> <node> on|off     sends identifier 0 all the time
 ///     stuck         <bus> on|off            the wire is dominant
+///     overflow      <bus> <node> <frames>   the next frames are lost in the controller: its receiver is full
+///     bus-off       <bus> <node>            transmit errors take the controller off the bus
+///     restart       <bus> <node> auto|order|now   bus-off ends by itself, or only by `now`
+///     arbitration   <bus> <node> on|off     the controller reports each arbitration it loses
 ///     reset         <bus> <node>            the device starts anew
 ///     error         <bus> <node> <code> on|off   device error with its EMCY code, e.g. 0x4310
 ///     torque-offset <node> <Nm>             of the joint's torque sensor, on top of its own
@@ -35,12 +42,18 @@
 typedef enum {
     FAULT_UNPLUG,
     FAULT_PLUG,
+    FAULT_CUT,
+    FAULT_MEND,
     FAULT_LOSS,
     FAULT_CORRUPTION,
     FAULT_DUPLICATION,
     FAULT_DELAY,
     FAULT_BABBLE,
     FAULT_STUCK,
+    FAULT_OVERFLOW,
+    FAULT_BUS_OFF,
+    FAULT_RESTART,
+    FAULT_ARBITRATION,
     FAULT_RESET,
     FAULT_ERROR,
     FAULT_TORQUE_OFFSET,
@@ -56,12 +69,19 @@ typedef enum {
     FAULT_NODE_FLIGHT
 } fault_node_t;
 
+typedef enum {
+    FAULT_RESTART_AUTO,
+    FAULT_RESTART_ORDER,
+    FAULT_RESTART_NOW
+} fault_restart_t;
+
 typedef struct {
     uint64_t time_ns;
     fault_kind_t kind;
-    unsigned bus; ///< 0 robot, 1 joystick.
+    unsigned bus;     ///< 0 robot, 1 joystick.
+    unsigned channel; ///< NODE_CHANNEL_A, _B.
     fault_node_t node;
-    double value;  ///< Probability, us, Nm, degC; 1 or 0 for on or off.
+    double value;  ///< Probability, us, Nm, degC, frames; 1 or 0 for on or off; fault_restart_t.
     uint16_t code; ///< EMCY code.
     char target[FAULT_TARGET_MAX];
 } fault_t;
@@ -72,10 +92,14 @@ typedef struct { // Read-only for others.
     size_t next; ///< First one not yet applied.
 } faults_t;
 
-/// What faults act on. The flight node may be BUS_NODES_MAX: there is none.
 typedef struct {
-    bus_t* bus[FAULT_BUSES];
-    unsigned flight_node[FAULT_BUSES];
+    bus_t* bus;           ///< Null: the bus has no such channel.
+    unsigned flight_node; ///< BUS_NODES_MAX: there is none.
+} fault_channel_t;
+
+/// What faults act on.
+typedef struct {
+    fault_channel_t channel[FAULT_BUSES][NODE_CHANNELS];
     drive_t* drive[FAULT_DRIVES];
     joystick_t* joystick;
 } fault_world_t;

@@ -5,7 +5,8 @@
 
 #define NOMINAL_BIT_RATE 1000000U
 #define DATA_BIT_RATE 5000000U
-#define REOPEN_NS 10000000U ///< Simulated time between attempts.
+#define REOPEN_NS 10000000U            ///< Simulated time between attempts.
+#define TRANSMIT_TIMEOUT_NS 100000000U // What the driver of flight's controller takes for stuck.
 
 static void pass_to_flight(void* context, const osal_can_frame_t* frame)
 {
@@ -51,6 +52,9 @@ static status_t open_controller(segment_t* segment, const char* address, char er
     if (status == STATUS_OK) {
         segment->has_flight = true;
         status              = bus_add_node(segment->bus, &to_flight, &segment->flight_node);
+    }
+    if (status == STATUS_OK) {
+        bus_set_transmit_timeout(segment->bus, segment->flight_node, TRANSMIT_TIMEOUT_NS);
     }
     if (status != STATUS_OK) {
         (void)snprintf(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/app/simulator.h"
 
+#include "sim/app/channels.h"
 #include "sim/app/equipment.h"
 #include "sim/app/faults.h"
 #include "sim/app/segment.h"
@@ -39,6 +40,7 @@ typedef struct {
 struct simulator {
     uint64_t time_ns;
     segment_t segment[SIMULATOR_BUSES_MAX];
+    bus_t* channel_b[SIMULATOR_BUSES_MAX]; ///< Of each segment; null: it has none.
     unsigned bus_count;
     equipment_t* equipment;
     plant_t* plant;
@@ -211,7 +213,7 @@ static void run_faults(simulator_t* simulator, uint64_t until_ns)
         const truth_fault_t event = {
             .kind = fault_word(fault->kind), .target = fault->target, .active = fault_is_onset(fault)};
         note(simulator, truth_fault(simulator->truth_log, fault->time_ns, &event));
-        if ((fault->kind == FAULT_UNPLUG) || (fault->kind == FAULT_PLUG)) {
+        if ((fault->kind >= FAULT_UNPLUG) && (fault->kind <= FAULT_MEND)) {
             log_devices(simulator, fault->time_ns);
         }
     }
@@ -342,6 +344,19 @@ static status_t open_segments(simulator_t* simulator, const simulator_config_t* 
     return status;
 }
 
+static status_t add_channel(const simulator_t* simulator, unsigned bus, node_t* node,
+                            char error[SIMULATOR_ERROR_MAX])
+{
+    const status_t status =
+        (simulator->channel_b[bus] != NULL) ? node_add_channel(node, simulator->channel_b[bus]) : STATUS_OK;
+    if (status != STATUS_OK) {
+        (void)snprintf(error, SIMULATOR_ERROR_MAX,
+                       "simulator: no room for node 0x%02X on channel B of bus %s", (unsigned)node_id(node),
+                       simulator->segment[bus].name);
+    }
+    return status;
+}
+
 static status_t open_equipment(simulator_t* simulator, const simulator_config_t* config, const char* folder,
                                char error[SIMULATOR_ERROR_MAX])
 {
@@ -349,6 +364,7 @@ static status_t open_equipment(simulator_t* simulator, const simulator_config_t*
                                        .devices_path  = folder,
                                        .segments      = simulator->segment,
                                        .segment_count = simulator->bus_count,
+                                       .channel_b     = simulator->channel_b,
                                        .seed          = config->seed,
                                        .changed       = log_change,
                                        .context       = simulator};
@@ -379,8 +395,9 @@ static status_t open_drive(simulator_t* simulator, unsigned number, const simula
         drive_create(simulator->segment[ROBOT].bus, path, id, &wanted, &simulator->drive[number], reason);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
+        return status;
     }
-    return status;
+    return add_channel(simulator, ROBOT, drive_node(simulator->drive[number]), error);
 }
 
 static status_t open_devices(simulator_t* simulator, const simulator_config_t* config,
@@ -408,7 +425,8 @@ static status_t open_devices(simulator_t* simulator, const simulator_config_t* c
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
         return status;
     }
-    return open_equipment(simulator, config, folder, error);
+    status = add_channel(simulator, JOYSTICK, joystick_node(simulator->joystick), error);
+    return (status == STATUS_OK) ? open_equipment(simulator, config, folder, error) : status;
 }
 
 static status_t open_world(simulator_t* simulator, const simulator_config_t* config,
@@ -480,8 +498,15 @@ static void power_on(simulator_t* simulator)
 {
     simulator->world = (fault_world_t){.joystick = simulator->joystick};
     for (unsigned i = 0U; i < BUSES; i++) {
-        simulator->world.bus[i]         = simulator->segment[i].bus;
-        simulator->world.flight_node[i] = simulator->segment[i].flight_node;
+        fault_channel_t* channels = simulator->world.channel[i];
+        channels[NODE_CHANNEL_A] =
+            (fault_channel_t){simulator->segment[i].bus, simulator->segment[i].flight_node};
+        for (unsigned k = 0U; k < simulator->bus_count; k++) {
+            if ((simulator->channel_b[i] != NULL) && (simulator->segment[k].bus == simulator->channel_b[i])) {
+                channels[NODE_CHANNEL_B] =
+                    (fault_channel_t){simulator->segment[k].bus, simulator->segment[k].flight_node};
+            }
+        }
     }
     for (unsigned i = 0U; i < DRIVES; i++) {
         simulator->world.drive[i] = simulator->drive[i];
@@ -501,6 +526,9 @@ status_t simulator_open(const simulator_config_t* config, simulator_t** out_simu
         return STATUS_EXHAUSTED;
     }
     status_t status = open_segments(simulator, config, error);
+    status          = (status == STATUS_OK) ? channels_pair(simulator->segment, simulator->bus_count, config,
+                                                            simulator->channel_b, error)
+                                            : status;
     status          = (status == STATUS_OK) ? open_world(simulator, config, error) : status;
     status          = (status == STATUS_OK) ? open_devices(simulator, config, error) : status;
     status          = (status == STATUS_OK) ? open_truth(simulator, config, error) : status;

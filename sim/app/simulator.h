@@ -23,9 +23,10 @@
 
 typedef struct {
     const char* name;
-    const char* address;   ///< Flight's controller there (osal/can.h); null or "": no flight.
-    const char* published; ///< Interface where tools see the bus ("can:vcan-robot"); null or "": none.
-    bool is_classic;       ///< 1 Mbit/s classic instead of FD 1/5.
+    const char* address;      ///< Flight's controller there (osal/can.h); null or "": no flight.
+    const char* published;    ///< Interface where tools see the bus ("can:vcan-robot"); null or "": none.
+    bool is_classic;          ///< 1 Mbit/s classic instead of FD 1/5.
+    const char* redundant_to; ///< This is channel B of the bus of that name; null: a bus of its own.
 } simulator_bus_t;
 
 typedef struct {

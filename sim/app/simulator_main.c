@@ -70,6 +70,7 @@ static const char usage_text[] =
     "    --duration S          end after this much simulated time\n"
     "    --free-run S          without flight: run for S seconds; --time stepped: as fast as it goes\n"
     "    --bus NAME=ADDRESS    flight's controller on a bus, e.g. robot=shm:run1.robot\n"
+    "    --redundant NAME=OF   that bus is channel B of bus OF, e.g. robot-b=robot\n"
     "    --publish NAME=ADDRESS  show that bus to tools, e.g. robot=can:vcan-robot\n"
     "    --classic             1 Mbit/s classic CAN instead of FD 1/5 on all buses\n"
     "    --classic-bus NAME    the same on that bus\n"
@@ -96,6 +97,7 @@ enum {
     OPTION_FREE_RUN,
     OPTION_BUS,
     OPTION_PUBLISH,
+    OPTION_REDUNDANT,
     OPTION_CLASSIC,
     OPTION_CLASSIC_BUS,
     OPTION_SCENARIO,
@@ -121,6 +123,7 @@ static const struct option long_options[] = {{"calendar", required_argument, NUL
                                              {"free-run", required_argument, NULL, OPTION_FREE_RUN},
                                              {"bus", required_argument, NULL, OPTION_BUS},
                                              {"publish", required_argument, NULL, OPTION_PUBLISH},
+                                             {"redundant", required_argument, NULL, OPTION_REDUNDANT},
                                              {"classic", no_argument, NULL, OPTION_CLASSIC},
                                              {"classic-bus", required_argument, NULL, OPTION_CLASSIC_BUS},
                                              {"scenario", required_argument, NULL, OPTION_SCENARIO},
@@ -227,6 +230,23 @@ static bool take_classic_bus(options_t* options, const char* name)
     return true;
 }
 
+/// "NAME=OF" for a bus that was given before; the name is cut off in place.
+static bool take_redundant(options_t* options, char* text)
+{
+    simulator_config_t* config = &options->simulator;
+    char* equals               = strchr(text, '=');
+    if (equals != NULL) {
+        *equals = '\0';
+        for (size_t i = 0U; i < config->bus_count; i++) {
+            if (strcmp(config->bus[i].name, text) == 0) {
+                config->bus[i].redundant_to = &equals[1];
+                return true;
+            }
+        }
+    }
+    return complain("redundant", text, "NAME=OF with a NAME that --bus has named before");
+}
+
 static bool take_tools(options_t* options, const char* text)
 {
     unsigned port                  = 0U;
@@ -299,6 +319,8 @@ static bool take_option(options_t* options, int option, char* text)
         return take_bus(options, "publish", text);
     case OPTION_CLASSIC_BUS:
         return take_classic_bus(options, text);
+    case OPTION_REDUNDANT:
+        return take_redundant(options, text);
     case OPTION_CLASSIC:
         options->simulator.classic_bus = true;
         return true;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/bus/bus.h"
 
+#include "sim/bus/bus_internal.h"
 #include "sim/bus/frame_length.h"
-#include "sim/bus/random.h"
 
 #include <stddef.h>
 #include <stdlib.h>
@@ -11,62 +11,9 @@
 #define NS_PER_S 1000000000U
 #define ERROR_FLAG_BITS 12U // Own flag and those it provokes.
 #define ERROR_DELIMITER_BITS 8U
-#define SUSPEND_BITS 8U  // An error-passive transmitter lets others go first.
-#define STUCK_TICKS 600U // Octets of dominant bits after which every counter stands at its end.
-
-typedef struct {
-    osal_can_frame_t frame;
-    uint64_t ready_ns;
-    uint32_t key; // Arbitration field as the wire sees it; lower wins.
-} queued_t;
-
-typedef struct {
-    bool is_used;
-    bool is_plugged;
-    bool is_babbling;
-    controller_t controller;
-    bus_callbacks_t callbacks;
-    uint64_t wake_ns;
-    uint64_t recover_ns; // End of bus-off.
-    uint64_t suspend_ns; // May not start a frame before.
-    uint64_t delay_ns;
-    queued_t queue[BUS_QUEUE_FRAMES];
-    unsigned head;
-    unsigned count;
-} node_t;
-
-typedef enum {
-    OUTCOME_DELIVERED,
-    OUTCOME_DESTROYED, // Bit error seen by all.
-    OUTCOME_UNHEARD    // Nobody acknowledges.
-} outcome_t;
-
-struct bus {
-    uint64_t nominal_ns; // One bit.
-    uint64_t data_ns;    // One bit of the fast part; 0 on a classic bus.
-    uint64_t now_ns;
-    uint64_t idle_ns; // The wire is free from then on.
-    uint64_t next_wake_ns;
-    uint64_t stuck_tick_ns;
-    unsigned stuck_ticks;
-    bool is_stuck;
-    bool is_sending;
-    outcome_t outcome;
-    uint32_t senders; // Bit set of nodes whose frame is on the wire.
-    uint64_t start_ns;
-    uint64_t event_ns; // Frame ends or breaks.
-    osal_can_frame_t wire;
-    double loss;
-    double corruption;
-    double duplication;
-    bus_random_t random;
-    bus_tap_t tap;
-    void* tap_context;
-    unsigned reporter;
-    bus_statistics_t statistics;
-    unsigned node_count;
-    node_t node[BUS_NODES_MAX];
-};
+#define REPORT_RECEIVE_OVERFLOW 0x01U // data[1] of a SocketCAN controller report.
+#define SUSPEND_BITS 8U               // An error-passive transmitter lets others go first.
+#define STUCK_TICKS 600U              // Octets of dominant bits after which every counter stands at its end.
 
 /// Copy what counts of a frame.
 static void copy_frame(osal_can_frame_t* to, const osal_can_frame_t* from)
@@ -106,13 +53,14 @@ void bus_destroy(bus_t* bus)
     free(bus);
 }
 
-static void find_next_wake(bus_t* bus)
+void bus_find_next_wake(bus_t* bus)
 {
     uint64_t next = bus->stuck_tick_ns;
     for (unsigned i = 0U; i < bus->node_count; i++) {
         const node_t* node = &bus->node[i];
         next               = (node->wake_ns < next) ? node->wake_ns : next;
         next               = (node->recover_ns < next) ? node->recover_ns : next;
+        next               = (node->watch_ns < next) ? node->watch_ns : next;
     }
     bus->next_wake_ns = next;
 }
@@ -136,6 +84,7 @@ status_t bus_add_node(bus_t* bus, const bus_callbacks_t* callbacks, unsigned* ou
     node->callbacks  = *callbacks;
     node->wake_ns    = BUS_NEVER;
     node->recover_ns = BUS_NEVER;
+    node->watch_ns   = BUS_NEVER;
     controller_reset(&node->controller);
     *out_node = index;
     return STATUS_OK;
@@ -146,7 +95,7 @@ void bus_remove_node(bus_t* bus, unsigned node)
     bus_unplug(bus, node);
     bus->node[node].is_used = false;
     bus->node[node].wake_ns = BUS_NEVER;
-    find_next_wake(bus);
+    bus_find_next_wake(bus);
 }
 
 static bool is_on_bus(const node_t* node)
@@ -196,6 +145,10 @@ status_t bus_submit(bus_t* bus, unsigned index, const osal_can_frame_t* frame, u
     entry->ready_ns = ((time_ns > bus->now_ns) ? time_ns : bus->now_ns) + node->delay_ns;
     entry->key      = arbitration_key(frame);
     node->count++;
+    if ((node->timeout_ns != 0U) && (node->watch_ns == BUS_NEVER)) {
+        node->watch_ns    = entry->ready_ns + node->timeout_ns;
+        bus->next_wake_ns = (node->watch_ns < bus->next_wake_ns) ? node->watch_ns : bus->next_wake_ns;
+    }
     return STATUS_OK;
 }
 
@@ -207,7 +160,7 @@ unsigned bus_queued(const bus_t* bus, unsigned node)
 void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns)
 {
     bus->node[node].wake_ns = time_ns;
-    find_next_wake(bus);
+    bus_find_next_wake(bus);
 }
 
 static void pop(node_t* node)
@@ -216,39 +169,56 @@ static void pop(node_t* node)
     node->count--;
 }
 
-static void drop_queue(node_t* node)
+void bus_drop_queue(bus_t* bus, unsigned index)
 {
-    node->head  = 0U;
-    node->count = 0U;
+    node_t* node = &bus->node[index];
+    node->head   = 0U;
+    node->count  = 0U;
 }
 
-/// Account for an event in a controller and tell its software and the tap what is to be told.
-static void account(bus_t* bus, unsigned index, controller_event_t event)
+void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report)
+{
+    const node_t* node = &bus->node[index];
+    report->time_ns    = bus->now_ns;
+    if (node->callbacks.on_error != NULL) {
+        node->callbacks.on_error(node->callbacks.context, report);
+    }
+    if ((bus->tap != NULL) && (index == bus->reporter)) {
+        bus->tap(bus->tap_context, report);
+    }
+}
+
+/// A report that is no change of the controller's state.
+static void tell(bus_t* bus, unsigned index, uint32_t class, uint8_t place, uint8_t detail)
+{
+    osal_can_frame_t report = controller_report(&bus->node[index].controller, class);
+    report.data[0]          = place;
+    report.data[1]          = detail;
+    bus_report(bus, index, &report);
+}
+
+void bus_account(bus_t* bus, unsigned index, controller_event_t event)
 {
     node_t* node = &bus->node[index];
     osal_can_frame_t report;
     if (!controller_apply(&node->controller, event, &report)) {
         return;
     }
-    report.time_ns = bus->now_ns;
     if ((node->controller.state == CONTROLLER_STATE_BUS_OFF) && (event != CONTROLLER_RECOVERED)) {
-        drop_queue(node);
-        node->recover_ns = bus->now_ns + (CONTROLLER_RECOVERY_BITS * bus->nominal_ns);
-        find_next_wake(bus);
+        bus_drop_queue(bus, index);
+        node->recover_ns = node->restarts_by_order
+                               ? BUS_NEVER
+                               : (bus->now_ns + (CONTROLLER_RECOVERY_BITS * bus->nominal_ns));
+        bus_find_next_wake(bus);
     }
-    if (node->callbacks.on_error != NULL) {
-        node->callbacks.on_error(node->callbacks.context, &report);
-    }
-    if ((bus->tap != NULL) && (index == bus->reporter)) {
-        bus->tap(bus->tap_context, &report);
-    }
+    bus_report(bus, index, &report);
 }
 
 static void account_all(bus_t* bus, controller_event_t sender_event, controller_event_t receiver_event)
 {
     for (unsigned i = 0U; i < bus->node_count; i++) {
         if (bus->node[i].is_used && is_on_bus(&bus->node[i])) {
-            account(bus, i, ((bus->senders & (1U << i)) != 0U) ? sender_event : receiver_event);
+            bus_account(bus, i, ((bus->senders & (1U << i)) != 0U) ? sender_event : receiver_event);
         }
     }
 }
@@ -322,11 +292,29 @@ static bool has_receiver(const bus_t* bus)
     return false;
 }
 
+/// Those who had a frame ready and fell silent at the first bit that differs from the winner's.
+static void tell_losers(bus_t* bus, uint64_t start_ns, uint32_t winning_key)
+{
+    for (unsigned i = 0U; i < bus->node_count; i++) {
+        const node_t* node = &bus->node[i];
+        if (node->reports_arbitration && ((bus->senders & (1U << i)) == 0U) &&
+            (ready_ns(node, bus->idle_ns) <= start_ns)) {
+            const uint32_t difference = node->queue[node->head].key ^ winning_key;
+            uint8_t bit               = 0U;
+            while ((bit < 31U) && ((difference & (0x80000000U >> bit)) == 0U)) {
+                bit++;
+            }
+            tell(bus, i, OSAL_CAN_ERROR_LOST_ARBITRATION, bit, 0U);
+        }
+    }
+}
+
 static void start_frame(bus_t* bus, uint64_t start_ns)
 {
     const node_t* winner         = arbitrate(bus, start_ns);
     const osal_can_frame_t* head = head_frame(winner);
     copy_frame(&bus->wire, head);
+    tell_losers(bus, start_ns, arbitration_key(head));
     if ((winner->controller.state == CONTROLLER_STATE_PASSIVE) && ((head->flags & OSAL_CAN_FLAG_FD) != 0U)) {
         bus->wire.flags |= OSAL_CAN_FLAG_ESI;
     }
@@ -364,7 +352,7 @@ static void end_frame(bus_t* bus, uint64_t bits)
     }
 }
 
-static void break_frame(bus_t* bus, controller_event_t sender_event)
+void bus_break_frame(bus_t* bus, controller_event_t sender_event)
 {
     bus->statistics.errors++;
     account_all(bus, sender_event, CONTROLLER_RECEIVE_ERROR);
@@ -379,7 +367,12 @@ static void deliver(bus_t* bus, unsigned index)
         return;
     }
     if (node->controller.receive_errors != 0U) {
-        account(bus, index, CONTROLLER_RECEIVED);
+        bus_account(bus, index, CONTROLLER_RECEIVED);
+    }
+    if (node->overflows != 0U) { // Acknowledged on the wire, but there was no room.
+        node->overflows--;
+        tell(bus, index, OSAL_CAN_ERROR_CONTROLLER, 0U, REPORT_RECEIVE_OVERFLOW);
+        return;
     }
     if (node->callbacks.on_frame != NULL) {
         node->callbacks.on_frame(node->callbacks.context, &bus->wire);
@@ -406,7 +399,7 @@ static void deliver_frame(bus_t* bus)
                                : CAN_INTERMISSION_BITS);
     for (unsigned i = 0U; i < bus->node_count; i++) {
         if ((senders & (1U << i)) != 0U) {
-            account(bus, i, is_repeated ? CONTROLLER_TRANSMIT_ERROR : CONTROLLER_TRANSMITTED);
+            bus_account(bus, i, is_repeated ? CONTROLLER_TRANSMIT_ERROR : CONTROLLER_TRANSMITTED);
         } else if (bus->node[i].is_used && is_on_bus(&bus->node[i])) {
             deliver(bus, i);
         }
@@ -416,9 +409,9 @@ static void deliver_frame(bus_t* bus)
 static void finish_frame(bus_t* bus)
 {
     if (bus->outcome == OUTCOME_DESTROYED) {
-        break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
+        bus_break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
     } else if ((bus->outcome == OUTCOME_UNHEARD) || !has_receiver(bus)) {
-        break_frame(bus, CONTROLLER_NO_ACK);
+        bus_break_frame(bus, CONTROLLER_NO_ACK);
     } else {
         deliver_frame(bus);
     }
@@ -433,15 +426,34 @@ static void tick_stuck(bus_t* bus)
     account_all(bus, CONTROLLER_TRANSMIT_ERROR, CONTROLLER_RECEIVE_ERROR);
 }
 
+/// The oldest frame has waited too long, or is another one by now.
+static void watch_queue(bus_t* bus, unsigned index, uint64_t now_ns)
+{
+    node_t* node   = &bus->node[index];
+    node->watch_ns = BUS_NEVER;
+    if ((node->count == 0U) || (node->timeout_ns == 0U)) {
+        return;
+    }
+    const uint64_t limit_ns = node->queue[node->head].ready_ns + node->timeout_ns;
+    if (limit_ns > now_ns) {
+        node->watch_ns = limit_ns;
+    } else { // Looked at again with the next frame that is submitted.
+        tell(bus, index, OSAL_CAN_ERROR_TX_TIMEOUT, 0U, 0U);
+    }
+}
+
 static void wake_node(bus_t* bus, unsigned index, uint64_t now_ns)
 {
     node_t* node = &bus->node[index];
+    if (node->watch_ns <= now_ns) {
+        watch_queue(bus, index, now_ns);
+    }
     if (node->recover_ns <= now_ns) {
         if (bus->is_stuck) { // No recessive bits to count.
             node->recover_ns = now_ns + (CONTROLLER_RECOVERY_BITS * bus->nominal_ns);
         } else {
             node->recover_ns = BUS_NEVER;
-            account(bus, index, CONTROLLER_RECOVERED);
+            bus_account(bus, index, CONTROLLER_RECOVERED);
         }
     }
     if (node->wake_ns <= now_ns) {
@@ -461,7 +473,7 @@ static void wake_nodes(bus_t* bus)
     for (unsigned i = 0U; i < bus->node_count; i++) {
         wake_node(bus, i, now_ns);
     }
-    find_next_wake(bus);
+    bus_find_next_wake(bus);
 }
 
 void bus_run_until(bus_t* bus, uint64_t time_ns)
@@ -504,87 +516,6 @@ bool bus_is_busy(const bus_t* bus)
 bool bus_is_fd(const bus_t* bus)
 {
     return bus->data_ns != 0U;
-}
-
-void bus_unplug(bus_t* bus, unsigned index)
-{
-    node_t* node        = &bus->node[index];
-    const uint32_t self = 1U << index;
-    node->is_plugged    = false;
-    node->recover_ns    = BUS_NEVER;
-    find_next_wake(bus);
-    drop_queue(node);
-    if (bus->is_sending && ((bus->senders & self) != 0U)) {
-        bus->senders &= ~self;
-        if (bus->senders == 0U) {
-            break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
-        }
-    }
-}
-
-void bus_plug(bus_t* bus, unsigned index)
-{
-    node_t* node     = &bus->node[index];
-    node->is_plugged = true;
-    node->suspend_ns = 0U;
-    controller_reset(&node->controller);
-}
-
-bool bus_is_plugged(const bus_t* bus, unsigned node)
-{
-    return bus->node[node].is_plugged;
-}
-
-const controller_t* bus_controller(const bus_t* bus, unsigned node)
-{
-    return &bus->node[node].controller;
-}
-
-void bus_set_loss(bus_t* bus, double probability)
-{
-    bus->loss = probability;
-}
-
-void bus_set_corruption(bus_t* bus, double probability)
-{
-    bus->corruption = probability;
-}
-
-void bus_set_duplication(bus_t* bus, double probability)
-{
-    bus->duplication = probability;
-}
-
-void bus_set_delay(bus_t* bus, unsigned node, uint64_t delay_ns)
-{
-    bus->node[node].delay_ns = delay_ns;
-}
-
-void bus_set_babbling(bus_t* bus, unsigned node, bool on)
-{
-    // The frame on the wire belongs to the queue it was taken from; let it break rather than be mixed up.
-    if (bus->is_sending && ((bus->senders & (1U << node)) != 0U)) {
-        break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
-    }
-    bus->node[node].is_babbling = on;
-}
-
-void bus_set_stuck(bus_t* bus, bool on)
-{
-    if (on && !bus->is_stuck) {
-        bus->stuck_ticks   = 0U;
-        bus->stuck_tick_ns = bus->now_ns + (8U * bus->nominal_ns);
-        if (bus->is_sending) {
-            break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
-        } else {
-            bus->senders = 0U;
-        }
-    } else if (!on && bus->is_stuck) {
-        bus->stuck_tick_ns = BUS_NEVER;
-        bus->idle_ns       = bus->now_ns + (11U * bus->nominal_ns);
-    }
-    bus->is_stuck = on;
-    find_next_wake(bus);
 }
 
 void bus_set_tap(bus_t* bus, bus_tap_t tap, void* context, unsigned reporter)

@@ -9,7 +9,8 @@
 /// stays on the wire for the next call.
 ///
 /// Callbacks run inside bus_run_until in order of simulated time (node order at one instant) and may submit
-/// and set wake times, not earlier than the present; they must not run, plug or destroy the bus.
+/// and set wake times, not earlier than the present; on_wake may also plug and unplug its own node. They must
+/// not run or destroy the bus.
 ///
 /// Ownership  bus_create allocates everything, nothing later does; bus_destroy frees it.
 /// Context    One task. Results depend on calls and seed only.
@@ -96,6 +97,17 @@ void bus_set_duplication(bus_t* bus,
 void bus_set_delay(bus_t* bus, unsigned node, uint64_t delay_ns); ///< Frames of the node are ready later.
 void bus_set_babbling(bus_t* bus, unsigned node, bool on);        ///< Sends identifier 0 all the time.
 void bus_set_stuck(bus_t* bus, bool on);                          ///< The wire is dominant for ever.
+void bus_lose_next(bus_t* bus, unsigned node, unsigned frames);   ///< Its receiver overflows so many times.
+void bus_force_off(bus_t* bus, unsigned node); ///< Transmit errors take its controller off the bus.
+
+/// How a controller's driver is set up. Bus-off ends by itself after 128 times 11 bits (as it begins), or
+/// only that long after bus_restart.
+void bus_set_restart(bus_t* bus, unsigned node, bool is_automatic);
+void bus_restart(bus_t* bus, unsigned node);
+/// Report each arbitration that the node loses (off as it begins, as with most drivers).
+void bus_set_arbitration_reports(bus_t* bus, unsigned node, bool on);
+/// Report a frame that waits longer than this in the transmit queue; 0, as it begins: none.
+void bus_set_transmit_timeout(bus_t* bus, unsigned node, uint64_t timeout_ns);
 
 /// Frames on the wire, and the error reports of node `reporter`. Null: nobody listens.
 void bus_set_tap(bus_t* bus, bus_tap_t tap, void* context, unsigned reporter);

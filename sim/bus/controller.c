@@ -98,6 +98,14 @@ static controller_state_t present_state(const controller_t* controller)
     return (transmit > receive) ? transmit : receive;
 }
 
+osal_can_frame_t controller_report(const controller_t* controller, uint32_t classes)
+{
+    const uint32_t shown = (controller->transmit_errors < 255U) ? controller->transmit_errors : 255U;
+    return (osal_can_frame_t){.id     = OSAL_CAN_ERROR | classes,
+                              .length = 8U,
+                              .data   = {[6] = (uint8_t)shown, [7] = (uint8_t)controller->receive_errors}};
+}
+
 bool controller_apply(controller_t* controller, controller_event_t event, osal_can_frame_t* out_report)
 {
     const controller_state_t before = controller->state;
@@ -129,10 +137,7 @@ bool controller_apply(controller_t* controller, controller_event_t event, osal_c
     if (classes == 0U) {
         return false;
     }
-    const uint32_t shown = (controller->transmit_errors < 255U) ? controller->transmit_errors : 255U;
-    *out_report          = (osal_can_frame_t){
-                 .id     = OSAL_CAN_ERROR | classes,
-                 .length = 8U,
-                 .data   = {0U, detail, 0U, 0U, 0U, 0U, (uint8_t)shown, (uint8_t)controller->receive_errors}};
+    *out_report         = controller_report(controller, classes);
+    out_report->data[1] = detail;
     return true;
 }

@@ -22,6 +22,8 @@
 #define NMT_RESET_NODE 129U
 #define NMT_RESET_COMMUNICATION 130U
 
+#define REPORT_OVERFLOW 0x01U // data[1] of a controller's error frame: the receiver was full.
+
 #define COMMUNICATION_FIRST 0x1000U
 #define COMMUNICATION_LAST 0x1FFFU
 
@@ -100,6 +102,7 @@ static void reset(node_t* node, uint16_t first, uint16_t last, uint64_t delay_ns
 {
     const uint64_t now_ns = bus_now_ns(node->bus);
     node->state           = NODE_INITIALISING;
+    node->toggle_ns       = BUS_NEVER;
     dictionary_reset_range(&node->dictionary, first, last);
     emergencies_reset(&node->emergencies);
     node_stop_pdos(node);
@@ -114,9 +117,20 @@ static void reset(node_t* node, uint16_t first, uint16_t last, uint64_t delay_ns
     node_wake_by(node, node->boot_ns);
 }
 
+/// As reset; only power-on forgets the channel of the master.
+static void reset_by_master(node_t* node)
+{
+    const int64_t channel = (node->default_channel != NULL) ? (int64_t)node->default_channel->value : 0;
+    reset(node, 0U, UINT16_MAX, NODE_BOOT_NS);
+    if (node->default_channel != NULL) {
+        object_set(node->default_channel, channel);
+    }
+}
+
 static void boot(node_t* node, uint64_t now_ns)
 {
-    node->boot_ns           = BUS_NEVER;
+    node->boot_ns = BUS_NEVER;
+    node_select_default_channel(node, now_ns);
     const uint8_t message[] = {NODE_INITIALISING};
     node_send(node, HEARTBEAT_ID + node->id, message, 1U, now_ns);
     node->state           = NODE_PRE_OPERATIONAL;
@@ -141,7 +155,7 @@ static void take_nmt(node_t* node, const osal_can_frame_t* frame)
         set_state(node, NODE_PRE_OPERATIONAL, now_ns);
         break;
     case NMT_RESET_NODE:
-        reset(node, 0U, UINT16_MAX, NODE_BOOT_NS);
+        reset_by_master(node);
         node->application.reset(node->application.context, now_ns);
         break;
     case NMT_RESET_COMMUNICATION:
@@ -249,6 +263,9 @@ static void take_heartbeat(node_t* node, const osal_can_frame_t* frame)
         if ((((consumer->entry->value >> 16) & 0x7FU) == sender) && (period_ns != 0U)) {
             consumer->deadline_ns = frame->time_ns + period_ns;
             node_wake_by(node, consumer->deadline_ns);
+            if (i == 0U) {
+                node_master_heard(node);
+            }
             node_clear(node, EMERGENCY_HEARTBEAT, 0U, frame->time_ns);
         }
     }
@@ -280,6 +297,9 @@ static uint64_t run_heartbeats(node_t* node, uint64_t now_ns)
         if (consumer->deadline_ns <= now_ns) {
             consumer->deadline_ns = BUS_NEVER;
             lose_heartbeat(node, consumer, now_ns);
+            if (i == 0U) {
+                node_master_lost(node, now_ns);
+            }
         }
         next_ns = (consumer->deadline_ns < next_ns) ? consumer->deadline_ns : next_ns;
     }
@@ -315,7 +335,10 @@ static void on_error(void* context, const osal_can_frame_t* frame)
 {
     node_t* node            = context;
     const controller_t* can = bus_controller(node->bus, node->bus_index);
-    if ((frame->id & OSAL_CAN_ERROR_RESTARTED) != 0U) {
+    if (((frame->id & OSAL_CAN_ERROR_CONTROLLER) != 0U) && ((frame->data[1] & REPORT_OVERFLOW) != 0U)) {
+        node_raise(node, EMERGENCY_OVERRUN, 0U, 0, frame->time_ns);
+        node_clear(node, EMERGENCY_OVERRUN, 0U, frame->time_ns);
+    } else if ((frame->id & OSAL_CAN_ERROR_RESTARTED) != 0U) {
         node_raise(node, EMERGENCY_RECOVERED, 0U, 0, frame->time_ns);
         node_clear(node, EMERGENCY_RECOVERED, 0U, frame->time_ns);
     } else if (can->state == CONTROLLER_STATE_BUS_OFF) {
@@ -338,7 +361,10 @@ static void on_wake(void* context, uint64_t now_ns)
         node->has_answer = false;
         node_send(node, SDO_ANSWER_ID + node->id, node->answer, SDO_OCTETS, now_ns);
     }
+    const uint64_t search_ns     = node_run_search(node, now_ns);
     const uint64_t heartbeats_ns = run_heartbeats(node, now_ns);
+    node_wake_by(node, search_ns);
+    node_wake_by(node, node->toggle_ns);
     node_wake_by(node, node_run_pdo_timers(node, now_ns));
     node_wake_by(node, heartbeats_ns);
     node_wake_by(node, node->boot_ns);
@@ -358,16 +384,21 @@ static bool find_objects(node_t* node)
     for (uint8_t i = 0U; i < NODE_CONSUMERS_MAX; i++) {
         node->consumer[i].entry = dictionary_find(dictionary, 0x1016U, (uint8_t)(i + 1U));
     }
+    node_find_channels(node);
     emergencies_init(&node->emergencies, dictionary);
     return (node->sync_cob != NULL) && (node->emergency_cob != NULL) && (node->producer_time != NULL) &&
            (node->emergencies.error_register != NULL) && node_find_pdos(node);
 }
 
+static bus_callbacks_t callbacks_of(node_t* node)
+{
+    return (bus_callbacks_t){.on_frame = on_frame, .on_error = on_error, .on_wake = on_wake, .context = node};
+}
+
 static status_t connect_node(node_t* node, const char* eds_path, char error[EDS_ERROR_MAX])
 {
-    const bus_callbacks_t callbacks = {
-        .on_frame = on_frame, .on_error = on_error, .on_wake = on_wake, .context = node};
-    status_t status = eds_load(eds_path, node->id, &node->dictionary, error);
+    const bus_callbacks_t callbacks = callbacks_of(node);
+    status_t status                 = eds_load(eds_path, node->id, &node->dictionary, error);
     if (status != STATUS_OK) {
         return status;
     }
@@ -380,7 +411,14 @@ static status_t connect_node(node_t* node, const char* eds_path, char error[EDS_
     if (status != STATUS_OK) {
         (void)snprintf(error, EDS_ERROR_MAX, "%s: no room for another node on its bus", eds_path);
     }
+    node->channel[NODE_CHANNEL_A] = (node_channel_t){.bus = node->bus, .index = node->bus_index};
     return status;
+}
+
+status_t node_add_channel(node_t* node, bus_t* bus)
+{
+    const bus_callbacks_t callbacks = callbacks_of(node);
+    return node_connect_redundant(node, bus, &callbacks);
 }
 
 status_t node_create(bus_t* bus, const char* eds_path, uint8_t id, const node_application_t* application,
@@ -398,6 +436,7 @@ status_t node_create(bus_t* bus, const char* eds_path, uint8_t id, const node_ap
     node->application = *application;
     node->boot_ns     = BUS_NEVER;
     node->wake_ns     = BUS_NEVER;
+    node->toggle_ns   = BUS_NEVER;
     status_t status   = connect_node(node, eds_path, error);
     if (status != STATUS_OK) {
         node_destroy(node);
@@ -423,14 +462,12 @@ void node_power_on(node_t* node)
 
 void node_unplug(node_t* node)
 {
-    node->is_plugged = false;
-    bus_unplug(node->bus, node->bus_index);
+    node_connect(node, false);
 }
 
 void node_plug(node_t* node)
 {
-    node->is_plugged = true;
-    bus_plug(node->bus, node->bus_index);
+    node_connect(node, true);
     node_power_on(node);
 }
 
@@ -449,9 +486,9 @@ uint8_t node_id(const node_t* node)
     return node->id;
 }
 
-unsigned node_bus_index(const node_t* node)
+unsigned node_bus_index(const node_t* node, unsigned channel)
 {
-    return node->bus_index;
+    return (node->channel[channel].bus != NULL) ? node->channel[channel].index : BUS_NODES_MAX;
 }
 
 node_state_t node_state(const node_t* node)

@@ -5,7 +5,13 @@
 /// The node hangs on a simulated bus and lives by its callbacks. At SYNC the order is: apply the RPDOs
 /// received, let the application sample, queue TPDOs.
 ///
-/// Ownership  node_create allocates, node_destroy frees. The bus outlives the node.
+/// A node may have a second channel (cold redundant): it lives on one at a time and follows the heartbeat of
+/// the master (0x1016:01) as object 0x2000 says. From power-on, from a reset, and from the loss of that
+/// heartbeat it changes channel every Ttoggle consumer heartbeat times, Ntoggle times at most; then it rests.
+/// On arrival it sends its own heartbeat at once. Bdefault follows the channel on which the master was heard,
+/// survives an NMT reset, and is that of the EDS after power-on.
+///
+/// Ownership  node_create allocates, node_destroy frees. The buses outlive the node.
 #ifndef SIM_DEVICES_NODE_H
 #define SIM_DEVICES_NODE_H
 
@@ -22,6 +28,9 @@
 
 #define NODE_PDOS_MAX 4U
 #define NODE_CONSUMERS_MAX 2U
+#define NODE_CHANNELS 2U
+#define NODE_CHANNEL_A 0U
+#define NODE_CHANNEL_B 1U
 
 #define NODE_BOOT_NS 1000000U     ///< From power to boot-up; and 10 us x node id on top.
 #define NODE_ANSWER_NS 200000U    ///< SDO server's time to answer.
@@ -60,17 +69,24 @@ MUST_USE status_t node_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                               char error[EDS_ERROR_MAX]);
 void node_destroy(node_t* node);
 
+/// Give it a channel B, before power comes. Returns STATUS_OK, STATUS_EXHAUSTED (nodes of the bus).
+MUST_USE status_t node_add_channel(node_t* node, bus_t* bus);
+
 /// Power comes at the bus's present time: objects to their initial values, boot-up after NODE_BOOT_NS.
 void node_power_on(node_t* node);
-/// Cut the node off the bus; it keeps its power, and its deadlines run out.
+/// Cut the node off its bus, both channels; it keeps its power, and its deadlines run out.
 void node_unplug(node_t* node);
 /// Connect it again, after a power cycle.
 void node_plug(node_t* node);
 bool node_is_plugged(const node_t* node);
+/// Cut one channel only, or mend it.
+void node_cut(node_t* node, unsigned channel, bool is_cut);
+unsigned node_active_channel(const node_t* node);
 
 object_t* node_object(const node_t* node, uint16_t index, uint8_t subindex);
 uint8_t node_id(const node_t* node);
-unsigned node_bus_index(const node_t* node);
+/// Its place on the bus of a channel; BUS_NODES_MAX: it has no such channel.
+unsigned node_bus_index(const node_t* node, unsigned channel);
 node_state_t node_state(const node_t* node);
 
 /// An error of the device appears or is gone; EMCY goes out if it is a change.

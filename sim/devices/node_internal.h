@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Inside of a node, shared by node.c (life, NMT, SDO, heartbeat) and node_process.c (SYNC and PDOs).
+/// Inside of a node, shared by node.c (life, NMT, SDO, heartbeat), node_process.c (SYNC and PDOs) and
+/// node_channel.c (redundancy).
 #ifndef SIM_DEVICES_NODE_INTERNAL_H
 #define SIM_DEVICES_NODE_INTERNAL_H
 
@@ -10,9 +11,22 @@ typedef struct {
     uint64_t deadline_ns; ///< BUS_NEVER: no heartbeat heard yet.
 } heartbeat_consumer_t;
 
+typedef struct {
+    bus_t* bus; ///< Null: the node has no such channel.
+    unsigned index;
+    bool is_cut;
+} node_channel_t;
+
 struct node {
-    bus_t* bus;
+    bus_t* bus; ///< Of the active channel.
     unsigned bus_index;
+    node_channel_t channel[NODE_CHANNELS];
+    unsigned active;
+    object_t* default_channel; ///< 0x2000:01 Bdefault, and so on; each may be null.
+    object_t* toggle_factor;
+    object_t* toggle_limit;
+    object_t* toggle_count;
+    uint64_t toggle_ns; ///< Next change of channel; BUS_NEVER: the master is heard, or the node rests.
     uint8_t id;
     bool is_plugged;
     node_application_t application;
@@ -47,6 +61,19 @@ struct node {
 void node_send(node_t* node, uint32_t id, const uint8_t* data, uint8_t length, uint64_t time_ns);
 /// Make sure that the bus wakes the node at `time_ns` at the latest.
 void node_wake_by(node_t* node, uint64_t time_ns);
+
+/// node_channel.c
+void node_find_channels(node_t* node);
+status_t node_connect_redundant(node_t* node, bus_t* bus, const bus_callbacks_t* callbacks);
+/// The connector of both channels goes in or out.
+void node_connect(node_t* node, bool is_plugged);
+/// To the channel of Bdefault, and begin to look for the master.
+void node_select_default_channel(node_t* node, uint64_t now_ns);
+void node_master_heard(node_t* node);
+/// Its heartbeat time has run out.
+void node_master_lost(node_t* node, uint64_t now_ns);
+/// Change the channel if it is time to. Returns the next time.
+uint64_t node_run_search(node_t* node, uint64_t now_ns);
 
 /// node_process.c
 bool node_find_pdos(node_t* node);

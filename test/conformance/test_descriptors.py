@@ -320,7 +320,7 @@ def test_generator_writes_only_what_changes(copy, tmp_path):
     assert generate(mission, out).returncode == 0
     after = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
     changed = {name for name in after if after[name] != before.get(name)}
-    assert changed == {"rokviss.json", "rokviss-robot.dbc", "rokviss-joystick.dbc"}  # They name the configuration.
+    assert changed == {"rokviss.json", "rokviss-robot.dbc", "rokviss-joystick.dbc", "rokviss-robot-b.dbc", "rokviss-joystick-b.dbc"}  # They name the configuration.
 
 
 @pytest.mark.parametrize(

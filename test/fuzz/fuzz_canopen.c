@@ -48,7 +48,7 @@ static void begin(void)
     network_init(&network, &config);
     FUZZ_CHECK((network_add(&network, "cia402-drive", 0x11U) == STATUS_OK) &&
                (network_add(&network, "cia402-drive", 0x12U) == STATUS_OK) &&
-               (network_open(&network, &resolver, "robot") == STATUS_OK));
+               (network_open(&network, &resolver, "robot", NULL) == STATUS_OK));
     for (uint8_t i = 0U; i < 2U; i++) {
         const canopen_setting_t mode = {.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE, .value = 10U};
         FUZZ_CHECK(network_set(&network, i, &mode) == STATUS_OK);

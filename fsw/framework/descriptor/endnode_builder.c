@@ -2,15 +2,17 @@
 // End nodes of a device: where a data flow goes, and how octets travel on it.
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
-// Attributes in their order, as bits: bus, node, name, address, port, framing, order, direction, baud.
-#define BUS 0x003U
-#define NAME 0x004U
-#define PORT 0x018U
-#define FRAMING 0x020U
-#define ORDER 0x040U
-#define DIRECTION 0x080U
-#define BAUD 0x100U
-#define ATTRIBUTES 9U
+// Attributes in their order, as bits: bus, redundantBus, node, name, address, port, framing, order,
+// direction, baud.
+#define BUS 0x005U
+#define REDUNDANT_BUS 0x002U
+#define NAME 0x008U
+#define PORT 0x030U
+#define FRAMING 0x040U
+#define ORDER 0x080U
+#define DIRECTION 0x100U
+#define BAUD 0x200U
+#define ATTRIBUTES 10U
 
 typedef struct { // Attributes that an endnode of a type must have, and those it may have; it has no others.
     uint16_t needed;
@@ -18,7 +20,7 @@ typedef struct { // Attributes that an endnode of a type must have, and those it
 } endnode_rule_t;
 
 static const endnode_rule_t rules[] = {
-    [DESCRIPTOR_ENDNODE_CAN]    = {BUS, 0U},
+    [DESCRIPTOR_ENDNODE_CAN]    = {BUS, REDUNDANT_BUS},
     [DESCRIPTOR_ENDNODE_SHM]    = {NAME, ORDER},
     [DESCRIPTOR_ENDNODE_MQUEUE] = {NAME, ORDER},
     [DESCRIPTOR_ENDNODE_UDP]    = {PORT, ORDER},

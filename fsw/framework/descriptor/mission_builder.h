@@ -42,6 +42,8 @@ void mission_builder_power(source_t* source);
 void mission_builder_modes_end(source_t* source);
 void mission_builder_lists(source_t* source); ///< What uses subsystems and modes stands behind them.
 void mission_builder_end(source_t* source);
+// Of buses: mission_resolver.c
+void mission_builder_buses_end(source_t* source);
 // Handlers of permissions, links and plans: mission_rules.c
 void mission_rules_allow(source_t* source);
 void mission_rules_link(source_t* source);

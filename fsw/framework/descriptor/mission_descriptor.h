@@ -127,8 +127,9 @@ typedef struct { // Recovery plan: severity, and optionally reason.
 
 typedef struct {
     const char* name;
-    uint32_t bit_rate;      ///< Nominal [bit/s].
-    uint32_t data_bit_rate; ///< CAN FD data phase [bit/s]; 0 = classic CAN.
+    const char* redundant_to; ///< This is channel B of the bus of that name; "": a bus of its own.
+    uint32_t bit_rate;        ///< Nominal [bit/s].
+    uint32_t data_bit_rate;   ///< CAN FD data phase [bit/s]; 0 = classic CAN.
     uint32_t line;
 } mission_bus_t;
 

@@ -163,6 +163,10 @@ static const source_attribute_t packet_log_attributes[] = {
 };
 static const source_attribute_t bus_attributes[] = {
     NAMED_AS(SOURCE_LOWER, mission_bus_t),
+    {.name = "redundantTo",
+     .form = SOURCE_LOWER,
+     .high = DESCRIPTOR_NAME_MAX,
+     SOURCE_TO(mission_bus_t, redundant_to)},
     {.name = "bitRate",
      .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
      .low  = 10000U,
@@ -225,7 +229,7 @@ static const source_row_t rows[] = {
     {KIND_PLAN, KIND_ACTION, SOURCE_SOME, WITH("Action", action_attributes), &actions, mission_rules_action,
      NULL},
     {KIND_MISSION, KIND_PACKET_LOG, SOURCE_ONCE, WITH("PacketLog", packet_log_attributes), NULL, NULL, NULL},
-    {KIND_MISSION, KIND_BUSES, SOURCE_ONCE, PLAIN("Buses"), NULL, NULL, NULL},
+    {KIND_MISSION, KIND_BUSES, SOURCE_ONCE, PLAIN("Buses"), NULL, NULL, mission_builder_buses_end},
     {KIND_BUSES, KIND_BUS, SOURCE_ANY, WITH("Bus", bus_attributes), &buses, NULL, NULL},
     {KIND_MISSION, KIND_TRANSPORTS, SOURCE_ONCE, WITH("Transports", transports_attributes), NULL, NULL, NULL},
     {KIND_MISSION, KIND_GROUND, SOURCE_EXACTLY, WITH("Ground", ground_attributes), NULL, NULL, NULL},

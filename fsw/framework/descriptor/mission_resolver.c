@@ -81,23 +81,70 @@ static void find_plan_names(mission_builder_t* const builder, const mission_subs
     }
 }
 
-/// Every bus that an endnode names is a bus of the mission.
+static const mission_bus_t* find_bus(const mission_descriptor_t* const mission, const char* const name)
+{
+    for (uint16_t i = 0U; i < mission->bus_count; i++) {
+        if (strcmp(mission->buses[i].name, name) == 0) {
+            return &mission->buses[i];
+        }
+    }
+    return NULL;
+}
+
+static void refuse_bus(source_t* const source, const uint32_t line, const char* const attribute,
+                       const char* const found, const char* const expected)
+{
+    if (source_fail(source, line, attribute)) {
+        text_add(source->error, "=\"");
+        text_add(source->error, found);
+        text_add(source->error, "\" of ");
+        text_add(source->error, expected);
+    }
+}
+
+/// Each redundant bus is the one redundant bus of another.
+void mission_builder_buses_end(source_t* const source)
+{
+    const mission_descriptor_t* const mission = source->item;
+    for (uint16_t i = 0U; i < mission->bus_count; i++) {
+        const mission_bus_t* const bus = &mission->buses[i];
+        if (bus->redundant_to[0] == '\0') {
+            continue;
+        }
+        const mission_bus_t* const other = find_bus(mission, bus->redundant_to);
+        bool is_good                     = (other != NULL) && (other->redundant_to[0] == '\0');
+        for (uint16_t k = 0U; k < i; k++) {
+            is_good = is_good && (strcmp(mission->buses[k].redundant_to, bus->redundant_to) != 0);
+        }
+        if (!is_good) {
+            refuse_bus(source, bus->line, "redundantTo", bus->redundant_to,
+                       "<Bus>: expected a bus of the mission that is not redundant itself and has one "
+                       "redundant bus");
+        }
+    }
+}
+
+/// Every bus that an endnode names is a bus of the mission, and its redundant bus is channel B of that.
 static void check_buses(mission_builder_t* const builder, const char* const path,
                         const subsystem_descriptor_t* const descriptor)
 {
     source_t* const source = &builder->source;
     for (uint16_t i = 0U; i < descriptor->endnode_count; i++) {
         const descriptor_endnode_t* const endnode = &descriptor->endnodes[i];
-        bool is_known                             = (endnode->type != DESCRIPTOR_ENDNODE_CAN);
-        for (uint16_t b = 0U; b < builder->mission->bus_count; b++) {
-            is_known = is_known || (strcmp(builder->mission->buses[b].name, endnode->bus) == 0);
+        if (endnode->type != DESCRIPTOR_ENDNODE_CAN) {
+            continue;
         }
-        if (!is_known) {
+        if (find_bus(builder->mission, endnode->bus) == NULL) {
             source->path = path;
-            if (source_fail(source, endnode->line, "bus=\"")) {
-                text_add(source->error, endnode->bus);
-                text_add(source->error, "\" of <Endnode>: expected a bus of the mission");
-            }
+            refuse_bus(source, endnode->line, "bus", endnode->bus,
+                       "<Endnode>: expected a bus of the mission");
+        }
+        const mission_bus_t* const redundant = find_bus(builder->mission, endnode->redundant_bus);
+        const bool is_channel = (redundant != NULL) && (strcmp(redundant->redundant_to, endnode->bus) == 0);
+        if ((endnode->redundant_bus[0] != '\0') && !is_channel) {
+            source->path = path;
+            refuse_bus(source, endnode->line, "redundantBus", endnode->redundant_bus,
+                       "<Endnode>: expected a bus of the mission that is redundantTo its bus");
         }
     }
 }

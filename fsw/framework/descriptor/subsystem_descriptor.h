@@ -190,11 +190,12 @@ typedef enum {
 
 typedef struct { // Address of a data flow; which fields count depends on the type.
     descriptor_endnode_type_t type;
-    const char* bus;     ///< CAN: name of the bus.
-    uint8_t node;        ///< CAN: node id 1..127.
-    const char* name;    ///< SHM, MQUEUE: name of the object; SERIAL, FILE: path of the device.
-    const char* address; ///< UDP, TCP: host.
-    uint16_t port;       ///< UDP, TCP.
+    const char* bus;           ///< CAN: name of the bus, channel A.
+    const char* redundant_bus; ///< CAN: name of its channel B, or "".
+    uint8_t node;              ///< CAN: node id 1..127.
+    const char* name;          ///< SHM, MQUEUE: name of the object; SERIAL, FILE: path of the device.
+    const char* address;       ///< UDP, TCP: host.
+    uint16_t port;             ///< UDP, TCP.
     flow_format_t format;
     uint32_t line;
 } descriptor_endnode_t;

@@ -95,6 +95,9 @@ status_t joystick_perform(void* const self, const subsystem_function_t* const fu
         return raise_event(joystick, ((const joystick_raise_arguments_t*)function->arguments)->event);
     case JOYSTICK_FUNCTION_STOP:
         return stop(joystick);
+    case JOYSTICK_FUNCTION_CHANNEL:
+        return drives_select_channel(&joystick->drives,
+                                     ((const joystick_channel_arguments_t*)function->arguments)->channel);
     default:
         return STATUS_NOT_FOUND;
     }

@@ -123,19 +123,21 @@ static void count(manipulator_t* const manipulator, manipulator_counters_t* cons
 {
     const canopen_network_t* const network = &manipulator->drives.network;
     const master_counters_t* const master  = &network->master.counters;
+    network_bus_counters_t bus;
+    network_bus_counters(network, &bus);
     subsystem_link_totals_t links;
     subsystem_link_totals(manipulator->generic, &links);
     counters->link_lost       = links.lost;
     counters->link_stale      = links.late;
     counters->link_refused    = links.refused;
     counters->cycles          = subsystem_cycle(manipulator->generic);
-    counters->frames_received = network->flow.counters.received;
-    counters->frames_sent     = network->flow.counters.sent;
+    counters->frames_received = bus.received;
+    counters->frames_sent     = bus.sent;
     counters->frames_refused  = master->unknown + master->malformed + master->remote;
     counters->pdo_missed[0]   = drives_missed(&manipulator->drives, 0U);
     counters->pdo_missed[1]   = drives_missed(&manipulator->drives, 1U);
     counters->emergencies     = master->emergencies;
-    counters->transmit_full   = network->flow.counters.refused;
+    counters->transmit_full   = bus.refused;
     counters->command_limited = manipulator->control.limited + drives_limited(&manipulator->drives);
     subsystem_health_t health;
     subsystem_health(manipulator->generic, &health);
@@ -143,6 +145,14 @@ static void count(manipulator_t* const manipulator, manipulator_counters_t* cons
     counters->parameter_refused = health.parameters_refused;
     counters->pool_peak         = health.pool_peak;
     counters->pool_refused      = health.pool_refused;
+    counters->channel           = network->channel;
+    counters->error_frames      = bus.errors;
+    counters->bus_off           = bus.bus_offs;
+    counters->bus_restarts      = bus.restarts;
+    counters->no_acknowledge    = bus.missing_acknowledges;
+    counters->transmit_timeouts = bus.transmit_timeouts;
+    counters->arbitrations_lost = bus.lost_arbitrations;
+    counters->receive_overruns  = bus.overruns;
 }
 
 /// Age of the samples of a link as the parameter LINK_AGE tells it [us]; without one, the largest number.

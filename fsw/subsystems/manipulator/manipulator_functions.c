@@ -215,6 +215,9 @@ status_t manipulator_perform(void* const self, const subsystem_function_t* const
         return raise_event(manipulator, ((const manipulator_raise_arguments_t*)function->arguments)->event);
     case MANIPULATOR_FUNCTION_STOP:
         return stop(manipulator);
+    case MANIPULATOR_FUNCTION_CHANNEL:
+        return drives_select_channel(&manipulator->drives,
+                                     ((const manipulator_channel_arguments_t*)function->arguments)->channel);
     default:
         return STATUS_NOT_FOUND;
     }

@@ -80,7 +80,7 @@ static void a_joystick_has_two_axes_behind_one_node(void)
     scripted_bus_open(&bus, "test-network");
     scripted_node_t* const stick = scripted_bus_add(&bus, SCRIPTED_JOYSTICK, 0x21U);
     TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "joystick", 0x21U));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot"));
+    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot", NULL));
     run_to(CIA402_GOAL_ENABLED);
     canopen_device_t* const device = &network.devices[0].device;
     TEST_ASSERT_TRUE(device->axes[1].scale.torque_max_nm == 1.5);
@@ -110,7 +110,7 @@ static void what_is_added_is_checked(void)
     TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x14U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, network_add(&network, "cia402-drive", 0x15U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, network_find(&network, 0x15U, &index));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, network_open(&network, &resolver, "robot"));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, network_open(&network, &resolver, "robot", NULL));
     const canopen_setting_t setting = {.index = 0x6060U, .octets = 1U};
     for (unsigned i = 0U; i < NETWORK_SETTINGS_MAX; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, network_set(&network, 0U, &setting));
@@ -130,7 +130,7 @@ static void nothing_works_out_of_order(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, network_boot(&network, now_ns));
     network_sense(&network, now_ns);
     network_emit(&network, now_ns);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, network_open(&network, &resolver, "moon"));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, network_open(&network, &resolver, "moon", NULL));
 }
 
 static void a_node_that_does_not_boot_is_told_again(void)

@@ -248,7 +248,7 @@ static void an_unplugged_bus_comes_back_by_commissioning(void)
     network_clear(&network);
     TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x11U));
     TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x12U));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot"));
+    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot", NULL));
     run_to(CIA402_GOAL_ENABLED);
     idle(10U);
     expect_no_fault();

@@ -43,7 +43,7 @@ void two_drives_open(void)
     network_init(&network, &config);
     TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x11U));
     TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x12U));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot"));
+    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot", NULL));
 }
 
 void two_drives_close(void)

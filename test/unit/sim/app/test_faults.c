@@ -101,6 +101,10 @@ static void test_errors_name_file_line_and_what_is_expected(void)
     expect_error("1 fault torque-offset STICK 1", "JOINT1 or JOINT2");
     expect_error("1 fault torque-offset FLIGHT 1", "JOINT1 or JOINT2");
     expect_error("1 fault delay robot JOINT1 -5", "delay");
+    expect_error("1 fault unplug robot-b JOINT1", "robot or joystick");
+    expect_error("1 fault cut robot-c", "robot-b or joystick-b");
+    expect_error("1 fault overflow robot JOINT1 0", "number of frames");
+    expect_error("1 fault restart robot FLIGHT later", "auto, order or now");
 }
 
 static void test_no_scenario_means_no_faults(void)
@@ -119,30 +123,99 @@ static void test_scenarios_of_the_mission_are_read(void)
     }
 }
 
-static void test_faults_reach_the_bus(void)
+static fault_world_t world;
+
+/// Two channels of bus robot with flight's controller on each; bus joystick without flight and without B.
+static void open_world(void)
 {
     const bus_config_t config    = {.nominal_bit_rate = 1000000U, .seed = 1U};
     const bus_callbacks_t silent = {.context = NULL};
-    fault_world_t world          = {.flight_node = {0U, BUS_NODES_MAX}};
-    unsigned node                = 0U;
-    world.bus[0]                 = bus_create(&config);
-    world.bus[1]                 = bus_create(&config);
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(world.bus[0], &silent, &node));
-    TEST_ASSERT_EQUAL_UINT(0U, node);
+    memset(&world, 0, sizeof world);
+    for (unsigned i = 0U; i < 2U; i++) {
+        world.channel[0][i].bus = bus_create(&config);
+        TEST_ASSERT_EQUAL_INT(
+            STATUS_OK, bus_add_node(world.channel[0][i].bus, &silent, &world.channel[0][i].flight_node));
+    }
+    world.channel[1][0] = (fault_channel_t){bus_create(&config), BUS_NODES_MAX};
+}
+
+static void close_world(void)
+{
+    bus_destroy(world.channel[0][0].bus);
+    bus_destroy(world.channel[0][1].bus);
+    bus_destroy(world.channel[1][0].bus);
+}
+
+static void apply_next(void)
+{
+    (void)faults_apply_next(&faults, &world);
+}
+
+static void test_faults_reach_the_bus(void)
+{
+    open_world();
+    bus_t* bus = world.channel[0][0].bus;
     TEST_ASSERT_EQUAL_INT(STATUS_OK,
                           load("1 fault unplug robot FLIGHT\n2 fault plug robot FLIGHT\n"
                                "3 fault babble robot FLIGHT on\n4 fault unplug joystick FLIGHT\n"));
-    (void)faults_apply_next(&faults, &world);
-    TEST_ASSERT_FALSE(bus_is_plugged(world.bus[0], 0U));
-    (void)faults_apply_next(&faults, &world);
-    TEST_ASSERT_TRUE(bus_is_plugged(world.bus[0], 0U));
-    (void)faults_apply_next(&faults, &world);
-    bus_run_until(world.bus[0], 1000000U);
-    TEST_ASSERT_GREATER_THAN_UINT64(0U,
-                                    bus_statistics(world.bus[0])->errors); // Babbles, and nobody hears it.
+    apply_next();
+    TEST_ASSERT_FALSE(bus_is_plugged(bus, 0U));
+    TEST_ASSERT_FALSE(bus_is_plugged(world.channel[0][1].bus, 0U)); // A plug has both channels.
+    apply_next();
+    TEST_ASSERT_TRUE(bus_is_plugged(bus, 0U));
+    TEST_ASSERT_TRUE(bus_is_plugged(world.channel[0][1].bus, 0U));
+    apply_next();
+    bus_run_until(bus, 1000000U);
+    TEST_ASSERT_GREATER_THAN_UINT64(0U, bus_statistics(bus)->errors); // Babbles, and nobody hears it.
     TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target); // Nobody there.
-    bus_destroy(world.bus[0]);
-    bus_destroy(world.bus[1]);
+    close_world();
+}
+
+static void test_a_cut_takes_one_channel(void)
+{
+    open_world();
+    TEST_ASSERT_EQUAL_INT(
+        STATUS_OK, load("1 fault cut robot-b FLIGHT\n2 fault cut robot FLIGHT\n3 fault mend robot-b FLIGHT\n"
+                        "4 fault cut joystick-b FLIGHT\n5 fault stuck joystick-b on\n"
+                        "6 fault bus-off joystick-b FLIGHT\n"));
+    TEST_ASSERT_TRUE(fault_is_onset(&faults.fault[0]));
+    TEST_ASSERT_FALSE(fault_is_onset(&faults.fault[2]));
+    apply_next();
+    TEST_ASSERT_TRUE(bus_is_plugged(world.channel[0][0].bus, 0U));
+    TEST_ASSERT_FALSE(bus_is_plugged(world.channel[0][1].bus, 0U));
+    apply_next();
+    TEST_ASSERT_FALSE(bus_is_plugged(world.channel[0][0].bus, 0U));
+    apply_next();
+    TEST_ASSERT_FALSE(bus_is_plugged(world.channel[0][0].bus, 0U));
+    TEST_ASSERT_TRUE(bus_is_plugged(world.channel[0][1].bus, 0U));
+    apply_next(); // A channel that does not exist: nothing happens.
+    apply_next();
+    apply_next();
+    TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, faults_next_ns(&faults));
+    close_world();
+}
+
+static void test_bus_off_ends_by_order(void)
+{
+    open_world();
+    bus_t* bus = world.channel[0][0].bus;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                          load("1 fault restart robot FLIGHT order\n2 fault bus-off robot FLIGHT\n"
+                               "3 fault restart robot FLIGHT now\n4 fault restart robot FLIGHT auto\n"
+                               "5 fault arbitration robot FLIGHT on\n6 fault overflow robot FLIGHT 3\n"));
+    TEST_ASSERT_TRUE(fault_is_onset(&faults.fault[0]));
+    TEST_ASSERT_FALSE(fault_is_onset(&faults.fault[2]));
+    apply_next();
+    apply_next();
+    bus_run_until(bus, 10000000U);
+    TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_BUS_OFF, bus_controller(bus, 0U)->state);
+    apply_next();
+    bus_run_until(bus, 20000000U);
+    TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_ACTIVE, bus_controller(bus, 0U)->state);
+    apply_next();
+    apply_next();
+    apply_next();
+    close_world();
 }
 
 int main(void)
@@ -153,5 +226,7 @@ int main(void)
     RUN_TEST(test_no_scenario_means_no_faults);
     RUN_TEST(test_scenarios_of_the_mission_are_read);
     RUN_TEST(test_faults_reach_the_bus);
+    RUN_TEST(test_a_cut_takes_one_channel);
+    RUN_TEST(test_bus_off_ends_by_order);
     return UNITY_END();
 }

@@ -19,6 +19,7 @@
 static descriptor_loader_t loader;
 static subsystem_descriptor_t descriptor;
 static scripted_bus_t bus;
+static scripted_bus_t channel_b; // Nobody is there.
 static scripted_node_t* stick;
 static subsystem_t generic;
 static joystick_t joystick;
@@ -28,10 +29,11 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
                         endnode_address_t* const out_address)
 {
     (void)context;
-    if ((kind != ENDNODE_CAN) || (strcmp(name, "joystick") != 0)) {
+    const bool is_b = (strcmp(name, "joystick-b") == 0);
+    if ((kind != ENDNODE_CAN) || (!is_b && (strcmp(name, "joystick") != 0))) {
         return STATUS_NOT_FOUND;
     }
-    (void)strcpy(out_address->address, bus.address);
+    (void)strcpy(out_address->address, is_b ? channel_b.address : bus.address);
     return STATUS_OK;
 }
 
@@ -41,6 +43,7 @@ void setUp(void)
 {
     callbacks = joystick_callbacks();
     scripted_bus_open(&bus, "test-joystick");
+    scripted_bus_open(&channel_b, "test-joystick-b");
     stick              = scripted_bus_add(&bus, SCRIPTED_JOYSTICK, 0x21U);
     stick->position[0] = 50000;
     stick->position[1] = -20000;
@@ -54,6 +57,7 @@ void tearDown(void)
 {
     network_close(&joystick.drives.network);
     scripted_bus_close(&bus);
+    scripted_bus_close(&channel_b);
 }
 
 typedef status_t (*action_t)(void* self);

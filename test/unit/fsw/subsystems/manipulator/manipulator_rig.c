@@ -12,6 +12,7 @@
 static descriptor_loader_t loader;
 subsystem_descriptor_t rig_descriptor;
 scripted_bus_t rig_bus;
+static scripted_bus_t channel_b; // Nobody is there.
 scripted_node_t* rig_joints[2];
 subsystem_t rig_generic;
 manipulator_t rig_manipulator;
@@ -21,10 +22,11 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
                         endnode_address_t* const out_address)
 {
     (void)context;
-    if ((kind != ENDNODE_CAN) || (strcmp(name, "robot") != 0)) {
+    const bool is_b = (strcmp(name, "robot-b") == 0);
+    if ((kind != ENDNODE_CAN) || (!is_b && (strcmp(name, "robot") != 0))) {
         return STATUS_NOT_FOUND;
     }
-    (void)strcpy(out_address->address, rig_bus.address);
+    (void)strcpy(out_address->address, is_b ? channel_b.address : rig_bus.address);
     out_address->is_fd = true;
     return STATUS_OK;
 }
@@ -44,6 +46,7 @@ void rig_set_up(void)
 {
     rig_callbacks = manipulator_callbacks();
     scripted_bus_open(&rig_bus, "test-manipulator");
+    scripted_bus_open(&channel_b, "test-manipulator-b");
     rig_joints[0] = scripted_bus_add(&rig_bus, SCRIPTED_DRIVE, 0x11U);
     rig_joints[1] = scripted_bus_add(&rig_bus, SCRIPTED_DRIVE, 0x12U);
     rig_show(GRAVITY1, GRAVITY2);
@@ -57,6 +60,7 @@ void rig_tear_down(void)
 {
     network_close(&rig_manipulator.drives.network);
     scripted_bus_close(&rig_bus);
+    scripted_bus_close(&channel_b);
 }
 
 static bool is_controlled(void)

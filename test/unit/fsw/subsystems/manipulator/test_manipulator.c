@@ -284,7 +284,8 @@ static void emergencies_become_events(void)
     TEST_ASSERT_NOT_NULL(event);
     const uint8_t warning[] = {0x12U, 0x43U, 0x10U};
     TEST_ASSERT_EQUAL_HEX8_ARRAY(warning, event->octets, 3U);
-    TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&rig_generic, MANIPULATOR_EVENT_BUS_WARNING)->size);
+    TEST_ASSERT_EQUAL_UINT64(MANIPULATOR_EVENT_BUS_WARNING_OCTETS,
+                             double_last_event(&rig_generic, MANIPULATOR_EVENT_BUS_WARNING)->size);
     scripted_bus_emergency(&rig_bus, 0x12U, 0x7305U);
     rig_idle(1U);
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, rig_generic.state);

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/app/channels.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static unsigned find_segment(const segment_t* segments, unsigned count, const char* name)
+{
+    unsigned index = 0U;
+    while ((index < count) && (strcmp(segments[index].name, name) != 0)) {
+        index++;
+    }
+    return index;
+}
+
+status_t channels_pair(const segment_t* segments, unsigned count, const simulator_config_t* config,
+                       bus_t** out_channel_b, char error[SIMULATOR_ERROR_MAX])
+{
+    for (size_t i = 0U; i < config->bus_count; i++) {
+        const simulator_bus_t* bus = &config->bus[i];
+        if (bus->redundant_to == NULL) {
+            continue;
+        }
+        const unsigned a = find_segment(segments, count, bus->redundant_to);
+        const unsigned b = find_segment(segments, count, bus->name);
+        if ((a == count) || (b == count) || (a == b) || (out_channel_b[a] != NULL)) {
+            (void)snprintf(error, SIMULATOR_ERROR_MAX,
+                           "simulator: bus %s cannot be the redundant channel of %s: expected another bus of "
+                           "this run that has none yet",
+                           bus->name, bus->redundant_to);
+            return STATUS_INVALID;
+        }
+        out_channel_b[a] = segments[b].bus;
+    }
+    return STATUS_OK;
+}

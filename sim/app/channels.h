@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Which bus of a run is the redundant channel of which.
+#ifndef SIM_APP_CHANNELS_H
+#define SIM_APP_CHANNELS_H
+
+#include "sim/app/segment.h"
+#include "sim/app/simulator.h"
+
+/// As the configuration says. out_channel_b has `count` places, one per segment, null at first. STATUS_OK;
+/// else `error` is filled: STATUS_INVALID (no such bus, or it has a channel B already).
+MUST_USE status_t channels_pair(const segment_t* segments, unsigned count, const simulator_config_t* config,
+                                bus_t** out_channel_b, char error[SIMULATOR_ERROR_MAX]);
+
+#endif // SIM_APP_CHANNELS_H

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Inside of a bus, shared by bus.c (frames on the wire) and bus_faults.c (what goes wrong by order).
+#ifndef SIM_BUS_BUS_INTERNAL_H
+#define SIM_BUS_BUS_INTERNAL_H
+
+#include "sim/bus/bus.h"
+#include "sim/bus/random.h"
+
+typedef struct {
+    osal_can_frame_t frame;
+    uint64_t ready_ns;
+    uint32_t key; // Arbitration field as the wire sees it; lower wins.
+} queued_t;
+
+typedef struct {
+    bool is_used;
+    bool is_plugged;
+    bool is_babbling;
+    bool restarts_by_order;   // Bus-off does not end by itself.
+    bool reports_arbitration; // Tells its software of lost arbitrations.
+    unsigned overflows;       // Frames still to be lost in its receiver.
+    controller_t controller;
+    bus_callbacks_t callbacks;
+    uint64_t wake_ns;
+    uint64_t recover_ns; // End of bus-off.
+    uint64_t suspend_ns; // May not start a frame before.
+    uint64_t delay_ns;
+    uint64_t timeout_ns; // A frame that waits longer is told; 0: none is.
+    uint64_t watch_ns;   // When to look at the oldest frame; BUS_NEVER: nothing waits.
+    queued_t queue[BUS_QUEUE_FRAMES];
+    unsigned head;
+    unsigned count;
+} node_t;
+
+typedef enum {
+    OUTCOME_DELIVERED,
+    OUTCOME_DESTROYED, // Bit error seen by all.
+    OUTCOME_UNHEARD    // Nobody acknowledges.
+} outcome_t;
+
+struct bus {
+    uint64_t nominal_ns; // One bit.
+    uint64_t data_ns;    // One bit of the fast part; 0 on a classic bus.
+    uint64_t now_ns;
+    uint64_t idle_ns; // The wire is free from then on.
+    uint64_t next_wake_ns;
+    uint64_t stuck_tick_ns;
+    unsigned stuck_ticks;
+    bool is_stuck;
+    bool is_sending;
+    outcome_t outcome;
+    uint32_t senders; // Bit set of nodes whose frame is on the wire.
+    uint64_t start_ns;
+    uint64_t event_ns; // Frame ends or breaks.
+    osal_can_frame_t wire;
+    double loss;
+    double corruption;
+    double duplication;
+    bus_random_t random;
+    bus_tap_t tap;
+    void* tap_context;
+    unsigned reporter;
+    bus_statistics_t statistics;
+    unsigned node_count;
+    node_t node[BUS_NODES_MAX];
+};
+
+/// Account for an event in a controller and tell its software and the tap what is to be told.
+void bus_account(bus_t* bus, unsigned index, controller_event_t event);
+/// Tell a node's software, and the tap, about its controller.
+void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report);
+/// The frame on the wire breaks.
+void bus_break_frame(bus_t* bus, controller_event_t sender_event);
+void bus_find_next_wake(bus_t* bus);
+void bus_drop_queue(bus_t* bus, unsigned index);
+
+#endif // SIM_BUS_BUS_INTERNAL_H

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// The two channels of a redundant bus (ECSS-E-ST-50-15C, object 0x2000): which one the node lives on, and its
+// search for the master.
+#include "sim/devices/node_internal.h"
+
+#define OBJECT_REDUNDANCY 0x2000U
+#define NS_PER_MS 1000000U
+
+void node_find_channels(node_t* node)
+{
+    node->default_channel = dictionary_find(&node->dictionary, OBJECT_REDUNDANCY, 1U);
+    node->toggle_factor   = dictionary_find(&node->dictionary, OBJECT_REDUNDANCY, 2U);
+    node->toggle_limit    = dictionary_find(&node->dictionary, OBJECT_REDUNDANCY, 3U);
+    node->toggle_count    = dictionary_find(&node->dictionary, OBJECT_REDUNDANCY, 4U);
+}
+
+/// Two channels, all of object 0x2000, a master to watch, and the search not switched off.
+static bool may_search(const node_t* node)
+{
+    return (node->channel[NODE_CHANNEL_B].bus != NULL) && (node->default_channel != NULL) &&
+           (node->toggle_factor != NULL) && (node->toggle_limit != NULL) && (node->toggle_count != NULL) &&
+           (node->consumer[0].entry != NULL) && ((node->consumer[0].entry->value & 0xFFFFU) != 0U) &&
+           (node->toggle_factor->value != 0U);
+}
+
+/// Consumer heartbeat time of the master.
+static uint64_t heartbeat_time_ns(const node_t* node)
+{
+    return (node->consumer[0].entry->value & 0xFFFFU) * NS_PER_MS;
+}
+
+/// A node is electrically there on one channel at most: the active one.
+static void connect_active(node_t* node)
+{
+    const bool wanted = node->is_plugged && !node->channel[node->active].is_cut;
+    if (wanted && !bus_is_plugged(node->bus, node->bus_index)) {
+        bus_plug(node->bus, node->bus_index);
+    } else if (!wanted && bus_is_plugged(node->bus, node->bus_index)) {
+        bus_unplug(node->bus, node->bus_index);
+    } else {
+        // As it should be.
+    }
+}
+
+static void use_channel(node_t* node, unsigned channel, uint64_t now_ns)
+{
+    if (channel == node->active) {
+        return;
+    }
+    bus_set_wake(node->bus, node->bus_index, BUS_NEVER);
+    if (bus_is_plugged(node->bus, node->bus_index)) {
+        bus_unplug(node->bus, node->bus_index);
+    }
+    node->active    = channel;
+    node->bus       = node->channel[channel].bus;
+    node->bus_index = node->channel[channel].index;
+    node->wake_ns   = BUS_NEVER;
+    connect_active(node);
+    node_wake_by(node, now_ns); // All that is due is found there.
+}
+
+/// The master defines the active channel by its heartbeat.
+static void settle(node_t* node)
+{
+    node->toggle_ns = BUS_NEVER;
+    object_set(node->default_channel, (int64_t)node->active);
+}
+
+void node_select_default_channel(node_t* node, uint64_t now_ns)
+{
+    node->toggle_ns = BUS_NEVER;
+    if (may_search(node)) {
+        use_channel(node, (unsigned)node->default_channel->value, now_ns);
+        node->toggle_ns = now_ns + (heartbeat_time_ns(node) * node->toggle_factor->value);
+        node_wake_by(node, node->toggle_ns);
+    }
+}
+
+void node_master_heard(node_t* node)
+{
+    if (may_search(node)) {
+        settle(node);
+        object_set(node->toggle_count, 0);
+    }
+}
+
+void node_master_lost(node_t* node, uint64_t now_ns)
+{
+    if (may_search(node)) { // One heartbeat time has passed already.
+        node->toggle_ns = now_ns + (heartbeat_time_ns(node) * (node->toggle_factor->value - 1U));
+        node_wake_by(node, node->toggle_ns);
+    }
+}
+
+uint64_t node_run_search(node_t* node, uint64_t now_ns)
+{
+    if (node->toggle_ns > now_ns) {
+        return node->toggle_ns;
+    }
+    node->toggle_ns = BUS_NEVER;
+    if (may_search(node) && (node->toggle_count->value < node->toggle_limit->value)) {
+        use_channel(node, 1U - node->active, now_ns);
+        object_set(node->toggle_count, (int64_t)node->toggle_count->value + 1);
+        node->heartbeat_ns = (node->heartbeat_ns != BUS_NEVER) ? now_ns : BUS_NEVER; // Here I am.
+        node->toggle_ns    = now_ns + (heartbeat_time_ns(node) * node->toggle_factor->value);
+    }
+    if (may_search(node) && (node->toggle_count->value >= node->toggle_limit->value)) {
+        settle(node); // No master: rest where it is.
+    }
+    return node->toggle_ns;
+}
+
+status_t node_connect_redundant(node_t* node, bus_t* bus, const bus_callbacks_t* callbacks)
+{
+    node_channel_t* channel = &node->channel[NODE_CHANNEL_B];
+    const status_t status   = bus_add_node(bus, callbacks, &channel->index);
+    if (status == STATUS_OK) {
+        channel->bus = bus;
+        bus_unplug(bus, channel->index);
+    }
+    return status;
+}
+
+void node_connect(node_t* node, bool is_plugged)
+{
+    node->is_plugged = is_plugged;
+    connect_active(node);
+}
+
+void node_cut(node_t* node, unsigned channel, bool is_cut)
+{
+    node->channel[channel].is_cut = is_cut;
+    connect_active(node);
+}
+
+unsigned node_active_channel(const node_t* node)
+{
+    return node->active;
+}

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Channels A and B of each bus: a cut of A is met like an unplug, and the mission goes on over B by command."""
+
+import flying
+import numpy as np
+import pytest
+from hirosco_gse import logs
+from hirosco_gse import run as runs
+
+REACTION_US = 5000
+TOLD_US = 10_000
+TOGGLE_US = 2 * 60_000  # Ttoggle x consumer heartbeat time of the data sheets
+MASTER, SYNC = 0x701, 0x080
+NODES = {"robot": (0x11, 0x12), "joystick": (0x21,)}
+OWNER = {"robot": ("MANIPULATOR", 16), "joystick": ("JOYSTICK", 17)}
+CUT_S = {"robot": 1.5, "joystick": 4.5}
+UP_S = {"robot": 2.6, "joystick": 5.6}
+END_S = 7.5
+ENABLED = 0x27
+CHANNEL_LOGS = ("can-robot-b.log", "can-joystick-b.log")
+
+
+def _scenario(path):
+    """In operation on A; robot's A is cut while the arm moves; on B again; then the joystick's; then up and moving."""
+    lines = ["0.0 hand rest", "0.2 hand circle 0.1 0.5 1 9 1", *flying.bring_up(0.2, tare=False)]
+    for bus, (owner, _) in OWNER.items():
+        cut, up = CUT_S[bus], UP_S[bus]
+        lines += [
+            f"{cut:.6f} fault cut {bus}",
+            f"{cut:.6f} operator wait-event {owner} DEVICE_LOST 0.2",
+            f"{cut:.6f} operator wait-state MANIPULATOR OFFLINE 1",
+            f"{cut:.6f} operator wait-state JOYSTICK OFFLINE 1",
+            f"{up:.6f} operator cmd {owner}.CHANNEL CHANNEL=1",
+            f"{up:.6f} operator wait-event {owner} CHANNEL_SELECTED 0.1",
+            *flying.bring_up(up, tare=False),
+        ]
+    lines.append(f"{END_S:.6f} operator shutdown")
+    return flying.write_scenario(path, *lines)
+
+
+@pytest.fixture(scope="module")
+def flights(hangar):
+    """The same flight in both forms."""
+    path = _scenario(hangar / "channels.scn")
+    found = {}
+    for form in ("image", "processes"):
+        found[form] = flying.fly(hangar / f"channels-{form}", "--scenario", path, "--form", form)
+        assert found[form].code == 0, found[form].told()
+    return found
+
+
+@pytest.fixture(scope="module")
+def run(flights):
+    """Logs of one of them."""
+    return runs.load(flights["image"].folder)
+
+
+@pytest.fixture(scope="module")
+def buses(flights):
+    """Frames of all channels."""
+    folder = flights["image"].folder
+    return {name: logs.read_bus(folder / f"can-{name}.log") for bus in NODES for name in (bus, f"{bus}-b")}
+
+
+def _cuts(run):
+    return {fault["target"]: fault["time_us"] for fault in run.truth["FAULT"] if fault["kind"] == "cut"}
+
+
+def _transitions(flight, apid):
+    """(time_us, state) of each change of state of a subsystem."""
+    packets = [(t // 1000, raw) for t, direction, raw in flight.packets if direction == "TM"]
+    mine = [(t, raw) for t, raw in packets if int.from_bytes(raw[:2], "big") & 0x7FF == apid and raw[7:9] == b"\x81\x02"]
+    return [(t, raw[22]) for t, raw in mine if raw[21] != raw[22]]
+
+
+def test_forms_are_identical(flights):
+    for name in (*flying.TRACED, *CHANNEL_LOGS):
+        assert flights["image"].octets(name) == flights["processes"].octets(name), name
+
+
+def test_cut_is_met_like_an_unplug(flights, run):
+    """All four axes out of operation within 5 ms, both subsystems told within 10 ms, then OFFLINE by the plan."""
+    entries = {}
+    for entry in run.truth["DRIVE"]:
+        entries.setdefault((entry["bus"], int(entry["node"]), int(entry["axis"])), []).append(entry)
+    cuts = _cuts(run)
+    assert list(cuts) == ["robot", "joystick"]
+    for bus, cut in cuts.items():
+        for drive, history in entries.items():
+            before = [entry for entry in history if entry["time_us"] < cut][-1]
+            assert before["statusword"] & 0x6F == ENABLED, f"{drive} was not in operation when {bus} was cut"
+            left = next(e["time_us"] for e in history if e["time_us"] >= cut and e["statusword"] & 0x6F != ENABLED)
+            assert left - cut <= REACTION_US, f"{drive}: {left - cut} us after the cut of {bus}"
+        for apid in (16, 17):
+            states = [(t - cut, state) for t, state in _transitions(flights["image"], apid) if cut <= t < cut + 1_000_000]
+            assert states[0][1] == 6
+            assert states[0][0] <= TOLD_US
+            assert [state for _, state in states] == [6, 7, 8, 9, 0]
+
+
+def test_arm_was_moving_and_stops(run):
+    at = _cuts(run)["robot"] // runs.CYCLE_US
+    speed, link = run.at_cycles("JOINTS", "velocity_rad_s"), run.at_cycles("JOINTS", "position_rad")
+    assert np.abs(speed[at]).max() > 0.1
+    assert np.ptp(link[at + 40 : at + 1000], axis=0).max() < 0.001
+
+
+@pytest.mark.parametrize("bus", NODES)
+def test_all_nodes_are_heard_on_b_in_time(buses, run, bus):
+    """From the master's first heartbeat on B to the first frame of each node there: within Ttoggle x heartbeat time."""
+    b = buses[f"{bus}-b"]
+    first = b.time_us[b.frames(MASTER)][0]
+    assert first > UP_S[bus] * 1e6, "nobody commands there before the order"
+    for node in NODES[bus]:
+        times = b.time_us[b.frames(0x700 + node)]
+        heard = times[times >= first][0]
+        assert heard - first <= TOGGLE_US, f"node {node:#x}: {heard - first} us"
+        while_cut = b.time_us[b.frames(0x700 + node)]
+        searching = while_cut[(while_cut > _cuts(run)[bus]) & (while_cut < first)]
+        assert len(searching), "it looks for its master on both channels"
+
+
+@pytest.mark.parametrize("bus", NODES)
+def test_master_speaks_on_one_channel(buses, bus):
+    """Before the order nothing of flight's on B, after it nothing on A."""
+    order = UP_S[bus] * 1e6
+    mine = [0x000, SYNC, MASTER, *(base + node for base in (0x200, 0x300, 0x600) for node in NODES[bus])]
+    a, b = buses[bus], buses[f"{bus}-b"]
+    assert not (np.isin(b.id, mine) & (b.time_us < order)).any()
+    assert (np.isin(b.id, mine) & (b.time_us > order)).any()
+    assert not (np.isin(a.id, mine) & (a.time_us > order)).any()
+
+
+@pytest.mark.parametrize("bus", NODES)
+def test_mission_goes_on_over_b(flights, buses, run, bus):
+    """SYNC and the answer of each node in every cycle on B, subsystems in operation, the arm in motion."""
+    b = buses[f"{bus}-b"]
+    start, end = (END_S - 0.5) * 1e6, (END_S - 0.1) * 1e6
+    for identifier in (SYNC, *(0x180 + node for node in NODES[bus])):
+        times = b.time_us[b.frames(identifier)]
+        inside = times[(times >= start) & (times < end)]
+        assert len(inside) == pytest.approx((end - start) / 500, abs=1), f"{identifier:#x}"
+    for _, apid in OWNER.values():
+        assert [state for t, state in _transitions(flights["image"], apid) if t < end][-1] == 5
+    speed = run.at_cycles("JOINTS", "velocity_rad_s")[int(start) // runs.CYCLE_US : int(end) // runs.CYCLE_US]
+    assert np.abs(speed).max() > 0.1

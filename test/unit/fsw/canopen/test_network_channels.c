@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+// A network on a bus with two channels: the master speaks on the active one only, calls the devices there,
+// and changes it by order, never by itself.
+#include "fsw/canopen/network.h"
+#include "test/support/scripted_bus.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+#define CYCLE_NS 500000U
+#define CYCLES_MAX 4000U
+#define A NETWORK_CHANNEL_A
+#define B NETWORK_CHANNEL_B
+#define MASTER_HEARTBEAT 0x701U
+
+static scripted_bus_t bus[NETWORK_CHANNELS];
+static scripted_node_t* nodes[NETWORK_CHANNELS][2];
+static canopen_network_t network;
+static uint64_t now_ns;
+static bool is_b_missing;
+static unsigned spoken[NETWORK_CHANNELS]; // Frames of the master.
+
+static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
+                        endnode_address_t* const out_address)
+{
+    (void)context;
+    (void)kind;
+    const bool is_b = (strcmp(name, "robot-b") == 0);
+    if (is_b && is_b_missing) {
+        return STATUS_NOT_FOUND;
+    }
+    (void)strcpy(out_address->address, bus[is_b ? B : A].address);
+    return STATUS_OK;
+}
+
+static const flow_resolver_t resolver = {NULL, resolve};
+static const network_config_t config  = {.master              = {.node_id              = 1U,
+                                                                 .heartbeat_ns         = 20000000U,
+                                                                 .heartbeat_timeout_ns = 60000000U,
+                                                                 .sdo_timeout_ns       = 50000000U},
+                                         .lost_after_syncs    = 3U,
+                                         .call_ns             = 160000000U,
+                                         .boot_retry_ns       = 300000000U,
+                                         .silence_told_ns     = 300000000U,
+                                         .quick_stop_limit_ns = 200000000U};
+
+/// Both devices are on one channel, or on none.
+static void devices_on(const unsigned channel)
+{
+    for (unsigned i = 0U; i < 2U; i++) {
+        nodes[A][i]->is_plugged = (channel == A);
+        nodes[B][i]->is_plugged = (channel == B);
+    }
+}
+
+static void open_network(void)
+{
+    network_clear(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x12U));
+    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot", "robot-b"));
+}
+
+void setUp(void)
+{
+    static const char* const names[] = {"test-channel-a", "test-channel-b"};
+    is_b_missing                     = false;
+    now_ns                           = 0U;
+    memset(spoken, 0, sizeof spoken);
+    for (unsigned i = 0U; i < NETWORK_CHANNELS; i++) {
+        scripted_bus_open(&bus[i], names[i]);
+        nodes[i][0] = scripted_bus_add(&bus[i], SCRIPTED_DRIVE, 0x11U);
+        nodes[i][1] = scripted_bus_add(&bus[i], SCRIPTED_DRIVE, 0x12U);
+    }
+    devices_on(A);
+    network_init(&network, &config);
+}
+
+void tearDown(void)
+{
+    network_close(&network);
+    for (unsigned i = 0U; i < NETWORK_CHANNELS; i++) {
+        scripted_bus_close(&bus[i]);
+    }
+}
+
+typedef status_t (*action_t)(canopen_network_t* network, uint64_t now_ns);
+
+static status_t cycle(const action_t action)
+{
+    network_sense(&network, now_ns);
+    const status_t status = (action != NULL) ? action(&network, now_ns) : STATUS_OK;
+    network_emit(&network, now_ns);
+    now_ns += CYCLE_NS;
+    for (unsigned i = 0U; i < NETWORK_CHANNELS; i++) {
+        scripted_bus_run(&bus[i]);
+        spoken[i] += bus[i].seen_count;
+        if ((now_ns % 20000000U) == 0U) {
+            scripted_bus_heartbeat(&bus[i]);
+        }
+    }
+    return status;
+}
+
+static status_t walk(const action_t action)
+{
+    status_t status = STATUS_BUSY;
+    for (unsigned i = 0U; (status == STATUS_BUSY) && (i < CYCLES_MAX); i++) {
+        status = cycle(action);
+    }
+    return status;
+}
+
+static void idle(const unsigned cycles)
+{
+    for (unsigned i = 0U; i < cycles; i++) {
+        (void)cycle(NULL);
+    }
+}
+
+static void run(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_start));
+}
+
+static unsigned faults_of(const network_fault_kind_t kind, const uint16_t code)
+{
+    network_fault_t fault;
+    unsigned count = 0U;
+    while (network_take_fault(&network, &fault) == STATUS_OK) {
+        count += ((fault.kind == kind) && (fault.code == code)) ? 1U : 0U;
+    }
+    return count;
+}
+
+static void the_master_speaks_on_the_active_channel_only(void)
+{
+    open_network();
+    run();
+    idle(200U);
+    TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
+    TEST_ASSERT_TRUE(spoken[A] > 600U);
+    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_DEVICE_LOST, 0U));
+}
+
+static void devices_on_the_other_channel_are_called_by_the_heartbeat(void)
+{
+    devices_on(B);
+    open_network();
+    unsigned resets = 0U;
+    for (unsigned i = 0U; i < 200U; i++) { // 100 ms: nothing but heartbeats.
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_boot));
+        resets += scripted_bus_count(&bus[A], 0U);
+        TEST_ASSERT_EQUAL_UINT(bus[A].seen_count, scripted_bus_count(&bus[A], MASTER_HEARTBEAT));
+    }
+    TEST_ASSERT_EQUAL_UINT(0U, resets);
+    devices_on(A);
+    run();
+    TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
+}
+
+static void a_call_does_not_last_for_ever(void)
+{
+    devices_on(NETWORK_CHANNELS);
+    nodes[A][0]->is_plugged   = true;
+    nodes[A][1]->is_plugged   = true;
+    nodes[A][1]->is_boot_mute = true; // Never heard: it sends nothing.
+    open_network();
+    unsigned resets = 0U;
+    for (unsigned i = 0U; i < 340U; i++) {
+        (void)cycle(network_boot);
+        resets += scripted_bus_count(&bus[A], 0U);
+    }
+    TEST_ASSERT_TRUE(resets >= 1U);
+}
+
+static void a_cut_is_met_like_an_unplug_and_the_order_brings_them_back(void)
+{
+    open_network();
+    run();
+    devices_on(NETWORK_CHANNELS);
+    idle(4U);
+    TEST_ASSERT_EQUAL_UINT(2U, faults_of(NETWORK_DEVICE_LOST, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    idle(2000U);
+    TEST_ASSERT_EQUAL_UINT8(A, network.channel); // Nothing changes by itself.
+    TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
+    const unsigned before = spoken[A];
+    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, B));
+    devices_on(B);
+    run();
+    idle(100U);
+    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_DEVICE_LOST, 0U));
+    TEST_ASSERT_EQUAL_UINT(before, spoken[A]);
+    TEST_ASSERT_TRUE(spoken[B] > 300U);
+}
+
+static void a_selection_while_closed_counts_for_the_next_opening(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, network_select_channel(&network, NETWORK_CHANNELS));
+    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, B));
+    devices_on(B);
+    open_network();
+    run();
+    TEST_ASSERT_EQUAL_UINT(0U, spoken[A]);
+    network_reset_nodes(&network);
+    idle(1U);
+    network_close(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, B)); // The same again.
+    open_network();
+    run();
+    TEST_ASSERT_EQUAL_UINT(0U, spoken[A]);
+}
+
+static void a_switch_in_mid_run_stops_process_data_first(void)
+{
+    open_network();
+    run();
+    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, B));
+    TEST_ASSERT_FALSE(network.is_running);
+    TEST_ASSERT_FALSE(network.is_booted);
+    idle(1U);
+    TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[A], 0U)); // PRE-OPERATIONAL, the last word there.
+    TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[B], MASTER_HEARTBEAT));
+    TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus[B], 0x080U));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, network_configure(&network, now_ns)); // Everything anew.
+    devices_on(B);
+    run();
+}
+
+static void what_the_other_channel_brings_is_dropped(void)
+{
+    const uint8_t stray[8] = {0x37U, 0x02U};
+    open_network();
+    run();
+    network_bus_counters_t before;
+    network_bus_counters_t after;
+    const uint32_t boots = network.master.nodes[0].boots;
+    network_bus_counters(&network, &before);
+    scripted_bus_deliver(&bus[B], 0x711U, stray, 1U);
+    scripted_bus_deliver(&bus[B], 0x191U, stray, 8U);
+    scripted_bus_emergency(&bus[B], 0x11U, 0x7305U);
+    scripted_bus_error(&bus[B], OSAL_CAN_ERROR_BUS_OFF, 0U);
+    idle(5U);
+    network_bus_counters(&network, &after);
+    TEST_ASSERT_EQUAL_UINT32(boots, network.master.nodes[0].boots);
+    TEST_ASSERT_TRUE(after.received >= (before.received + 3U));
+    TEST_ASSERT_EQUAL_UINT32(before.bus_offs + 1U, after.bus_offs);
+    TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_OFF + NETWORK_BUS_CHANNEL_B));
+    TEST_ASSERT_EQUAL_UINT32(0U, network.devices[0].is_lost ? 1U : 0U);
+}
+
+static void a_missing_channel_b_is_told_and_cannot_be_selected(void)
+{
+    is_b_missing = true;
+    open_network();
+    run();
+    TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_MISSING + NETWORK_BUS_CHANNEL_B));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, network_select_channel(&network, B));
+    idle(50U);
+    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_DEVICE_LOST, 0U)); // All goes on.
+    network_close(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, B));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, network_open(&network, &resolver, "robot", "robot-b"));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, network_open(&network, &resolver, "robot", NULL));
+    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, A));
+    open_network();
+}
+
+static void conditions_of_a_controller_are_told_and_counted(void)
+{
+    open_network();
+    run();
+    scripted_bus_error(&bus[A], OSAL_CAN_ERROR_CONTROLLER, 0x01U);
+    idle(1U);
+    TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_OVERRUN));
+    scripted_bus_error(&bus[A], OSAL_CAN_ERROR_TX_TIMEOUT, 0U);
+    idle(1U);
+    TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_TRANSMIT_TIMEOUT));
+    scripted_bus_error(&bus[A], OSAL_CAN_ERROR_LOST_ARBITRATION, 0U);
+    idle(1U);
+    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_BUS_WARNING, 0U)); // Ordinary life: counted only.
+    scripted_bus_error(&bus[A], OSAL_CAN_ERROR_BUS_OFF, 0U);
+    scripted_bus_error(&bus[A], OSAL_CAN_ERROR_RESTARTED, 0U);
+    idle(1U);
+    TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_RESTARTED));
+    TEST_ASSERT_TRUE(network.devices[0].is_lost && network.devices[1].is_lost); // However short it was.
+    network_bus_counters_t counters;
+    network_bus_counters(&network, &counters);
+    TEST_ASSERT_EQUAL_UINT32(1U, counters.overruns);
+    TEST_ASSERT_EQUAL_UINT32(1U, counters.transmit_timeouts);
+    TEST_ASSERT_EQUAL_UINT32(1U, counters.lost_arbitrations);
+    TEST_ASSERT_EQUAL_UINT32(1U, counters.bus_offs);
+    TEST_ASSERT_EQUAL_UINT32(1U, counters.restarts);
+    TEST_ASSERT_EQUAL_UINT32(5U, counters.errors);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_master_speaks_on_the_active_channel_only);
+    RUN_TEST(devices_on_the_other_channel_are_called_by_the_heartbeat);
+    RUN_TEST(a_call_does_not_last_for_ever);
+    RUN_TEST(a_cut_is_met_like_an_unplug_and_the_order_brings_them_back);
+    RUN_TEST(a_selection_while_closed_counts_for_the_next_opening);
+    RUN_TEST(a_switch_in_mid_run_stops_process_data_first);
+    RUN_TEST(what_the_other_channel_brings_is_dropped);
+    RUN_TEST(a_missing_channel_b_is_told_and_cannot_be_selected);
+    RUN_TEST(conditions_of_a_controller_are_told_and_counted);
+    return UNITY_END();
+}

@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+// A node on a bus with two channels: it follows the heartbeat of the master, searches, rests, and settles.
+#include "sim/devices/node.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define ID 0x11U
+#define SHEET "descriptors/devices/joint-drive.eds"
+#define MS 1000000U
+#define HEARTBEAT_TIME (60U * MS)   // 0x1016:01
+#define DWELL (2U * HEARTBEAT_TIME) // Ttoggle of them
+#define A NODE_CHANNEL_A
+#define B NODE_CHANNEL_B
+
+static bus_t* bus[NODE_CHANNELS];
+static unsigned master[NODE_CHANNELS];
+static node_t* node;
+static char error[EDS_ERROR_MAX];
+static unsigned heard[NODE_CHANNELS];    // Heartbeats of the node.
+static uint64_t heard_ns[NODE_CHANNELS]; // Time of the last one.
+static unsigned boots[NODE_CHANNELS];
+static unsigned losses; // The application was told that the master is lost.
+static uint64_t present_ns;
+static const unsigned channels[NODE_CHANNELS] = {A, B};
+
+static void hear(void* context, const osal_can_frame_t* frame)
+{
+    const unsigned channel = *(const unsigned*)context;
+    if (frame->id == (0x700U + ID)) {
+        heard[channel]++;
+        heard_ns[channel] = frame->time_ns;
+        boots[channel] += (frame->data[0] == 0U) ? 1U : 0U;
+    }
+}
+
+static void nothing(void* context, uint64_t now_ns)
+{
+    (void)context;
+    (void)now_ns;
+}
+
+static void written(void* context, const object_t* object, uint64_t now_ns)
+{
+    (void)context;
+    (void)object;
+    (void)now_ns;
+}
+
+static void lost(void* context, uint64_t now_ns)
+{
+    (void)context;
+    (void)now_ns;
+    losses++;
+}
+
+static const node_application_t application = {
+    .sample = nothing, .written = written, .connection_lost = lost, .reset = nothing};
+
+static uint64_t value(uint8_t subindex)
+{
+    return node_object(node, 0x2000U, subindex)->value;
+}
+
+static void set(uint8_t subindex, int64_t number)
+{
+    object_set(node_object(node, 0x2000U, subindex), number);
+}
+
+/// Both channels live through the time, in steps as the simulator takes them.
+static void wait(uint64_t ns)
+{
+    const uint64_t end_ns = present_ns + ns;
+    while (present_ns < end_ns) {
+        present_ns += MS / 2U;
+        bus_run_until(bus[A], present_ns);
+        bus_run_until(bus[B], present_ns);
+    }
+}
+
+static void speak(unsigned channel, uint32_t id, const uint8_t* octets, uint8_t length)
+{
+    osal_can_frame_t frame = {.id = id, .length = length};
+    memcpy(frame.data, octets, length);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_submit(bus[channel], master[channel], &frame, present_ns));
+}
+
+/// The master's heartbeat every 20 ms on a channel.
+static void lead(unsigned channel, uint64_t ns)
+{
+    const uint8_t state = 5U;
+    for (uint64_t done = 0U; done < ns; done += 20U * MS) {
+        speak(channel, 0x701U, &state, 1U);
+        wait(20U * MS);
+    }
+}
+
+static void forget(void)
+{
+    memset(heard, 0, sizeof heard);
+    memset(boots, 0, sizeof boots);
+    losses = 0U;
+}
+
+void setUp(void)
+{
+    const bus_config_t config = {.nominal_bit_rate = 1000000U, .data_bit_rate = 5000000U, .seed = 1U};
+    present_ns                = 0U;
+    for (unsigned i = 0U; i < NODE_CHANNELS; i++) {
+        const bus_callbacks_t callbacks = {.on_frame = hear, .context = (void*)(uintptr_t)&channels[i]};
+        bus[i]                          = bus_create(&config);
+        TEST_ASSERT_NOT_NULL(bus[i]);
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(bus[i], &callbacks, &master[i]));
+    }
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, node_create(bus[A], SHEET, ID, &application, &node, error),
+                                  error);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, node_add_channel(node, bus[B]));
+    forget();
+    node_power_on(node);
+}
+
+void tearDown(void)
+{
+    node_destroy(node);
+    bus_destroy(bus[A]);
+    bus_destroy(bus[B]);
+}
+
+static void it_begins_on_bdefault_and_stays_with_its_master(void)
+{
+    wait(5U * MS);
+    TEST_ASSERT_EQUAL_UINT(1U, boots[A]);
+    lead(A, 2000U * MS);
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT64(0U, value(4U));
+    TEST_ASSERT_EQUAL_UINT(0U, heard[B]);
+    TEST_ASSERT_EQUAL_UINT(0U, losses);
+}
+
+static void with_nobody_there_it_searches_from_power_on(void)
+{
+    wait(DWELL - (2U * MS));
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    wait(6U * MS);
+    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT64(1U, value(4U));
+    wait(DWELL);
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT64(2U, value(4U));
+}
+
+static void after_the_loss_it_changes_after_ttoggle_heartbeat_times(void)
+{
+    wait(5U * MS);
+    lead(A, 100U * MS); // The last heartbeat was 20 ms ago.
+    forget();
+    wait(HEARTBEAT_TIME - (25U * MS));
+    TEST_ASSERT_EQUAL_UINT(0U, losses);
+    wait(10U * MS);
+    TEST_ASSERT_EQUAL_UINT(1U, losses); // The application is told at once, the channel changes later.
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    wait(HEARTBEAT_TIME - (10U * MS));
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(0U, heard[B]);
+    wait(10U * MS);
+    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(1U, heard[B]); // Here I am.
+}
+
+static void it_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times(void)
+{
+    for (unsigned phase = 0U; phase < 24U; phase++) {
+        tearDown();
+        setUp();
+        wait(5U * MS);
+        lead(A, 100U * MS);
+        wait(200U * MS + (phase * 10U * MS)); // Searching, anywhere in its turn.
+        forget();
+        const uint64_t begin_ns = present_ns;
+        while (heard[B] == 0U) {
+            lead(B, 20U * MS);
+            TEST_ASSERT_TRUE((present_ns - begin_ns) <= (DWELL + (20U * MS)));
+        }
+        TEST_ASSERT_TRUE(heard_ns[B] <= (begin_ns + DWELL + MS));
+        lead(B, 1000U * MS);
+        TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+        TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // Heard: the count starts anew,
+        TEST_ASSERT_EQUAL_UINT64(B, value(1U));  // and this is where it belongs now.
+    }
+}
+
+static void it_rests_after_ntoggle_changes(void)
+{
+    wait(5U * MS);
+    lead(A, 100U * MS);
+    set(3U, 3);
+    wait(10U * DWELL);
+    TEST_ASSERT_EQUAL_UINT64(3U, value(4U));
+    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node)); // An odd number: the other channel.
+    lead(A, 500U * MS);
+    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node)); // It rests, wherever the master is,
+    lead(B, 40U * MS);
+    TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // until it is found there.
+    wait(DWELL + (5U * MS));
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node)); // And it searches again when that is lost.
+}
+
+static void zero_switches_the_search_off(void)
+{
+    wait(5U * MS);
+    lead(A, 100U * MS);
+    set(3U, 0);
+    wait(10U * DWELL);
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    lead(A, 100U * MS);
+    set(3U, 10);
+    set(2U, 0);
+    wait(10U * DWELL);
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+}
+
+static void a_reset_keeps_the_channel_and_a_power_cycle_does_not(void)
+{
+    const uint8_t reset[] = {0x81U, ID};
+    wait(DWELL + (10U * MS));
+    lead(B, 100U * MS);
+    forget();
+    speak(B, 0U, reset, 2U);
+    lead(B, 100U * MS);
+    TEST_ASSERT_EQUAL_UINT(1U, boots[B]);
+    TEST_ASSERT_EQUAL_UINT(0U, boots[A]);
+    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    node_unplug(node);
+    wait(10U * MS);
+    node_plug(node);
+    wait(10U * MS);
+    TEST_ASSERT_EQUAL_UINT(1U, boots[A]);
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    lead(B, DWELL + (40U * MS)); // The master is on B: it comes there by itself.
+    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+}
+
+static void a_master_that_comes_back_is_found_on_either_channel(void)
+{
+    wait(5U * MS);
+    lead(A, 100U * MS);
+    wait(DWELL + (10U * MS));
+    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    lead(A, DWELL + (20U * MS));
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    lead(A, 500U * MS);
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+}
+
+static void a_cut_channel_is_silent_and_the_other_works(void)
+{
+    wait(5U * MS);
+    lead(A, 100U * MS);
+    node_cut(node, A, true);
+    TEST_ASSERT_TRUE(node_is_plugged(node));
+    forget();
+    lead(B, DWELL + (40U * MS));
+    TEST_ASSERT_EQUAL_UINT(0U, heard[A]);
+    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(1U, losses);
+}
+
+static void both_channels_cut_and_one_mended(void)
+{
+    wait(5U * MS);
+    lead(A, 100U * MS);
+    node_cut(node, A, true);
+    wait(50U * MS); // The second one goes while the first is not even missed.
+    node_cut(node, B, true);
+    forget();
+    wait(7U * DWELL);
+    TEST_ASSERT_EQUAL_UINT(0U, heard[A]);
+    TEST_ASSERT_EQUAL_UINT(0U, heard[B]);
+    TEST_ASSERT_EQUAL_UINT64(7U, value(4U));
+    node_cut(node, B, false);
+    lead(B, DWELL + (20U * MS));
+    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_GREATER_THAN_UINT(0U, heard[B]);
+}
+
+static void a_cut_during_the_change_of_channel(void)
+{
+    wait(5U * MS);
+    lead(A, 100U * MS);
+    node_cut(node, A, true);
+    lead(B, DWELL); // It is about to be found on B, or has just been,
+    node_cut(node, B, true);
+    node_cut(node, A, false); // when that goes and the first comes back.
+    forget();
+    lead(A, (2U * DWELL) + (20U * MS));
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_GREATER_THAN_UINT(0U, heard[A]);
+}
+
+/// The node of setUp goes, and one comes that has channel A only.
+static void make_single(void)
+{
+    bus_remove_node(bus[A], node_bus_index(node, A));
+    bus_remove_node(bus[B], node_bus_index(node, B));
+    node_destroy(node);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, node_create(bus[A], SHEET, ID, &application, &node, error));
+}
+
+static void without_channel_b_nothing_changes(void)
+{
+    make_single();
+    TEST_ASSERT_EQUAL_UINT(BUS_NODES_MAX, node_bus_index(node, B));
+    forget();
+    node_power_on(node);
+    wait(20U * DWELL);
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT64(0U, value(4U));
+}
+
+static void a_full_bus_has_no_room_for_channel_b(void)
+{
+    const bus_callbacks_t silent = {.context = NULL};
+    unsigned index               = 0U;
+    make_single();
+    while (bus_add_node(bus[B], &silent, &index) == STATUS_OK) {
+    }
+    TEST_ASSERT_EQUAL_INT(STATUS_EXHAUSTED, node_add_channel(node, bus[B]));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(it_begins_on_bdefault_and_stays_with_its_master);
+    RUN_TEST(with_nobody_there_it_searches_from_power_on);
+    RUN_TEST(after_the_loss_it_changes_after_ttoggle_heartbeat_times);
+    RUN_TEST(it_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times);
+    RUN_TEST(it_rests_after_ntoggle_changes);
+    RUN_TEST(zero_switches_the_search_off);
+    RUN_TEST(a_reset_keeps_the_channel_and_a_power_cycle_does_not);
+    RUN_TEST(a_master_that_comes_back_is_found_on_either_channel);
+    RUN_TEST(a_cut_channel_is_silent_and_the_other_works);
+    RUN_TEST(both_channels_cut_and_one_mended);
+    RUN_TEST(a_cut_during_the_change_of_channel);
+    RUN_TEST(without_channel_b_nothing_changes);
+    RUN_TEST(a_full_bus_has_no_room_for_channel_b);
+    return UNITY_END();
+}
