@@ -55,8 +55,11 @@ static void lose(gateway_t* gateway)
     gateway->is_lost = true;
 }
 
-void gateway_show(gateway_t* gateway, const osal_can_frame_t* frame)
+void gateway_show(gateway_t* gateway, uint32_t senders, const osal_can_frame_t* frame)
 {
+    if ((gateway->node != BUS_NODES_MAX) && (senders == ((uint32_t)1U << gateway->node))) {
+        return;
+    }
     const status_t status = gateway->is_lost ? STATUS_CLOSED : osal_can_send(&gateway->can, frame);
     if (status == STATUS_OK) {
         gateway->counters.shown++;

@@ -33,8 +33,9 @@ MUST_USE status_t gateway_open(const char* address, bus_t* bus, gateway_report_t
                                gateway_t** out_gateway);
 /// Null is allowed.
 void gateway_close(gateway_t* gateway);
-/// Show a frame that was on the bus.
-void gateway_show(gateway_t* gateway, const osal_can_frame_t* frame);
+/// Show a frame that was on the bus, as bus_tap_t tells of it. What came from there is not shown again: who
+/// is on the interface has seen it, and a controller does not hear itself.
+void gateway_show(gateway_t* gateway, uint32_t senders, const osal_can_frame_t* frame);
 /// Put on the bus what tools have sent since.
 void gateway_take(gateway_t* gateway, uint64_t now_ns);
 const gateway_counters_t* gateway_counters(const gateway_t* gateway);

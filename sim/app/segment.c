@@ -21,14 +21,14 @@ static void pass_to_flight(void* context, const osal_can_frame_t* frame)
     }
 }
 
-static void tap(void* context, const osal_can_frame_t* frame)
+static void tap(void* context, uint32_t senders, const osal_can_frame_t* frame)
 {
     segment_t* segment = context;
     if (segment->log != NULL) {
         frame_log_write(segment->log, frame);
     }
     if (segment->gateway != NULL) {
-        gateway_show(segment->gateway, frame);
+        gateway_show(segment->gateway, senders, frame);
     }
 }
 

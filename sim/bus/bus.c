@@ -184,7 +184,7 @@ void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report)
         node->callbacks.on_error(node->callbacks.context, report);
     }
     if ((bus->tap != NULL) && (index == bus->reporter)) {
-        bus->tap(bus->tap_context, report);
+        bus->tap(bus->tap_context, 0U, report);
     }
 }
 
@@ -384,7 +384,7 @@ static void deliver_frame(bus_t* bus)
     bus->wire.time_ns = bus->now_ns;
     bus->statistics.frames++;
     if (bus->tap != NULL) {
-        bus->tap(bus->tap_context, &bus->wire);
+        bus->tap(bus->tap_context, bus->senders, &bus->wire);
     }
     // The sender that sees an error in the last bit repeats a frame that everybody has taken already.
     const bool is_repeated = bus_random_chance(&bus->random, bus->duplication);

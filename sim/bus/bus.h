@@ -46,7 +46,8 @@ typedef struct {
 } bus_callbacks_t;
 
 /// Everything that is on the wire (and, for `node`'s controller, error reports), for logs.
-typedef void (*bus_tap_t)(void* context, const osal_can_frame_t* frame);
+/// `senders`: bit set of the nodes that have sent it, 1 << node; 0: a report.
+typedef void (*bus_tap_t)(void* context, uint32_t senders, const osal_can_frame_t* frame);
 
 typedef struct {
     uint64_t frames;     ///< Sent successfully.

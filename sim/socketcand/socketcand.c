@@ -14,6 +14,7 @@
 #define OUTPUT_OCTETS 65536U
 #define ACCEPT_INTERVAL 64U // Calls of socketcand_receive between two looks at the door, when nobody is in.
 #define NO_NODE BUS_NODES_MAX
+#define STEPS_MAX 1000U
 #define NS_PER_S 1000000000U
 #define NS_PER_MS 1000000U
 #define NS_PER_US 1000U
@@ -24,7 +25,7 @@ typedef struct {
     bool is_used;
     bool is_raw;         // Frames may flow.
     bool has_heard_ok;   // It has read the answer to rawmode: it has spoken since, or had the time.
-    bool is_in_step;     // Time waits for it.
+    unsigned step_every; // In lock-step: time waits for it after so many steps. 0: it does not.
     unsigned steps_owed; // Steps told that it is not yet done with.
     uint64_t raw_ns;     // Wall-clock time of rawmode.
     osal_socket_t socket;
@@ -45,6 +46,7 @@ struct socketcand {
     unsigned client_count;
     unsigned submitted;
     uint64_t dropped;
+    uint64_t steps;
     client_t client[SOCKETCAND_CLIENTS_MAX];
 };
 
@@ -149,6 +151,19 @@ static void open_bus(client_t* client, const char* name)
     reply(client, (client->node != NO_NODE) ? "< ok >" : "< error could not open bus >");
 }
 
+/// `N` of `< step N >`.
+static void take_step(client_t* client, const char* text)
+{
+    char* end                 = NULL;
+    const unsigned long every = strtoul(text, &end, 10);
+    if ((end == text) || (*end != '\0') || (every < 1U) || (every > STEPS_MAX)) {
+        reply(client, "< error syntax of step >");
+        return;
+    }
+    client->steps_owed -= (client->steps_owed > 0U) ? 1U : 0U;
+    client->step_every = (unsigned)every;
+}
+
 /// Handle one message, brackets and outer blanks already off.
 static void handle(client_t* client, const char* text)
 {
@@ -159,9 +174,8 @@ static void handle(client_t* client, const char* text)
         reply(client, "< ok >");
         client->is_raw = true;
         client->raw_ns = osal_clock_monotonic_ns();
-    } else if (strcmp(text, "step") == 0) {
-        client->steps_owed -= (client->steps_owed > 0U) ? 1U : 0U;
-        client->is_in_step = true;
+    } else if (strncmp(text, "step ", 5U) == 0) {
+        take_step(client, &text[5]);
     } else if (strcmp(text, "echo") == 0) {
         reply(client, "< echo >");
     } else if ((strncmp(text, "send ", 5U) == 0) && client->is_raw) {
@@ -244,7 +258,7 @@ static void let_in(socketcand_t* server)
         client->is_used      = true;
         client->is_raw       = false;
         client->has_heard_ok = false;
-        client->is_in_step   = false;
+        client->step_every   = 0U;
         client->steps_owed   = 0U;
         client->socket       = socket;
         client->node         = NO_NODE;
@@ -327,12 +341,13 @@ static bool await_client(client_t* client, uint64_t deadline_ns)
 unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t timeout_ms)
 {
     unsigned dropped = 0U;
+    server->steps++;
     char text[SOCKETCAND_MESSAGE_MAX];
     (void)snprintf(text, sizeof text, "< step %" PRIu64 ".%06" PRIu64 " >", now_ns / NS_PER_S,
                    (now_ns % NS_PER_S) / NS_PER_US);
     for (unsigned i = 0U; (server->client_count != 0U) && (i < SOCKETCAND_CLIENTS_MAX); i++) {
         client_t* client = &server->client[i];
-        if (client->is_used && client->is_in_step) {
+        if (client->is_used && (client->step_every > 0U) && ((server->steps % client->step_every) == 0U)) {
             client->steps_owed++;
             reply(client, text);
             const uint64_t deadline_ns = osal_clock_monotonic_ns() + (timeout_ms * (uint64_t)NS_PER_MS);

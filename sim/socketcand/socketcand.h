@@ -5,9 +5,9 @@
 /// Time stamps are simulated. What a slow client does not fetch is dropped and counted; it never stalls the
 /// simulation. FD frames go out as plain frames, as the protocol has no flag for them.
 ///
-/// One message is an addition: a client that sends `< step >` is in lock-step from then on. It is told `<
-/// step SEC.USEC >` behind the frames of each step, and time stands still until it sends `< step >` again:
-/// what it has sent meanwhile is on the bus in the next step, however slow it is.
+/// One message is an addition: a client that sends `< step N >` (1 to 1000) is in lock-step from then on. It
+/// is told `< step SEC.USEC >` behind the frames of every N-th step, and time stands still until it sends `<
+/// step N >` again: what it has sent meanwhile is on the bus in the next step, however slow it is.
 ///
 /// Ownership  socketcand_open allocates; the buses outlive the server.
 /// Context    The task that runs the buses, between two runs.

@@ -17,11 +17,11 @@ PATIENCE_S = 30.0
 class LockStepBus(can.BusABC):
     """One bus of a simulator that serves tools on a port."""
 
-    def __init__(self, port, bus, interface=None):
-        """interface: a SocketCAN interface for the frames, else they go through the port."""
+    def __init__(self, port, bus, interface=None, every=1):
+        """interface: a SocketCAN interface for the frames, else they go through the port; every: steps to hold time after."""
         self.channel_info = f"{bus} in lock-step"
         self.on_step = []  # Called with the simulated time [s].
-        self.steps = 0
+        self.steps, self.every = 0, every  # Steps of the simulation while we have been there.
         self.ended = threading.Event()  # The simulator has closed the port.
         self._frames = can.Bus(interface="socketcan", channel=interface, fd=True) if interface else None
         self._socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
@@ -35,7 +35,7 @@ class LockStepBus(can.BusABC):
             for word in (f"open {bus}", "rawmode"):
                 self._say(word)
                 self._expect("ok")
-        self._say("step")
+        self._say(f"step {every}")
         self._socket.settimeout(0.2)
 
     def _say(self, text):
@@ -65,9 +65,9 @@ class LockStepBus(can.BusABC):
                     return frame, False
                 for listener in self.on_step:
                     listener(self._told)
-                self.steps += 1
+                self.steps += self.every
                 self._told = None
-                self._say("step")
+                self._say(f"step {self.every}")
             match = MESSAGE.search(self._input)
             if match is None:
                 try:

@@ -489,8 +489,9 @@ static void test_a_delayed_node_is_late_by_that_much(void)
 static unsigned tapped;
 static unsigned tapped_reports;
 
-static void tap(void* context, const osal_can_frame_t* frame)
+static void tap(void* context, uint32_t senders, const osal_can_frame_t* frame)
 {
+    TEST_ASSERT_EQUAL((frame->id & OSAL_CAN_ERROR) != 0U, senders == 0U);
     (void)context;
     tapped++;
     tapped_reports += ((frame->id & OSAL_CAN_ERROR) != 0U) ? 1U : 0U;

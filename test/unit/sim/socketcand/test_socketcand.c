@@ -205,13 +205,21 @@ static void test_clients_hear_each_other(void)
 
 static void test_time_waits_for_a_client_in_lock_step(void)
 {
-    static const char* const done = "< send 123 1 5 >< step >";
+    static const char* const done = "< send 123 1 5 >< step 1 >";
     size_t sent                   = 0U;
     osal_socket_t idler           = join_raw();
     osal_socket_t client          = join_raw();
     const osal_can_frame_t sync   = {.id = 0x080U};
     TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 500U * 1000U, 0U)); // Nobody to wait for.
-    say(&client, "< step >");
+    say(&client, "< step 0 >");
+    TEST_ASSERT_EQUAL_STRING("< error syntax of step >", take(&client));
+    TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 500U * 1000U, 0U));
+    say(&client, "< step 2 >");
+    TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 1000U * 1000U, 0U)); // Not every one of them:
+    TEST_ASSERT_EQUAL_UINT(1U, socketcand_end_step(server, 1500U * 1000U, 0U)); // the second.
+    osal_socket_close(&client);
+    client = join_raw();
+    say(&client, "< step 1 >");
     TEST_ASSERT_EQUAL_STRING("", take(&client));
     TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_submit(bus, node, &sync, bus_now_ns(bus)));
     bus_run_until(bus, bus_now_ns(bus) + MS);

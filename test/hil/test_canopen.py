@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""CANopen that others accept: PyPI canopen as master of the simulated devices, over the simulator's port and over SocketCAN; what
+candump has recorded there is judged by cantools, tshark and the generated database."""
+
+import collections
+import os
+import re
+import subprocess
+
+import can
+import cantools
+import pytest
+from place import PYTHON, ROOT, Group, Result, cases
+
+MASTER = "test/hil/guest/canopen_master.py"
+SENTINEL = 0x7FF
+LIMIT_S = 500
+
+
+@pytest.fixture(scope="module")
+def here(hil_folder):
+    """The cases on this kernel, whatever it has: frames pass through the simulator's port."""
+    folder = hil_folder / "canopen-port"
+    folder.mkdir()
+    done = subprocess.run([PYTHON, MASTER], cwd=ROOT, env=dict(os.environ, OUT=str(folder)), capture_output=True, timeout=LIMIT_S)
+    return Group("canopen over the port", Result(done.returncode, done.stdout, done.stderr, folder))
+
+
+@pytest.mark.parametrize("case", cases(MASTER))
+def test_master_over_the_port(here, case):
+    here.check(case)
+
+
+@pytest.fixture(scope="module")
+def there(place):
+    """The same cases on vcan-robot and vcan-joystick."""
+    return place.group("canopen over vcan", f"CANOPEN_INTERFACES=vcan- {PYTHON} {MASTER}", LIMIT_S)
+
+
+@pytest.mark.parametrize("case", cases(MASTER))
+def test_master_over_socketcan(there, case):
+    there.check(case)
+
+
+@pytest.fixture(scope="module")
+def recorded(there):
+    """candump's log of vcan-robot, without the frames that mark its begin and end."""
+    path = there.result.folder / "candump.log"
+    lines = path.read_text().splitlines()
+    assert not [line for line in lines if "DROPCOUNT" in line]
+    frames = [line for line in lines if f" {SENTINEL:03X}#" not in line]
+    assert len(frames) > 1000 and len(lines) - len(frames) >= 2
+    path = path.with_name("frames.log")
+    path.write_text("\n".join(frames) + "\n")
+    return path
+
+
+def test_database_knows_every_frame_that_candump_recorded(recorded):
+    database = cantools.database.load_file(ROOT / "build/generated/rokviss-robot.dbc", strict=True)
+    scanned = set(range(0x601, 0x680))  # The scan asks every node there may be.
+    seen, moved = collections.Counter(), []
+    for frame in can.CanutilsLogReader(recorded):
+        if frame.arbitration_id in scanned - {0x611, 0x612}:
+            assert bytes(frame.data) == bytes.fromhex("4000100000000000")
+            continue
+        message = database.get_message_by_frame_id(frame.arbitration_id)
+        values = message.decode(bytes(frame.data), allow_truncated=False)
+        seen[message.name] += 1
+        if message.name == "JOINT1_TPDO1":
+            moved.append(values["PositionActualValue"])
+            assert frame.is_fd
+    assert {"NMT", "SYNC", "JOINT1_TPDO1", "JOINT1_RPDO1", "JOINT1_TPDO2", "JOINT2_EMCY", "JOINT1_HEARTBEAT",
+            "JOINT1_SDO_REQUEST", "JOINT1_SDO_RESPONSE"} <= set(seen)
+    assert 0.018 < max(moved) - min(moved) < 0.025
+
+
+def test_wireshark_names_every_frame_that_candump_recorded(recorded):
+    arguments = ["tshark", "-r", recorded, "-d", "can.subdissector,canopen", "-T", "fields",
+                 "-e", "_ws.col.Protocol", "-e", "_ws.malformed", "-e", "_ws.col.Info"]
+    told = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout.splitlines()
+    assert len(told) == len(recorded.read_text().splitlines())
+    frames = [line.split("\t") for line in told]
+    assert {protocol for protocol, _, _ in frames} == {"CANopen"}
+    assert not [frame for frame in frames if frame[1] or not frame[2].strip()]
+
+
+def test_candump_recorded_what_was_on_the_bus(there, recorded):
+    """The simulator's log and the recorder's hold the same frames, each once. Newer kernels mark FD frames in their flags."""
+    def frames(path):
+        text = re.sub(r"##([0-9A-F])", lambda match: f"##{int(match[1], 16) & 3:X}", path.read_text())
+        return collections.Counter(line.split()[2] for line in text.splitlines())
+    assert frames(recorded) == frames(there.result.folder / "can-robot.log")
