@@ -29,7 +29,7 @@ END_SECONDS = 10
 POLL_S = 0.02
 MEMORY_MIN_MB = 256
 CANS_MAX = 8
-OUTPUT_MAX = 1 << 30
+OUTPUT_MAX = 1 << 28
 CONSOLE_LINES = 40
 LIMIT_REACHED, NOT_STARTED, INTERRUPTED = 124, 125, 130
 NEXT_STEP = "rm -rf build/vm && make build/setup/vm"
@@ -83,7 +83,7 @@ def guest_script(command, directory, out, environment):
     values = {name: value for name, value in environment.items() if IDENTIFIER.fullmatch(name) and name not in NOT_PASSED}
     paths = values.get("PATH", "").split(":")
     values["PATH"] = ":".join(path for path in [*paths, *(one for one in SYSTEM_PATHS if one not in paths)] if path)
-    values |= {"OUT": str(out), "PYTHONDONTWRITEBYTECODE": "1", "HIROSCO_VM": "1"}
+    values |= {"OUT": str(out), "PYTHONDONTWRITEBYTECODE": "1"}
     # Byte code that runs outside have made is read.
     values.setdefault("PYTHONPYCACHEPREFIX", str(ROOT / "build" / "pycache"))
     lines = [f"export {name}={shlex.quote(value)}" for name, value in sorted(values.items())]

@@ -90,6 +90,12 @@ def test_time_limit_ends_a_command_that_hangs(kernel_folder, tmp_path):
     assert (outcome.code, outcome.limit) == (microvm.LIMIT_REACHED, True)
 
 
+def test_a_command_that_writes_without_end_is_ended(kernel_folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(microvm, "OUTPUT_MAX", 1 << 20)
+    with pytest.raises(microvm.NotStarted, match="wrote more than 1 MB; let it write to a file in"):
+        microvm.run("yes", out=tmp_path / "out", folder=kernel_folder)
+
+
 def test_ctrl_c_ends_it(tmp_path):
     process = subprocess.Popen([*RUNNER, "--out", tmp_path, "echo begun; sleep 1000"], stdin=subprocess.DEVNULL,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -150,6 +156,29 @@ def test_a_missing_module_is_named_on_the_console(kernel_folder, tmp_path):
 def test_a_guest_that_never_gets_ready_is_ended(kernel_folder, tmp_path):
     text = refusal(kernel_folder, tmp_path, append="rdinit=/bin/cat", boot_seconds=3)
     assert "did not boot within 3 s" in text
+
+
+@pytest.mark.parametrize("knows, told", [(False, "the package lists do not know linux-image-amd64"), (True, "cannot be fetched")])
+def test_a_kernel_that_cannot_be_fetched_is_told_with_the_next_step(tmp_path, monkeypatch, knows, told):
+    """No sources and no lists at all, or lists that name a server which is not there."""
+    (tmp_path / "lists" / "partial").mkdir(parents=True)
+    sources = tmp_path / "sources.list"
+    sources.write_text("")
+    if knows:
+        repository = tmp_path / "repository"
+        repository.mkdir()
+        (repository / "Packages").write_text("".join(
+            f"Package: {name}\nVersion: 1\nArchitecture: amd64\n{more}Filename: ./{name}.deb\nSize: 1\nSHA256: {'0' * 64}\n\n"
+            for name, more in (("linux-image-amd64", "Depends: linux-image-6.1.0-0-amd64\n"), ("linux-image-6.1.0-0-amd64", ""))))
+        sources.write_text(f"deb [trusted=yes] file:{repository} ./\n")
+    settings = tmp_path / "apt.conf"
+    settings.write_text(f'Dir::Etc::sourcelist "{sources}"; Dir::Etc::sourceparts "/dev/null";\n'
+                        f'Dir::State::lists "{tmp_path / "lists"}"; Dir::Cache "{tmp_path}"; Dir::State::status "/dev/null";\n'
+                        'APT::Sandbox::User "root"; APT::Architecture "amd64";\n')
+    monkeypatch.setenv("APT_CONFIG", str(settings))
+    with pytest.raises(prepare.Unavailable, match="make build/setup/vm") as raised:
+        prepare.fetch(tmp_path)
+    assert told in str(raised.value)
 
 
 def test_missing_parts_are_named(kernel_folder, tmp_path, monkeypatch):
