@@ -8,6 +8,7 @@ guest finds in $OUT. Exit code: the command's; 124 time limit, 125 the micro-VM 
 Always emulated, /dev/kvm is never opened. Nothing is left behind, however it ends."""
 
 import argparse
+import fcntl
 import os
 import pathlib
 import re
@@ -27,6 +28,7 @@ SECONDS, MEMORY_MB = 300, 1024
 BOOT_SECONDS = 180
 END_SECONDS = 10
 POLL_S = 0.02
+STALE_S = 60
 MEMORY_MIN_MB = 256
 CANS_MAX = 8
 OUTPUT_MAX = 1 << 28
@@ -186,6 +188,29 @@ def end(process, patience):
             continue
 
 
+def held(control):
+    """A lock on the control folder, as a descriptor; None if its runner is alive."""
+    lock = os.open(control, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return lock
+    except BlockingIOError:
+        os.close(lock)
+        return None
+
+
+def remove_stale(folder):
+    """Remove control folders of runners that were killed; those of the last minute may be about to get their lock."""
+    for control in folder.glob("control-*"):
+        try:
+            lock = held(control) if control.stat().st_mtime < time.time() - STALE_S else None
+        except FileNotFoundError:
+            continue  # Its runner has just ended.
+        if lock is not None:
+            shutil.rmtree(control, ignore_errors=True)
+            os.close(lock)
+
+
 def run(command, seconds=SECONDS, cans=0, memory=MEMORY_MB, out=None, sinks=(None, None), environment=None, directory=ROOT,
         folder=FOLDER, append="", boot_seconds=BOOT_SECONDS):
     """Run a shell command in a micro-VM of its own; None runs an interactive shell on this terminal.
@@ -194,7 +219,9 @@ def run(command, seconds=SECONDS, cans=0, memory=MEMORY_MB, out=None, sinks=(Non
     by default build/vm/out; `append` goes to the kernel's command line. Returns an Outcome; raises NotStarted."""
     out = pathlib.Path(out or FOLDER / "out").absolute()
     check(folder, out, cans, memory)
+    remove_stale(folder)
     control = pathlib.Path(tempfile.mkdtemp(prefix="control-", dir=folder))
+    lock = held(control)
     interactive = command is None
     process, terminal = None, None
     try:
@@ -220,6 +247,7 @@ def run(command, seconds=SECONDS, cans=0, memory=MEMORY_MB, out=None, sinks=(Non
         if terminal:
             termios.tcsetattr(0, termios.TCSADRAIN, terminal)
         shutil.rmtree(control, ignore_errors=True)
+        os.close(lock)
 
 
 def parse(words):

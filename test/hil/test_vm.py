@@ -118,6 +118,17 @@ def test_emulator_ends_with_a_runner_that_is_killed(tmp_path):
     until(lambda: not mentioning(tmp_path), "the emulator's end")
 
 
+def test_what_a_killed_runner_left_is_removed_and_what_is_in_use_is_not(tmp_path):
+    for name in ("control-left", "control-used", "control-new"):
+        (tmp_path / name).mkdir()
+    lock = microvm.held(tmp_path / "control-used")
+    for name in ("control-left", "control-used"):
+        os.utime(tmp_path / name, (0, 0))
+    microvm.remove_stale(tmp_path)
+    os.close(lock)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["control-new", "control-used"]
+
+
 def test_two_run_side_by_side(tmp_path):
     """Each waits for what only the host can tell it: that the other one runs too."""
     command = "touch $OUT/here; while [ ! -e $OUT/both ]; do sleep 0.05; done; echo $OUT"
