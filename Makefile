@@ -11,6 +11,7 @@
 ##                                                               FORM=processes|image  TIME=stepped|real  BUS=shm|vcan|can
 ##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
 ##                                                               PORT=  TOOLS=  OUT=runs/...
+##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=  SIM_ROBOT_IF=
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
@@ -233,10 +234,13 @@ doctor:
 
 # Only what was said on the command line is passed on; the launcher knows the defaults and refuses nonsense.
 option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
+adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
 sim-run: all
 	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,seed,SEED) \
 	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
-	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT)
+	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT) \
+	    $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
+	    $(call adapter,sim-interface,robot,SIM_ROBOT_IF) $(call adapter,sim-interface,joystick,SIM_JOYSTICK_IF)
 
 HIL_TESTS = $(call selected,$(sort $(wildcard test/hil/test_*.py)))
 test: build/setup/$(if $(HIL_TESTS),vm,test)

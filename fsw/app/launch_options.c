@@ -230,6 +230,12 @@ static bool take(launch_options_t* const options, const char* const option, cons
     return fail(error, option, value, "unknown option; see hirosco run --help");
 }
 
+bool launch_has_simulator(const launch_options_t* const options)
+{
+    FSW_ASSERT(options != NULL);
+    return (options->bus != LAUNCH_BUS_CAN) || (options->sim_interface_count > 0U);
+}
+
 const char* launch_bus_text(const launch_bus_t bus)
 {
     static const char* const texts[] = {"shm", "vcan", "can"};
@@ -253,7 +259,12 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
         return fail(error, "--sim-interface", options->sim_interfaces[0],
                     "the simulator needs a controller on each bus that flight has one on, or on none");
     }
-    if ((count > 0U) && (options->sim_interface_count == 0U) && options->is_stepped) {
+    if (!launch_has_simulator(options) && (options->tools != 0U)) {
+        return fail(error, "--bus can", "--tools",
+                    "the simulator serves bus tools, and it has no part in this run; attach them to the "
+                    "interface (candump can0)");
+    }
+    if (!launch_has_simulator(options) && options->is_stepped) {
         return fail(error, "--bus can", "--time stepped",
                     "devices that are not simulated do not wait; take --time real, or name the simulator's "
                     "controllers (--sim-interface)");

@@ -48,6 +48,8 @@ bool launch_options_parse(int argument_count, char* const arguments[], launch_op
                           char error[LAUNCH_ERROR_MAX]);
 /// The scenario is named by its path.
 bool launch_scenario_is_path(const char* scenario);
+/// The simulator takes part: on all buses but those of real devices.
+bool launch_has_simulator(const launch_options_t* options);
 /// The carrier of buses as the command line has it: "shm", "vcan" or "can".
 const char* launch_bus_text(launch_bus_t bus);
 const char* launch_options_help(void);

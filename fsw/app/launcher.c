@@ -26,9 +26,22 @@ void launcher_give_up(launcher_t* const launcher, const char* const what, const 
     launcher->exit_code = (launcher->exit_code == 0) ? 1 : launcher->exit_code;
 }
 
+/// Without a simulator, mission time is the machine's.
 static uint64_t simulated_ns(const launcher_t* const launcher)
 {
-    return osal_calendar_now_ns(launcher->calendar);
+    if (launcher->calendar != NULL) {
+        return osal_calendar_now_ns(launcher->calendar);
+    }
+    const uint64_t wall_ns = osal_clock_monotonic_ns();
+    return (wall_ns > launcher->run->origin_ns) ? (wall_ns - launcher->run->origin_ns) : 0U;
+}
+
+/// A participant of the calendar is gone.
+static void end_participant(const launcher_t* const launcher, const child_t* const child)
+{
+    if (launcher->calendar != NULL) {
+        osal_calendar_end(launcher->calendar, child->participant);
+    }
 }
 
 bool launcher_is_flag(const uint32_t* const flag)
@@ -71,7 +84,7 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
         // The spool holds what it had to write; the merge at the end takes it.
     }
     if (child->participant != LAUNCHER_NO_PARTICIPANT) {
-        osal_calendar_end(launcher->calendar, child->participant);
+        end_participant(launcher, child);
     }
 }
 
@@ -84,7 +97,7 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
         run_component_t* const component = &launcher->run->components[child->component];
         if (!launcher_is_flag(&component->is_wanted) && is_good) { // Stopped by the supervisor's order.
             __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_STOPPED, __ATOMIC_RELEASE);
-            osal_calendar_end(launcher->calendar, child->participant);
+            end_participant(launcher, child);
             return;
         }
         launcher_part_lost(launcher, child);
@@ -95,8 +108,9 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
     } else if (strcmp(child->name, "operator") == 0) {
         launcher->left_ns = simulated_ns(launcher) + 1U;
         if (child->participant != LAUNCHER_NO_PARTICIPANT) {
-            osal_calendar_end(launcher->calendar, child->participant); // It may never have joined.
-        } else if (launcher->left_ns == 1U) { // The image waits for it before time begins.
+            end_participant(launcher, child); // It may never have joined.
+        } else if (launcher->options.is_image &&
+                   (launcher->left_ns == 1U)) { // The image waits for it before time begins.
             launcher->is_cut_short = true;
             request_stop(launcher);
         } else {

@@ -218,6 +218,9 @@ static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* cons
     const char* const flight = interface_of(options->interfaces, options->interface_count, wanted->name);
     const char* const simulated =
         interface_of(options->sim_interfaces, options->sim_interface_count, wanted->name);
+    if ((flight == NULL) && (wanted->redundant_to[0] != '\0')) {
+        return true; // A channel B that is not there.
+    }
     if (flight == NULL) {
         return refuse(launcher, "no interface is named for bus ", wanted->name,
                       " of the mission: add --interface BUS=INTERFACE (make: ROBOT_IF=, JOYSTICK_IF=)", "");
@@ -269,20 +272,34 @@ static void write_address(char out_address[RUN_NAME_MAX], const char* const inte
     text_add(&text, shared);
 }
 
+bool launcher_ready_interfaces(launcher_t* const launcher)
+{
+    const launch_options_t* const options = &launcher->options;
+    bool is_ready = are_buses_known(launcher, options->interfaces, options->interface_count) &&
+                    are_buses_known(launcher, options->sim_interfaces, options->sim_interface_count);
+    for (uint16_t i = 0U; is_ready && (i < launcher->mission.bus_count); i++) {
+        const mission_bus_t* const wanted = &launcher->mission.buses[i];
+        launcher_bus_t* const bus         = &launcher->buses[i];
+        bus->is_fd                        = (wanted->data_bit_rate > 0U);
+        if (options->bus == LAUNCH_BUS_VCAN) {
+            is_ready = make_vcan(launcher, bus, wanted);
+        } else if (options->bus == LAUNCH_BUS_CAN) {
+            is_ready = look_at_controllers(launcher, bus, wanted);
+        } else {
+            // Shared memory needs nothing.
+        }
+    }
+    return is_ready;
+}
+
 static bool make_bus(launcher_t* const launcher, const uint16_t index)
 {
-    const mission_bus_t* const wanted = &launcher->mission.buses[index];
-    launcher_bus_t* const bus         = &launcher->buses[index];
-    run_bus_t* const address          = &launcher->run->buses[index];
-    const launch_bus_t carrier        = launcher->options.bus;
-    bus->is_fd                        = (wanted->data_bit_rate > 0U);
-    if ((carrier == LAUNCH_BUS_VCAN) && !make_vcan(launcher, bus, wanted)) {
-        return false;
+    const launcher_bus_t* const bus = &launcher->buses[index];
+    run_bus_t* const address        = &launcher->run->buses[index];
+    if ((launcher->options.bus == LAUNCH_BUS_CAN) && (bus->flight[0] == '\0')) {
+        return true;
     }
-    if ((carrier == LAUNCH_BUS_CAN) && !look_at_controllers(launcher, bus, wanted)) {
-        return false;
-    }
-    if ((carrier == LAUNCH_BUS_CAN) && (bus->simulator[0] == '\0')) { // Nothing is shared with the devices.
+    if (!launch_has_simulator(&launcher->options)) { // Nothing is shared with the devices.
         write_address(address->flight, bus->flight, "");
         return true;
     }
@@ -290,7 +307,7 @@ static bool make_bus(launcher_t* const launcher, const uint16_t index)
     text_t text = text_in(shared, sizeof shared);
     text_add(&text, launcher->run->identity);
     text_add(&text, ".can.");
-    text_add(&text, wanted->name);
+    text_add(&text, launcher->mission.buses[index].name);
     write_address(address->flight, bus->flight, shared);
     write_address(address->simulator, (bus->simulator[0] != '\0') ? bus->simulator : bus->flight, shared);
     if (bus->shown[0] != '\0') {
@@ -303,9 +320,7 @@ static bool make_bus(launcher_t* const launcher, const uint16_t index)
 
 bool launcher_make_buses(launcher_t* const launcher)
 {
-    const launch_options_t* const options = &launcher->options;
-    bool is_made = are_buses_known(launcher, options->interfaces, options->interface_count) &&
-                   are_buses_known(launcher, options->sim_interfaces, options->sim_interface_count);
+    bool is_made = true;
     for (uint16_t i = 0U; is_made && (i < launcher->mission.bus_count); i++) {
         is_made = make_bus(launcher, i);
     }

@@ -65,12 +65,13 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
     text_t text = text_in(output, sizeof output);
     text_add(&text, launcher->run->folder);
     text_add(&text, "/console.log");
-    // One processor for all, since only one runs at a time and a hand-over within it is quickest.
+    // One processor for all where only one runs at a time: a hand-over within it is quickest.
     const osal_process_start_t start = {.arguments        = arguments->list,
                                         .descriptors      = descriptors,
                                         .descriptor_count = descriptor_count,
-                                        .processor        = osal_process_own_id() % 2,
-                                        .output_path      = output};
+                                        .processor =
+                                            launcher->run->is_stepped ? (osal_process_own_id() % 2) : -1,
+                                        .output_path = output};
     if (osal_process_start(&child->process, &start) == STATUS_OK) {
         child->is_alive = true;
         child->has_run  = true;
@@ -236,8 +237,10 @@ static void start_operator(launcher_t* const launcher)
     arguments_add_number(&arguments, launcher->run->ground_port);
     arguments_add(&arguments, "--run");
     arguments_add(&arguments, launcher->run->folder);
-    arguments_add(&arguments, "--door");
-    arguments_add(&arguments, launcher->door);
+    if (launcher->run->is_stepped) {
+        arguments_add(&arguments, "--door");
+        arguments_add(&arguments, launcher->door);
+    }
     // The image looks after its own calendar.
     const bool is_ours = (launcher->calendar != NULL) && !launcher->options.is_image;
     child_t* const child =
@@ -260,7 +263,9 @@ void launcher_start_all(launcher_t* const launcher)
     if (launcher->options.is_image) {
         start_image(launcher);
     } else {
-        start_simulator(launcher);
+        if (launch_has_simulator(&launcher->options)) {
+            start_simulator(launcher);
+        }
         for (unsigned i = 0U; i < launcher->run->component_count; i++) {
             child_t* const child =
                 new_child(launcher, launcher->mission.subsystems[i].executable, run_participant(i));

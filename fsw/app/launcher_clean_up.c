@@ -129,6 +129,7 @@ static void draw_report(launcher_t* const launcher)
 void launcher_clean_up(launcher_t* const launcher)
 {
     if (launcher->run == NULL) {
+        launcher_remove_buses(launcher); // Its interfaces came before the run.
         return;
     }
     end_children(launcher);

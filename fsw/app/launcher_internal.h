@@ -47,8 +47,10 @@ void launcher_leave_node(launcher_t* launcher);
 /// launcher_clean_up.c: run a tool to its end. False if it failed.
 bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const char* name);
 
-/// launcher_buses.c: interfaces and shared memory of all buses, and their addresses in the run block. False:
-/// `reason` says what is wrong and what to do. Removing also tells how the hand-over went.
+/// launcher_buses.c: interfaces of the buses, before there is a run; then shared memory, and the addresses in
+/// the run block. False: `reason` says what is wrong and what to do. Removing also tells how the hand-over
+/// went.
+bool launcher_ready_interfaces(launcher_t* launcher);
 bool launcher_make_buses(launcher_t* launcher);
 void launcher_remove_buses(launcher_t* launcher);
 

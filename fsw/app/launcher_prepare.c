@@ -206,7 +206,8 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
     text_add(&text, mission_path);
     text = text_in(run->folder, sizeof run->folder);
     text_add(&text, folder);
-    run->is_stepped      = true; // Also in wall-clock time: simulated hardware belongs to the calendar.
+    // Also in wall-clock time: simulated hardware belongs to the calendar.
+    run->is_stepped      = launch_has_simulator(&launcher->options);
     run->link_methods    = link_methods(launcher->options.links);
     run->transport       = (uint8_t)((strcmp(launcher->options.transport, "tipc") == 0) ? RUN_TRANSPORT_TIPC
                                                                                         : RUN_TRANSPORT_UDP);
@@ -229,6 +230,9 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
 static bool make_calendar(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
+    if (!launcher->run->is_stepped) {
+        return true; // Each component has a clock of its own.
+    }
     if (!run_name(launcher->run, "calendar", 0U, name, sizeof name) ||
         (osal_shm_create(&launcher->calendar_shm, name, OSAL_CALENDAR_BYTES) != STATUS_OK)) {
         return fail(launcher, "cannot make shared memory for the calendar ", name);
@@ -339,7 +343,7 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
         load_mission(launcher, mission_path, sizeof mission_path) && choose_methods(launcher, mission_path) &&
-        launcher_check_system(launcher) && find_scenario(launcher) &&
+        launcher_check_system(launcher) && find_scenario(launcher) && launcher_ready_interfaces(launcher) &&
         make_folder(launcher, folder, sizeof folder) && make_run_block(launcher, mission_path, folder) &&
         make_calendar(launcher) && launcher_make_buses(launcher) && launcher_make_nodes(launcher) &&
         launcher_open_sockets(launcher) && listen_to_ground(launcher) && tell_ground(launcher);

@@ -132,6 +132,7 @@ void network_bus_counters(const canopen_network_t* const network, network_bus_co
         sum.missing_acknowledges += flow->errors.missing_acknowledges;
         sum.transmit_timeouts += flow->errors.transmit_timeouts;
         sum.lost_arbitrations += flow->errors.lost_arbitrations;
+        sum.lost += flow->counters.lost;
     }
     *out_counters = sum;
 }

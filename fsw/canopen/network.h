@@ -108,6 +108,7 @@ typedef struct { // Of both channels together [frames, error frames, wrap].
     uint32_t missing_acknowledges;
     uint32_t transmit_timeouts;
     uint32_t lost_arbitrations;
+    uint32_t lost; ///< Times that an interface went down or away.
 } network_bus_counters_t;
 
 typedef struct { // Private: a controller as it was looked at last.

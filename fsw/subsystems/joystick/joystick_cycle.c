@@ -88,6 +88,7 @@ static void count(joystick_t* const joystick, joystick_counters_t* const counter
     counters->pdo_missed      = drives_missed(&joystick->drives, 0U);
     counters->emergencies     = master->emergencies;
     counters->transmit_full   = bus.refused;
+    counters->bus_lost        = bus.lost;
     counters->command_limited = joystick->control.limited + drives_limited(&joystick->drives);
     subsystem_health_t health;
     subsystem_health(joystick->generic, &health);

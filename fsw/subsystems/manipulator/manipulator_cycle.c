@@ -138,6 +138,7 @@ static void count(manipulator_t* const manipulator, manipulator_counters_t* cons
     counters->pdo_missed[1]   = drives_missed(&manipulator->drives, 1U);
     counters->emergencies     = master->emergencies;
     counters->transmit_full   = bus.refused;
+    counters->bus_lost        = bus.lost;
     counters->command_limited = manipulator->control.limited + drives_limited(&manipulator->drives);
     subsystem_health_t health;
     subsystem_health(manipulator->generic, &health);

@@ -123,6 +123,31 @@ static void error_frames_become_health(void)
     TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.overruns);
 }
 
+static void error_frames_are_counted_by_class(void)
+{
+    osal_can_frame_t frame;
+    static const uint32_t classes[] = {OSAL_CAN_ERROR_TX_TIMEOUT,  OSAL_CAN_ERROR_LOST_ARBITRATION,
+                                       OSAL_CAN_ERROR_CONTROLLER,  OSAL_CAN_ERROR_PROTOCOL,
+                                       OSAL_CAN_ERROR_TRANSCEIVER, OSAL_CAN_ERROR_NO_ACK,
+                                       OSAL_CAN_ERROR_BUS_OFF,     OSAL_CAN_ERROR_BUS,
+                                       OSAL_CAN_ERROR_RESTARTED};
+    const uint32_t* const counted   = &flow.errors.transmit_timeouts;
+    for (unsigned i = 0U; i < 9U; i++) {
+        for (unsigned k = 0U; k <= i; k++) {
+            scripted_bus_error(&bus, classes[i], 0U);
+        }
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_can_receive(&flow, &frame));
+    for (unsigned i = 0U; i < 9U; i++) {
+        TEST_ASSERT_EQUAL_UINT32(i + 1U, counted[i]);
+    }
+    TEST_ASSERT_EQUAL_UINT32(45U, flow.counters.errors);
+    scripted_bus_error(&bus, OSAL_CAN_ERROR_BUS | OSAL_CAN_ERROR_PROTOCOL, 0U); // Of two classes.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_can_receive(&flow, &frame));
+    TEST_ASSERT_EQUAL_UINT32(5U, flow.errors.protocol_violations);
+    TEST_ASSERT_EQUAL_UINT32(9U, flow.errors.bus_errors);
+}
+
 static void a_missing_acknowledge_lasts_until_somebody_is_heard(void)
 {
     osal_can_frame_t frame;
@@ -155,6 +180,7 @@ int main(void)
     RUN_TEST(frames_go_out_as_the_bus_wants_them);
     RUN_TEST(each_refusal_is_counted);
     RUN_TEST(error_frames_become_health);
+    RUN_TEST(error_frames_are_counted_by_class);
     RUN_TEST(a_missing_acknowledge_lasts_until_somebody_is_heard);
     RUN_TEST(what_came_before_opening_is_thrown_away);
     return UNITY_END();

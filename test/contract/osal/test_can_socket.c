@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: Apache-2.0
+// osal/can.h over SocketCAN, on virtual interfaces of the test's own. Where the kernel has none or they may
+// not be made, only what holds there is tested; test/hil runs this program again where there are.
+#define _GNU_SOURCE
+#include "osal/include/osal/can.h"
+
+#include "osal/include/osal/can_interface.h"
+#include "osal/include/osal/clock.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+#define LABEL "osal can test"
+#define BOUND_NS 20000000000ULL
+#define FLOOD_FRAMES 8000U // More than the receive buffer holds.
+#define FD_FLAGS (OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS)
+
+static char first[16];
+static char second[16];
+static char first_address[32];
+static char second_address[32];
+static char counted_address[64];
+static char other_end[64];
+static bool has_vcan;
+
+void setUp(void)
+{
+    if (has_vcan) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(first, true, LABEL));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(second, false, LABEL));
+    }
+}
+
+void tearDown(void)
+{
+    (void)osal_can_destroy(counted_address);
+    (void)osal_can_interface_remove(first);
+    (void)osal_can_interface_remove(second);
+}
+
+static osal_can_frame_t frame_of(uint32_t id, uint8_t length, uint8_t flags)
+{
+    osal_can_frame_t frame = {.id = id, .length = length, .flags = flags};
+    for (uint8_t i = 0U; i < length; i++) {
+        frame.data[i] = (uint8_t)(id + i);
+    }
+    return frame;
+}
+
+static void assert_same(const osal_can_frame_t* expected, const osal_can_frame_t* actual)
+{
+    TEST_ASSERT_EQUAL_HEX32(expected->id, actual->id);
+    TEST_ASSERT_EQUAL_UINT8(expected->length, actual->length);
+    TEST_ASSERT_EQUAL_HEX8(expected->flags, actual->flags);
+    TEST_ASSERT_EQUAL_MEMORY(expected->data, actual->data, OSAL_CAN_DATA_MAX);
+}
+
+static status_t receive_within(osal_can_t* can, osal_can_frame_t* out_frame)
+{
+    const uint64_t end_ns = osal_clock_monotonic_ns() + BOUND_NS;
+    status_t status       = STATUS_EMPTY;
+    while ((status == STATUS_EMPTY) && (osal_clock_monotonic_ns() < end_ns)) {
+        status = osal_can_receive(can, out_frame);
+        (void)usleep(100U);
+    }
+    return status;
+}
+
+static void command(const char* what, const char* interface, const char* how)
+{
+    char line[96];
+    (void)snprintf(line, sizeof line, "ip link %s %s %s", what, interface, how);
+    TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): a tool that nobody here wrote.
+}
+
+// ---- On any kernel ----
+
+static void test_names_that_no_interface_has(void)
+{
+    osal_can_interface_t seen;
+    osal_can_claim_t claim;
+    static const char* const names[] = {"", "sixteen-letters-", "a/b", "a b", ".", ".."};
+    for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
+        TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_look(names[i], &seen));
+        TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_make(names[i], true, LABEL));
+        TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_remove(names[i]));
+        TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_claim(names[i], &claim));
+        osal_can_interface_release(&claim); // Nothing to release.
+    }
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      osal_can_interface_make(first, true, "a label of more characters than there may be"));
+}
+
+static void test_a_claim_is_held_by_one(void)
+{
+    osal_can_claim_t one;
+    osal_can_claim_t two;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_claim(first, &one));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_interface_claim(first, &two));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_claim(second, &two));
+    osal_can_interface_release(&one);
+    osal_can_interface_release(&one); // Twice does no harm.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_claim(first, &one));
+    osal_can_interface_release(&one);
+    osal_can_interface_release(&two);
+}
+
+static void test_an_interface_that_is_not_there(void)
+{
+    osal_can_interface_t seen;
+    osal_can_t can;
+    const status_t status = osal_can_interface_look("none0", &seen);
+    TEST_ASSERT_TRUE((status == STATUS_NOT_FOUND) || (status == STATUS_UNSUPPORTED));
+    TEST_ASSERT_EQUAL(status, osal_can_open(&can, "can:none0", OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(status, osal_can_create("can:none0@osal-can-none"));
+}
+
+// ---- Where there is vcan ----
+
+static void test_interfaces_are_what_they_were_made(void)
+{
+    osal_can_interface_t seen;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_look(first, &seen));
+    TEST_ASSERT_TRUE(seen.is_virtual && seen.is_up && seen.carries_fd && !seen.is_bus_off);
+    TEST_ASSERT_EQUAL_UINT32(0U, seen.bit_rate);
+    TEST_ASSERT_EQUAL_STRING(LABEL, seen.label);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_look(second, &seen));
+    TEST_ASSERT_FALSE(seen.carries_fd);
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_interface_make(first, true, LABEL));
+    command("set", first, "down");
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_look(first, &seen));
+    TEST_ASSERT_FALSE(seen.is_up);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_remove(first));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_interface_look(first, &seen));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_interface_remove(first));
+    TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_can_interface_look("lo", &seen));
+}
+
+static void test_frames_of_all_kinds_pass_and_own_ones_do_not_come_back(void)
+{
+    osal_can_t one;
+    osal_can_t two;
+    osal_can_frame_t out;
+    const osal_can_frame_t frames[] = {
+        frame_of(0x181U, 8U, 0U), frame_of(0U, 0U, 0U), frame_of(OSAL_CAN_EXTENDED | 0x1234567U, 3U, 0U),
+        frame_of(OSAL_CAN_REMOTE | 0x701U, 0U, 0U), frame_of(0x201U, 64U, FD_FLAGS | OSAL_CAN_FLAG_ESI)};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&one, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&two, first_address, OSAL_CAN_WIRE));
+    TEST_ASSERT_TRUE(one.carries_fd);
+    const uint64_t before_ns = osal_clock_monotonic_ns();
+    for (size_t i = 0U; i < 5U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&one, &frames[i]));
+    }
+    for (size_t i = 0U; i < 5U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, receive_within(&two, &out));
+        assert_same(&frames[i], &out);
+        TEST_ASSERT_TRUE((out.time_ns + 1000000U) >= before_ns); // Two clocks are read one after the other.
+        TEST_ASSERT_TRUE(out.time_ns <= osal_clock_monotonic_ns());
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&one, &out));
+    osal_can_close(&one);
+    osal_can_close(&two);
+}
+
+static void test_a_classic_interface_refuses_fd(void)
+{
+    osal_can_t can;
+    const osal_can_frame_t fd      = frame_of(0x201U, 8U, FD_FLAGS);
+    const osal_can_frame_t classic = frame_of(0x201U, 8U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&can, second_address, OSAL_CAN_NODE));
+    TEST_ASSERT_FALSE(can.carries_fd);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_send(&can, &fd));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&can, &classic));
+    osal_can_close(&can);
+}
+
+static void test_filters_hold_in_the_kernel_and_let_error_frames_through(void)
+{
+    osal_can_t one;
+    osal_can_t two;
+    osal_can_frame_t out;
+    static const osal_can_filter_t filter = {0x181U, 0x7FFU | OSAL_CAN_EXTENDED};
+    static const uint32_t ids[]           = {0x182U, OSAL_CAN_EXTENDED | 0x181U, 0x181U,
+                                             OSAL_CAN_ERROR | OSAL_CAN_ERROR_LOST_ARBITRATION};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&one, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&two, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_filter(&two, &filter, 1U));
+    for (size_t i = 0U; i < 4U; i++) {
+        const osal_can_frame_t frame = frame_of(ids[i], 8U, 0U);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&one, &frame));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, receive_within(&two, &out));
+    TEST_ASSERT_EQUAL_HEX32(0x181U, out.id);
+    TEST_ASSERT_EQUAL(STATUS_OK, receive_within(&two, &out));
+    TEST_ASSERT_EQUAL_HEX32(ids[3], out.id);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&two, &out));
+    TEST_ASSERT_EQUAL_UINT32(0U, two.filtered); // They have not come so far.
+    osal_can_close(&one);
+    osal_can_close(&two);
+}
+
+static void test_an_interface_that_goes_down_closes_the_end_until_it_is_up(void)
+{
+    osal_can_t can;
+    const osal_can_frame_t frame = frame_of(1U, 1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&can, first_address, OSAL_CAN_NODE));
+    command("set", first, "down");
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_send(&can, &frame));
+    osal_can_close(&can);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_open(&can, first_address, OSAL_CAN_NODE));
+    command("set", first, "up");
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&can, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&can, &frame));
+    osal_can_close(&can);
+}
+
+static void test_an_interface_that_is_deleted_is_told_to_who_receives(void)
+{
+    osal_can_t can;
+    osal_can_frame_t out;
+    const osal_can_frame_t frame = frame_of(1U, 1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&can, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_remove(first));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, receive_within(&can, &out));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_send(&can, &frame));
+    osal_can_close(&can);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&can, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(first, true, LABEL));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&can, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&can, &frame));
+    osal_can_close(&can);
+}
+
+/// What the kernel drops while nobody reads is counted, to the frame.
+static void test_overruns_are_counted(void)
+{
+    osal_can_t one;
+    osal_can_t two;
+    osal_can_frame_t out;
+    osal_can_frame_t frame = frame_of(0x123U, 8U, 0U);
+    uint32_t received      = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&one, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&two, first_address, OSAL_CAN_NODE));
+    for (uint32_t i = 0U; i < FLOOD_FRAMES; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&one, &frame));
+    }
+    while (osal_can_receive(&two, &out) == STATUS_OK) {
+        received++;
+    }
+    frame.id = 0x7FFU; // The count comes with the next frame.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&one, &frame));
+    while ((receive_within(&two, &out) == STATUS_OK) && (out.id != 0x7FFU)) {
+        received++; // Late ones.
+    }
+    TEST_ASSERT_TRUE(received >= OSAL_CAN_RING_FRAMES);
+    TEST_ASSERT_TRUE(two.overruns > 0U);
+    TEST_ASSERT_EQUAL_UINT32(FLOOD_FRAMES, received + two.overruns);
+    osal_can_close(&one);
+    osal_can_close(&two);
+}
+
+// ---- Counted hand-over ----
+
+static void test_counted_ends_take_in_what_was_announced(void)
+{
+    osal_can_t node;
+    osal_can_t wire;
+    osal_can_t stranger;
+    osal_can_frame_t out;
+    osal_can_hand_over_t counts;
+    const osal_can_frame_t frame  = frame_of(0x181U, 8U, FD_FLAGS);
+    const osal_can_frame_t report = frame_of(OSAL_CAN_ERROR | OSAL_CAN_ERROR_BUS_OFF, 8U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(counted_address));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_create(counted_address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, counted_address, OSAL_CAN_WIRE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame)); // Nobody is there to receive it.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, counted_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+    for (unsigned i = 0U; i < 100U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, (i == 50U) ? &report : &frame));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &frame));
+    }
+    for (unsigned i = 0U; i < 100U; i++) { // No waiting here: the ends do that.
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
+        assert_same((i == 50U) ? &report : &frame, &out);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&wire, &out));
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&stranger, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&stranger, &frame));
+    TEST_ASSERT_EQUAL(STATUS_OK, receive_within(&node, &out));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_hand_over(counted_address, &counts));
+    TEST_ASSERT_EQUAL_UINT32(200U, counts.frames);
+    TEST_ASSERT_EQUAL_UINT32(0U, counts.lost);
+    TEST_ASSERT_EQUAL_UINT32(1U, counts.foreign);
+    osal_can_close(&stranger);
+    osal_can_close(&node);
+    osal_can_close(&wire);
+}
+
+static void test_counted_ends_that_are_full_refuse_as_rings_do(void)
+{
+    osal_can_t node;
+    osal_can_t wire;
+    osal_can_frame_t out;
+    const osal_can_frame_t frame = frame_of(0x181U, 8U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(counted_address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, counted_address, OSAL_CAN_WIRE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, counted_address, OSAL_CAN_NODE));
+    for (uint32_t i = 0U; i < OSAL_CAN_RING_FRAMES; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &frame));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
+    }
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_can_send(&node, &frame));
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_can_send(&wire, &frame));
+    TEST_ASSERT_EQUAL_UINT32(1U, node.refused);
+    for (uint32_t i = 0U; i < OSAL_CAN_RING_FRAMES; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&wire, &out));
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL_UINT32(1U, node.overruns);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &frame));
+    osal_can_close(&node);
+    osal_can_close(&wire);
+}
+
+/// The ends stand on interfaces that nothing joins: what is announced never comes.
+static void test_what_was_announced_and_does_not_come_is_counted_as_lost(void)
+{
+    osal_can_t node;
+    osal_can_t wire;
+    osal_can_frame_t out;
+    osal_can_hand_over_t counts;
+    const osal_can_frame_t frame = frame_of(0x181U, 8U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(counted_address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, counted_address, OSAL_CAN_WIRE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, other_end, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out)); // After its patience.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out)); // At once.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_hand_over(counted_address, &counts));
+    TEST_ASSERT_EQUAL_UINT32(2U, counts.lost);
+    osal_can_close(&node);
+    osal_can_close(&wire);
+}
+
+static bool can_make_vcan(void)
+{
+    const bool can = (osal_can_interface_make(first, true, LABEL) == STATUS_OK);
+    (void)osal_can_interface_remove(first);
+    return can;
+}
+
+int main(void)
+{
+    const unsigned number = (unsigned)getpid() % 1000000U;
+    (void)snprintf(first, sizeof first, "vct-%u-a", number);
+    (void)snprintf(second, sizeof second, "vct-%u-b", number);
+    (void)snprintf(first_address, sizeof first_address, "can:%s", first);
+    (void)snprintf(second_address, sizeof second_address, "can:%s", second);
+    (void)snprintf(counted_address, sizeof counted_address, "can:%s@osal-can-test-%u", first, number);
+    (void)snprintf(other_end, sizeof other_end, "can:%s@osal-can-test-%u", second, number);
+    UNITY_BEGIN();
+    RUN_TEST(test_names_that_no_interface_has);
+    RUN_TEST(test_a_claim_is_held_by_one);
+    RUN_TEST(test_an_interface_that_is_not_there);
+    has_vcan = can_make_vcan();
+    if (has_vcan) {
+        RUN_TEST(test_interfaces_are_what_they_were_made);
+        RUN_TEST(test_frames_of_all_kinds_pass_and_own_ones_do_not_come_back);
+        RUN_TEST(test_a_classic_interface_refuses_fd);
+        RUN_TEST(test_filters_hold_in_the_kernel_and_let_error_frames_through);
+        RUN_TEST(test_an_interface_that_goes_down_closes_the_end_until_it_is_up);
+        RUN_TEST(test_an_interface_that_is_deleted_is_told_to_who_receives);
+        RUN_TEST(test_overruns_are_counted);
+        RUN_TEST(test_counted_ends_take_in_what_was_announced);
+        RUN_TEST(test_counted_ends_that_are_full_refuse_as_rings_do);
+        RUN_TEST(test_what_was_announced_and_does_not_come_is_counted_as_lost);
+    }
+    return UNITY_END();
+}

@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: Apache-2.0
+"""SocketCAN as carrier of the buses: flights over vcan and over emulated controllers, watched by can-utils; what is refused."""
+
+import contextlib
+import json
+import os
+import pathlib
+import re
+import shutil
+import socket
+import subprocess
+import time
+
+import buses
+import cases
+
+OUT = pathlib.Path(os.environ["OUT"])
+BIN = pathlib.Path("build/bin")
+WORK = pathlib.Path("/dev/shm/flights")
+BOUND_S = 600
+CONTRACTS = ["contract/osal/test_can", "contract/osal/test_can_socket",
+             "unit/fsw/framework/dataflow/test_flow_can_socket"]
+CASES = {"test_can_socket": 13, "test_flow_can_socket": 4}
+KEPT = ("can-robot.log", "can-joystick.log", "packets.log", "operator.log", "console.log", "run.json")
+FIRST, LAST = "7FE#EE", "7FF#FF"  # Probe and sentinel: identifiers that nobody of the mission sends.
+
+
+def ip(*words):
+    return buses.command("ip", *words)
+
+
+def links():
+    return {link["ifname"] for link in json.loads(ip("-json", "link", "show"))}
+
+
+def until(happened, what):
+    end = time.monotonic() + BOUND_S
+    while not happened():
+        assert time.monotonic() < end, f"waited too long for {what}"
+        time.sleep(0.1)
+
+
+def started(name, *options):
+    shutil.rmtree(WORK / name, ignore_errors=True)
+    return subprocess.Popen([BIN / "hirosco", "run", "--report", "no", "--out", WORK / name, *options],
+                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def facts(name):
+    return json.loads((WORK / name / "run.json").read_text())
+
+
+def kept(name):
+    """What the other side compares goes to the output share."""
+    (OUT / name).mkdir()
+    for file in KEPT:
+        if (WORK / name / file).exists():
+            shutil.copy(WORK / name / file, OUT / name / file)
+
+
+def flown(name, *options):
+    process = started(name, *options)
+    said = process.communicate(timeout=BOUND_S)[0]
+    kept(name)
+    assert process.returncode == 0, said + (WORK / name / "console.log").read_text()
+    return said
+
+
+@contextlib.contextmanager
+def recorder(path, probe):
+    """candump of all interfaces, on the processor that the flight does not use: nothing lost, nothing missed at either end."""
+    with open(path, "w") as file:
+        process = subprocess.Popen(["taskset", "2", "candump", "-L", "-d", "-r", "33554432", "any,0:0,#FFFFFFFF"],
+                                   stdin=subprocess.DEVNULL, stdout=file)
+        try:
+            def listens():
+                ip("link", "show", probe)
+                buses.command("cansend", probe, FIRST)
+                return FIRST in path.read_text()
+            until(listens, "candump to listen")
+            yield
+            buses.command("cansend", probe, LAST)
+            until(lambda: LAST in path.read_text(), "the sentinel")
+        finally:
+            process.terminate()
+            process.wait()
+
+
+def refused(*options, reader=subprocess.run, runner=()):
+    ended = reader([*runner, BIN / "hirosco", "run", "--report", "no", "--out", WORK / "refused", *options],
+                   stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=BOUND_S)
+    assert ended.returncode in (1, 2), ended.stdout + ended.stderr
+    return ended.stdout + ended.stderr
+
+
+# --- the operating system layer -----------------------------------------------------------------------------------
+
+def case_contract_holds_on_this_kernel():
+    for variant in ("build/test", "build/sanitize/test"):
+        for contract in CONTRACTS:
+            program = pathlib.Path(variant, contract)
+            if variant != "build/test" and not program.exists():
+                continue
+            ended = subprocess.run([program], capture_output=True, text=True, timeout=BOUND_S)
+            counts = re.search(r"(\d+) Tests (\d+) Failures (\d+) Ignored", ended.stdout)
+            assert ended.returncode == 0 and counts, ended.stdout + ended.stderr
+            tests, failures, ignored = map(int, counts.groups())
+            assert (failures, ignored) == (0, 0) and tests >= CASES.get(program.name, 1), ended.stdout
+
+
+# --- what is refused ------------------------------------------------------------------------------------------------
+
+def case_bad_interfaces_are_refused_with_the_next_step():
+    before = links()
+    ip("link", "set", "can0", "up", "type", "can", "bitrate", "500000")
+    ip("link", "add", "vcan-robot", "type", "vcan")
+    told = {
+        "is down; as root: ip link set up vcan-robot": ["--bus", "vcan"],
+        "there is no interface can9": ["--mission", "classic", "--bus", "can", "--interface", "robot=can9", "--time", "real"],
+        "more than 15 characters": ["--mission", "classic", "--bus", "can", "--interface", "robot=a-name-of-17-long",
+                                    "--time", "real"],
+        "lo is an interface, but not for CAN": ["--mission", "classic", "--bus", "can", "--interface", "robot=lo",
+                                                "--time", "real"],
+        "can0 runs at 500000/0 bit/s, bus robot of the mission at 1000000/0": [
+            "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--time", "real"],
+        "can1 is down": ["--mission", "classic", "--bus", "can", "--interface", "robot=can1", "--time", "real"],
+        "can0 carries classic frames only (mtu 16)": ["--bus", "can", "--interface", "robot=can0", "--interface",
+                                                      "joystick=can1", "--time", "real"],
+        "no interface is named for bus joystick": ["--bus", "can", "--interface", "robot=vcan-robot", "--time", "real"],
+        "the mission has no such bus: arm=can0": ["--mission", "classic", "--bus", "can", "--interface", "arm=can0",
+                                                  "--time", "real"],
+        "flight and simulator need a controller each": ["--mission", "classic", "--bus", "can", "--interface", "robot=can0",
+                                                        "--sim-interface", "robot=can0"],
+    }
+    ip("link", "set", "can1", "type", "can", "bitrate", "1000000")
+    for fragment, options in told.items():
+        if "bus joystick" in fragment:
+            ip("link", "set", "vcan-robot", "mtu", "72", "up")
+        said = refused(*options)
+        assert fragment in said, f"expected: {fragment}\nsaid: {said}"
+    ip("link", "set", "vcan-robot", "down")
+    ip("link", "set", "vcan-robot", "mtu", "16", "up")
+    assert "carries classic frames only (mtu 16), and the mission's bus is CAN FD" in refused("--bus", "vcan")
+    ip("link", "delete", "vcan-robot")
+    ip("link", "set", "can0", "down")
+    assert links() == before
+
+
+def case_two_runs_at_once_are_refused():
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as other:
+        other.bind("\0hirosco.can.vcan-robot")  # As another launcher holds it.
+        assert "another run flies on vcan-robot" in refused("--bus", "vcan")
+
+
+def case_without_permission_it_says_what_to_type():
+    WORK.mkdir(exist_ok=True)
+    WORK.chmod(0o777)
+    said = refused("--bus", "vcan", runner=["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"])
+    assert "as root, once: ip link add vcan-robot mtu 72 type vcan; ip link set vcan-robot up;" in said, said
+    shutil.rmtree(WORK)
+
+
+# --- flights ----------------------------------------------------------------------------------------------------------
+
+def case_vcan_flight_is_seen_by_candump():
+    """One of the interfaces is there before and hands frames over late on purpose; the others are made by the run."""
+    WORK.mkdir(exist_ok=True)
+    ip("link", "add", "fsw-robot", "mtu", "72", "type", "vcan")
+    ip("link", "set", "fsw-robot", "up")
+    ip("link", "add", "vcan-robot", "mtu", "72", "type", "vcan")
+    ip("link", "set", "vcan-robot", "up")
+    pathlib.Path("/sys/class/net/fsw-robot/queues/rx-0/rps_cpus").write_text("2")
+    dump = WORK / "candump.log"
+    with recorder(dump, "vcan-robot"):
+        flown("vcan", "--bus", "vcan", "--scenario", "hil")
+    lines = dump.read_text().splitlines()
+    assert not [line for line in lines if "DROPCOUNT" in line]
+    with open(OUT / "vcan" / "candump.log", "w") as file:
+        file.writelines(f"{line}\n" for line in lines if " vcan-" in line)
+    assert links() >= {"fsw-robot", "vcan-robot"}, "what was there before was removed"
+    assert not links() & {"vcan-joystick", "fsw-joystick"}, "what the run made is still there"
+    ip("link", "delete", "fsw-robot")
+    ip("link", "delete", "vcan-robot")
+    seen = facts("vcan")
+    assert seen["reproducible"] and seen["bus"] == "vcan", seen
+
+
+def case_frames_of_tools_enter_the_bus():
+    process = started("tools", "--bus", "vcan", "--scenario", "none", "--duration", "1")
+    sent = 0
+    while process.poll() is None:
+        ended = subprocess.run(["cansend", "vcan-robot", "7A1#0102"], capture_output=True)
+        subprocess.run(["cansend", "vcan-robot", "20000040#0000000000000000"], capture_output=True)
+        sent += ended.returncode == 0
+        time.sleep(0.2)
+    process.communicate()
+    kept("tools")
+    log = (WORK / "tools" / "can-robot.log").read_text()
+    assert sent > 0 and "7A1#0102" in log and "20000040#" in log, f"{sent} sent"
+    seen = facts("tools")
+    assert seen["bus_frames_foreign"] >= 2 and not seen["reproducible"], seen
+
+
+def case_emulated_controllers_carry_the_classic_mission():
+    for name in ("can0", "can1"):
+        ip("link", "set", name, "up", "type", "can", "bitrate", "1000000")
+    flown("controllers", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--sim-interface", "robot=can1",
+          "--scenario", "classic")
+    seen = facts("controllers")
+    assert seen["bus_frames_lost"] == 0 and seen["bus_frames_foreign"] == 0, seen
+
+
+def case_a_burst_on_a_controller_is_counted():
+    program = "build/test/unit/fsw/framework/dataflow/test_flow_can_socket"
+    ended = subprocess.run([program], env=dict(os.environ, CAN_CONTROLLERS="can0 can1"), capture_output=True, text=True,
+                           timeout=BOUND_S)
+    assert ended.returncode == 0 and "a_burst_on_a_controller_is_refused_and_counted:PASS" in ended.stdout, ended.stdout
+
+
+def case_a_flood_on_the_wire_ends_in_a_safe_state():
+    """Somebody sends as fast as it goes on flight's own controller while the arm is in operation."""
+    scenario = WORK / "flood.scn"
+    scenario.write_text("\n".join([
+        "0.0 hand rest", "0.1 operator state MANIPULATOR PRE_OPERATIONAL", "0.2 operator config MANIPULATOR CLASSIC",
+        "0.3 operator state MANIPULATOR SAFE_OPERATIONAL", "0.4 operator state MANIPULATOR OPERATIONAL", "1.0 operator shutdown", ""]))
+    process = started("flood", "--mission", "classic", "--bus", "can", "--interface", "robot=can0",
+                      "--sim-interface", "robot=can1", "--scenario", scenario)
+    log = WORK / "flood" / "operator.log"
+    until(lambda: process.poll() is not None or log.exists() and " OPERATIONAL: completed" in log.read_text(), "OPERATIONAL")
+    flood = subprocess.Popen(["cangen", "can0", "-g", "0", "-i", "-I", "7F0", "-L", "8"], stdout=subprocess.DEVNULL,
+                             stderr=subprocess.DEVNULL)
+    try:
+        said = process.communicate(timeout=BOUND_S)[0]
+    finally:
+        flood.kill()
+        flood.wait()
+    kept("flood")
+    seen = facts("flood")
+    assert process.returncode == 0 and seen["bus_frames_foreign"] > 0 and not seen["reproducible"], said
+    statuswords = {}
+    for line in (WORK / "flood" / "can-robot.log").read_text().splitlines():
+        found = re.search(r" (19[12])#(..)(..)", line)
+        if found:
+            statuswords[found[1]] = int(found[3] + found[2], 16)
+    assert len(statuswords) == 2
+    assert all(word & 0x6F != 0x27 for word in statuswords.values()), f"in operation at the end: {statuswords}"
+
+
+if __name__ == "__main__":
+    cases.run(globals(), BOUND_S)

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// flow_can over SocketCAN, on a virtual interface of the test's own. Where there is none only the refusal is
+// tested; test/hil runs this program again where there is.
+#define _GNU_SOURCE
+#include "fsw/framework/dataflow/flow_can.h"
+
+#include "osal/include/osal/can_interface.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+#define LABEL "flow test"
+#define MS 1000000ULL
+
+static char interface[16];
+static char controllers[2][16]; // Where there are two on one wire.
+static bool is_fd;
+static flow_can_t flow;
+static osal_can_t peer;
+
+static status_t resolve(void* context, endnode_kind_t kind, const char* name, endnode_address_t* out_address)
+{
+    (void)context;
+    (void)kind;
+    (void)snprintf(out_address->address, sizeof out_address->address, "can:%s", name);
+    out_address->is_fd = is_fd;
+    return STATUS_OK;
+}
+
+static const flow_resolver_t resolver = {NULL, resolve};
+
+void setUp(void)
+{
+    is_fd = true;
+    flow_can_init(&flow);
+}
+
+void tearDown(void)
+{
+    flow_can_close(&flow);
+    osal_can_close(&peer);
+    (void)osal_can_interface_remove(interface);
+}
+
+static void an_interface_that_is_not_there_is_refused(void)
+{
+    const status_t status = flow_can_open(&flow, &resolver, interface);
+    TEST_ASSERT_TRUE((status == STATUS_NOT_FOUND) || (status == STATUS_UNSUPPORTED));
+    TEST_ASSERT_FALSE(flow_can_is_open(&flow));
+}
+
+static void process_data_in_fd_frames_need_an_interface_for_them(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(interface, false, LABEL));
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, flow_can_open(&flow, &resolver, interface));
+    is_fd = false;
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, interface));
+    const uint8_t octets[8] = {1U};
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_can_send_process_data(&flow, 0x201U, octets, 8U));
+}
+
+static void a_lost_interface_is_bus_off_and_opened_again_when_it_is_back(void)
+{
+    osal_can_frame_t frame;
+    uint64_t now_ns = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(interface, true, LABEL));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, interface));
+    flow_can_attend(&flow, now_ns);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_can_send(&flow, 0x080U, NULL, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_remove(interface));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_can_send(&flow, 0x080U, NULL, 0U));
+    TEST_ASSERT_EQUAL(FLOW_CAN_BUS_OFF, flow.health.state);
+    TEST_ASSERT_TRUE(flow_can_is_open(&flow));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_can_receive(&flow, &frame));
+    for (unsigned i = 0U; i < 1000U; i++) { // Half a second at 2 kHz: a handful of attempts, not a thousand.
+        now_ns += MS / 2U;
+        flow_can_attend(&flow, now_ns);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.lost);
+    TEST_ASSERT_EQUAL_UINT32(0U, flow.counters.reopened);
+    TEST_ASSERT_TRUE((flow.reconnect.failed >= 3U) && (flow.reconnect.failed <= 10U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(interface, true, LABEL));
+    for (unsigned i = 0U; (i < 4000U) && (flow.counters.reopened == 0U); i++) {
+        now_ns += MS / 2U;
+        flow_can_attend(&flow, now_ns);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.reopened);
+    TEST_ASSERT_EQUAL(FLOW_CAN_ACTIVE, flow.health.state);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_can_send(&flow, 0x080U, NULL, 0U));
+}
+
+static void error_frames_of_others_reach_it_as_a_driver_sends_them(void)
+{
+    osal_can_frame_t frame;
+    char address[24];
+    const osal_can_frame_t report = {.id = OSAL_CAN_ERROR | OSAL_CAN_ERROR_BUS_OFF, .length = 8U};
+    const osal_can_frame_t beat   = {.id = 0x711U, .length = 1U, .data = {5U}};
+    (void)snprintf(address, sizeof address, "can:%s", interface);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(interface, true, LABEL));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, interface));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&peer, address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&peer, &report));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&peer, &beat));
+    status_t status = STATUS_EMPTY;
+    for (unsigned i = 0U; (i < 20000U) && (status == STATUS_EMPTY); i++) {
+        status = flow_can_receive(&flow, &frame);
+        (void)usleep(1000U);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
+    TEST_ASSERT_EQUAL_HEX32(0x711U, frame.id);
+    TEST_ASSERT_EQUAL(FLOW_CAN_BUS_OFF, flow.health.state);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.errors.bus_offs);
+}
+
+/// Of two controllers on one wire: more than the transmit queue holds is refused and counted, what it took
+/// arrives, and what is sent after the burst passes.
+static void a_burst_on_a_controller_is_refused_and_counted(void)
+{
+    osal_can_frame_t frame = {.id = 0U};
+    char address[24];
+    const uint8_t octets[8] = {1U, 2U, 3U};
+    (void)snprintf(address, sizeof address, "can:%s", controllers[1]);
+    is_fd = false;
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, controllers[0]));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&peer, address, OSAL_CAN_WIRE));
+    for (unsigned i = 0U; (i < 200000U) && (flow.counters.full == 0U); i++) {
+        (void)flow_can_send(&flow, 0x201U, octets, 8U);
+    }
+    TEST_ASSERT_TRUE(flow.counters.full > 0U);
+    TEST_ASSERT_EQUAL_UINT32(flow.counters.full, flow.counters.refused);
+    TEST_ASSERT_EQUAL(FLOW_CAN_ACTIVE, flow.health.state);
+    status_t status = STATUS_FULL;
+    for (unsigned i = 0U; (i < 20000U) && (status == STATUS_FULL); i++) {
+        status = flow_can_send(&flow, 0x7FFU, octets, 8U);
+        (void)usleep(1000U);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
+    uint32_t arrived = 0U;
+    for (unsigned i = 0U; (i < 20000U) && (frame.id != 0x7FFU); i++) {
+        while ((frame.id != 0x7FFU) && (osal_can_receive(&peer, &frame) == STATUS_OK)) {
+            arrived++;
+        }
+        (void)usleep(1000U);
+    }
+    TEST_ASSERT_EQUAL_HEX32(0x7FFU, frame.id);
+    TEST_ASSERT_EQUAL_UINT32(flow.counters.sent, arrived + peer.overruns);
+}
+
+static bool can_make_vcan(void)
+{
+    const bool can = (osal_can_interface_make(interface, true, LABEL) == STATUS_OK);
+    (void)osal_can_interface_remove(interface);
+    return can;
+}
+
+int main(void)
+{
+    (void)snprintf(interface, sizeof interface, "vcf-%u", (unsigned)getpid() % 1000000U);
+    peer.descriptor = -1;
+    UNITY_BEGIN();
+    RUN_TEST(an_interface_that_is_not_there_is_refused);
+    if (can_make_vcan()) {
+        RUN_TEST(process_data_in_fd_frames_need_an_interface_for_them);
+        RUN_TEST(a_lost_interface_is_bus_off_and_opened_again_when_it_is_back);
+        RUN_TEST(error_frames_of_others_reach_it_as_a_driver_sends_them);
+    }
+    const char* const both = getenv("CAN_CONTROLLERS"); // "can0 can1": up, 1 Mbit/s.
+    if ((both != NULL) && (sscanf(both, "%15s %15s", controllers[0], controllers[1]) == 2)) {
+        RUN_TEST(a_burst_on_a_controller_is_refused_and_counted);
+    }
+    return UNITY_END();
+}
