@@ -22,9 +22,9 @@ static const descriptor_field_t* initial_field(source_t* const source,
 {
     const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
     if (parameter->is_struct != source_has(source, "field")) {
-        (void)source_fail(source, source->line,
-                          parameter->is_struct ? "the parameter is a structure: name its field"
-                                               : "the parameter is no structure and has no field");
+        source_fail(source, source->line,
+                    parameter->is_struct ? "the parameter is a structure: name its field"
+                                         : "the parameter is no structure and has no field");
         return NULL;
     }
     const char* const wanted = parameter->is_struct ? source_raw(source, "field") : parameter->name;
@@ -34,7 +34,7 @@ static const descriptor_field_t* initial_field(source_t* const source,
             return field;
         }
     }
-    (void)source_wrong(source, "field", "the name of a field of that parameter");
+    source_wrong(source, "field", "the name of a field of that parameter");
     return NULL;
 }
 
@@ -60,20 +60,6 @@ void configuration_builder_initial(source_t* const source)
 
 // ---- Loops and housekeeping ----
 
-static bool has_word(const char* const words, const char* const wanted)
-{
-    const size_t length = strlen(wanted);
-    const char* at      = words;
-    while ((strcspn(at, " ") != length) || (strncmp(at, wanted, length) != 0)) {
-        at = strchr(at, ' ');
-        if (at == NULL) {
-            return false;
-        }
-        at++;
-    }
-    return true;
-}
-
 /// The services of every subsystem that stay in the loop of the control, and why.
 static void refuse_bound_services(source_t* const source, const char* const services)
 {
@@ -84,10 +70,11 @@ static void refuse_bound_services(source_t* const source, const char* const serv
                                            {"129", "the state machine leads the control"},
                                            {"130", "links are opened, read and written with the control"}};
     for (size_t i = 0U; i < SOURCE_COUNT(bound); i++) {
-        if (has_word(services, bound[i][0]) && source_fail(source, source->line, "service ")) {
-            text_add(source->error, bound[i][0]);
-            text_add(source->error, " cannot have a <Loop> of its own: ");
-            text_add(source->error, bound[i][1]);
+        if (source_place(bound[i][0], strlen(bound[i][0]), services) != UINT32_MAX) {
+            source_fail(source, source->line, "service ");
+            source_say(source, bound[i][0]);
+            source_say(source, " cannot have a <Loop> of its own: ");
+            source_say(source, bound[i][1]);
         }
     }
 }
@@ -129,7 +116,7 @@ static uint8_t loop_of(source_t* const source)
             return (uint8_t)(i + 1U);
         }
     }
-    (void)source_wrong(source, "loop", "the name of a <Loop> above in this configuration");
+    source_wrong(source, "loop", "the name of a <Loop> above in this configuration");
     return 0U;
 }
 
@@ -149,9 +136,9 @@ void configuration_builder_sampled(source_t* const source)
 {
     const descriptor_structure_t* const structure = source->items[source->depth - 1U];
     const descriptor_sampled_t* const sampled     = source->item;
-    if (((structure->interval_cycles % sampled->nrep) != 0U) &&
-        source_wrong(source, "nrep", "a divisor of the interval ")) {
-        text_add_unsigned(source->error, structure->interval_cycles);
+    if ((structure->interval_cycles % sampled->nrep) != 0U) {
+        source_wrong(source, "nrep", "a divisor of the interval ");
+        source_say_number(source, structure->interval_cycles);
     }
 }
 
@@ -173,7 +160,7 @@ void configuration_builder_structure_end(source_t* const source)
             subsystem_builder_referred(descriptor, sampled[i].first_reference, sampled[i].reference_count);
     }
     if (structure->octets == 0U) {
-        (void)source_fail(source, source->line, "<HKService> has no <ParamRef>");
+        source_fail(source, source->line, "<HKService> has no <ParamRef>");
     }
     source_limit(source, structure->octets, REPORT_OCTETS_MAX, " octets in one report");
 }
@@ -232,7 +219,7 @@ void configuration_builder_port_end(source_t* const source)
     port->layout_hash = layout_hash(descriptor, port, &is_cut);
     source_limit(source, port->octets, DESCRIPTOR_PORT_OCTETS_MAX, " octets in one sample");
     if (is_cut) {
-        (void)source_fail(source, source->line, "the names of the port's elements are too long together");
+        source_fail(source, source->line, "the names of the port's elements are too long together");
     }
 }
 
@@ -260,10 +247,10 @@ void configuration_builder_setting(source_t* const source)
     descriptor_setting_t* const setting = source->item;
     double real                         = 0.0;
     if (!read_object(source_raw(source, "object"), &setting->index, &setting->subindex)) {
-        (void)source_wrong(source, "object", "an object like 0x6060:00");
+        source_wrong(source, "object", "an object like 0x6060:00");
     }
     if ((setting->type == VALUE_DOUBLE) || (setting->type == VALUE_BOOL)) {
-        (void)source_wrong(source, "type", "an integer type or FLOAT");
+        source_wrong(source, "type", "an integer type or FLOAT");
     }
     setting->bits = source_number(source, "value", setting->type, &real);
 }
@@ -285,7 +272,7 @@ static uint16_t configurations_of(source_t* const source, const char* const chos
         bits |= (uint32_t)1U << places[i - 1U];
     }
     if (bits == 0U) {
-        (void)source_fail(
+        source_fail(
             source, line,
             "configurations of <Function>: expected configurations of this subsystem, each once, or *");
     }
@@ -302,13 +289,13 @@ static void check_same_ports(source_t* const source)
             const bool has_name = (strcmp(port->name, other->name) == 0);
             const bool is_same =
                 (port->is_provided == other->is_provided) && (port->layout_hash == other->layout_hash);
-            if (((has_name != (port->id == other->id)) || (has_name && !is_same)) &&
-                source_fail(source, port->line, "port ")) {
-                text_add(source->error, port->name);
-                text_add(source->error, " differs from port ");
-                text_add(source->error, other->name);
-                text_add(source->error, " in line ");
-                text_add_unsigned(source->error, other->line);
+            if ((has_name != (port->id == other->id)) || (has_name && !is_same)) {
+                source_fail(source, port->line, "port ");
+                source_say(source, port->name);
+                source_say(source, " differs from port ");
+                source_say(source, other->name);
+                source_say(source, " in line ");
+                source_say_number(source, other->line);
             }
         }
     }

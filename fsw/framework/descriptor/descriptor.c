@@ -34,8 +34,9 @@ static status_t feed_file(descriptor_loader_t* const loader, source_t* const sou
         }
         osal_file_close(&file);
     }
-    if ((read != STATUS_OK) && source_fail_as(source, 0U, read, "cannot read: ")) {
-        text_add(source->error, status_text(read));
+    if (read != STATUS_OK) {
+        source_fail_as(source, 0U, read, "cannot read: ");
+        source_say(source, status_text(read));
     }
     return (read != STATUS_OK) ? read : fed;
 }
@@ -53,7 +54,7 @@ static status_t parse(descriptor_loader_t* const loader, source_t* const source,
         status = xml_finish(&loader->parser);
     }
     if (status != STATUS_OK) { // What the parser itself found; what a handler found is told already.
-        (void)source_fail_as(source, loader->parser.error.line, status, loader->parser.error.message);
+        source_fail_as(source, loader->parser.error.line, status, loader->parser.error.message);
     }
     return status;
 }
@@ -109,7 +110,7 @@ static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t
     for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
         const mission_subsystem_t* const subsystem = &mission->subsystems[i];
         if (!join(loader->path, sizeof loader->path, mission_path, subsystem->descriptor)) {
-            (void)source_fail(&builder->source, subsystem->line, "the path of the descriptor is too long");
+            source_fail(&builder->source, subsystem->line, "the path of the descriptor is too long");
             return STATUS_INVALID;
         }
         status_t status = descriptor_load_subsystem(loader, loader->path, scratch);

@@ -11,22 +11,10 @@ mission_builder_t* mission_builder_of(const source_t* const source)
     return source->builder;
 }
 
-/// Number of `count` digits, or UINT32_MAX.
-static uint32_t digits(const char* const words, const uint32_t count)
-{
-    uint32_t number = 0U;
-    for (uint32_t i = 0U; i < count; i++) {
-        if ((words[i] < '0') || (words[i] > '9')) {
-            return UINT32_MAX;
-        }
-        number = (number * 10U) + (uint32_t)(words[i] - '0');
-    }
-    return number;
-}
-
+/// Every fourth year, within the years that the epoch can have.
 static bool is_leap(const uint32_t year)
 {
-    return ((year % 4U) == 0U) && (((year % 100U) != 0U) || ((year % 400U) == 0U));
+    return (year % 4U) == 0U;
 }
 
 /// Days from 1958-01-01, or UINT32_MAX if there is no such day.
@@ -47,26 +35,40 @@ static uint32_t days_of(const uint32_t year, const uint32_t month, const uint32_
     return days;
 }
 
-/// TAI seconds since 1958-01-01 of a time like 2026-06-01T12:00:00.
-static uint32_t read_epoch(source_t* const source)
+/// Numbers of a time like 2026-06-01T12:00:00: year to second. False if it is none.
+static bool read_numbers(const char* const words, uint32_t* const out_numbers)
 {
     static const char shape[] = "0000-00-00T00:00:00";
-    const char* const words   = source_raw(source, "epoch");
-    bool is_right             = (strlen(words) == (sizeof shape - 1U));
-    for (size_t i = 0U; is_right && (i < (sizeof shape - 1U)); i++) {
-        is_right = (shape[i] == '0') || (shape[i] == words[i]);
-    }
-    if (is_right) {
-        const uint32_t days   = days_of(digits(words, 4U), digits(&words[5], 2U), digits(&words[8], 2U));
-        const uint32_t hour   = digits(&words[11], 2U);
-        const uint32_t minute = digits(&words[14], 2U);
-        const uint32_t second = digits(&words[17], 2U);
-        if ((days != UINT32_MAX) && (hour < 24U) && (minute < 60U) && (second < 60U)) {
-            return (((((days * 24U) + hour) * 60U) + minute) * 60U) + second;
+    size_t number             = 0U;
+    for (size_t i = 0U; i < sizeof shape; i++) { // With the NUL at the end.
+        if (shape[i] != '0') {
+            number++;
+            if (words[i] != shape[i]) {
+                return false;
+            }
+        } else if ((words[i] >= '0') && (words[i] <= '9')) {
+            out_numbers[number] = (out_numbers[number] * 10U) + (uint32_t)(words[i] - '0');
+        } else {
+            return false;
         }
     }
-    (void)source_wrong(source, "epoch", "a TAI time like 2026-06-01T12:00:00, years 1958 to 2093");
-    return 0U;
+    return true;
+}
+
+/// TAI seconds since 1958-01-01 of a time.
+static uint32_t read_epoch(source_t* const source)
+{
+    uint32_t time[6] = {0U, 0U, 0U, 0U, 0U, 0U};
+    uint32_t days    = UINT32_MAX;
+    if (read_numbers(source_raw(source, "epoch"), time) && (time[3] < 24U) && (time[4] < 60U) &&
+        (time[5] < 60U)) {
+        days = days_of(time[0], time[1], time[2]);
+    }
+    if (days == UINT32_MAX) {
+        source_wrong(source, "epoch", "a TAI time like 2026-06-01T12:00:00, years 1958 to 2093");
+        return 0U;
+    }
+    return (((((days * 24U) + time[3]) * 60U) + time[4]) * 60U) + time[5];
 }
 
 void mission_builder_mission(source_t* const source)
@@ -86,9 +88,9 @@ void mission_builder_power(source_t* const source)
     mission_subsystem_t* const subsystem = source->item;
     uint8_t state                        = 0U;
     if (descriptor_state_of(source_raw(source, "state"), &state) != STATUS_OK) {
-        (void)source_wrong(source, "state", "the name of a state");
+        source_wrong(source, "state", "the name of a state");
     } else if ((((uint32_t)builder->power_seen >> state) & 1U) != 0U) {
-        (void)source_wrong(source, "state", "each state once");
+        source_wrong(source, "state", "each state once");
     } else {
         builder->power_seen       = (uint16_t)(builder->power_seen | (1U << state));
         subsystem->power_w[state] = source_value(source, 1U);
@@ -106,17 +108,17 @@ void mission_builder_modes_end(source_t* const source)
         }
     }
     if (initial != 1U) {
-        (void)source_fail(source, source->line, "exactly one <Mode> must have initial=\"true\"");
+        source_fail(source, source->line, "exactly one <Mode> must have initial=\"true\"");
     }
 }
 
 void mission_builder_lists(source_t* const source)
 {
     const mission_descriptor_t* const mission = source->item;
-    if (((mission->subsystem_count == 0U) || (mission->mode_count == 0U)) &&
-        source_fail(source, source->line, "expected <Subsystems> and <Modes>, not empty, before <")) {
-        text_add(source->error, source->open[source->depth - 1U]->name);
-        text_add(source->error, ">");
+    if ((mission->subsystem_count == 0U) || (mission->mode_count == 0U)) {
+        source_fail(source, source->line, "expected <Subsystems> and <Modes>, not empty, before <");
+        source_say(source, source->open[source->depth - 1U]->name);
+        source_say(source, ">");
     }
 }
 

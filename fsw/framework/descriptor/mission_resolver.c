@@ -5,61 +5,88 @@
 
 #include <string.h>
 
+#define SERVICE_FUNCTIONS 8U
+#define SERVICE_LINKS 130U
+
+// What a subsystem may have, its entry in a mission can hold.
+typedef char configurations_fit[(MISSION_CONFIGURATIONS_MAX >= DESCRIPTOR_CONFIGURATIONS_MAX) ? 1 : -1];
+typedef char ports_fit[(MISSION_PORTS_MAX >= DESCRIPTOR_PORTS_MAX) ? 1 : -1];
+
+/// The words of an attribute name nothing of the kind expected; `expected` begins with the element's name.
+static void refuse_name(source_t* const source, const uint32_t line, const char* const attribute,
+                        const char* const words, const char* const expected)
+{
+    source_fail(source, line, attribute);
+    source_say(source, "=\"");
+    source_say(source, words);
+    source_say(source, "\" of <");
+    source_say(source, expected);
+}
+
+static uint8_t methods_of(const descriptor_port_t* const port)
+{
+    uint32_t methods = 0U;
+    for (uint8_t m = 0U; m < port->method_count; m++) {
+        methods |= (uint32_t)1U << port->methods[m];
+    }
+    return (uint8_t)methods;
+}
+
 static void copy_configurations(source_t* const source, mission_subsystem_t* const subsystem,
                                 const subsystem_descriptor_t* const descriptor)
 {
-    for (uint16_t c = 0U; c < descriptor->configuration_count; c++) {
-        const descriptor_configuration_t* const configuration = &descriptor->configurations[c];
-        if (!source_has_room(source, subsystem->configuration_count, MISSION_CONFIGURATIONS_MAX,
-                             "configurations")) {
-            return;
-        }
-        subsystem->configurations[subsystem->configuration_count] = (mission_configuration_t){
-            .name = source_keep(source, configuration->name), .id = configuration->id};
-        subsystem->configuration_count++;
+    for (; subsystem->configuration_count < descriptor->configuration_count;
+         subsystem->configuration_count++) {
+        const descriptor_configuration_t* const configuration =
+            &descriptor->configurations[subsystem->configuration_count];
+        mission_configuration_t* const copy = &subsystem->configurations[subsystem->configuration_count];
+        copy->name                          = source_keep(source, configuration->name);
+        copy->id                            = configuration->id;
         for (uint16_t i = 0U; i < configuration->port_count; i++) {
             const descriptor_port_t* const port = &descriptor->ports[configuration->first_port + i];
-            uint8_t methods                     = 0U;
-            for (uint8_t m = 0U; m < port->method_count; m++) {
-                methods = (uint8_t)(methods | (1U << port->methods[m]));
-            }
-            if (!source_has_room(source, subsystem->port_count, MISSION_PORTS_MAX, "ports")) {
-                return;
-            }
-            subsystem->ports[subsystem->port_count] =
-                (mission_port_t){.name          = source_keep(source, port->name),
-                                 .id            = port->id,
-                                 .configuration = configuration->id,
-                                 .is_provided   = port->is_provided,
-                                 .is_required   = port->is_required,
-                                 .layout_hash   = port->layout_hash,
-                                 .methods       = methods};
+            mission_port_t* const port_copy     = &subsystem->ports[subsystem->port_count];
+            port_copy->name                     = source_keep(source, port->name);
+            port_copy->id                       = port->id;
+            port_copy->configuration            = configuration->id;
+            port_copy->is_provided              = port->is_provided;
+            port_copy->is_required              = port->is_required;
+            port_copy->layout_hash              = port->layout_hash;
+            port_copy->methods                  = methods_of(port);
             subsystem->port_count++;
         }
     }
+}
+
+/// Function or configuration of this subsystem that a rule names: then nothing is left to be found.
+static const char* find_rule_name(mission_rule_t* const rule, const char* const words,
+                                  const subsystem_descriptor_t* const descriptor)
+{
+    if (rule->service == SERVICE_FUNCTIONS) {
+        for (uint16_t i = 0U; i < descriptor->function_count; i++) {
+            if (strcmp(descriptor->functions[i].name, words) == 0) {
+                return NULL;
+            }
+        }
+        return words;
+    }
+    for (uint16_t i = 0U; i < descriptor->configuration_count; i++) {
+        if (strcmp(descriptor->configurations[i].name, words) == 0) {
+            rule->number = descriptor->configurations[i].id;
+            return NULL;
+        }
+    }
+    return words;
 }
 
 /// Functions and configurations of this subsystem that rules name.
 static void find_rule_names(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
                             const subsystem_descriptor_t* const descriptor)
 {
-    mission_descriptor_t* const mission = builder->mission;
-    for (uint16_t i = 0U; i < mission->rule_count; i++) {
-        mission_rule_t* const rule = &mission->rules[i];
-        const char* const words    = builder->rule_words[i];
+    for (uint16_t i = 0U; i < builder->mission->rule_count; i++) {
+        mission_rule_t* const rule = &builder->mission->rules[i];
         const bool is_meant = (rule->target == MISSION_ANY_TARGET) || (rule->target == subsystem->apid);
-        if ((words == NULL) || !is_meant || (rule->service == 130U)) {
-            continue;
-        }
-        for (uint16_t f = 0U; (rule->service == 8U) && (f < descriptor->function_count); f++) {
-            builder->rule_words[i] =
-                (strcmp(descriptor->functions[f].name, words) == 0) ? NULL : builder->rule_words[i];
-        }
-        for (uint16_t c = 0U; (rule->service == 129U) && (c < descriptor->configuration_count); c++) {
-            if (strcmp(descriptor->configurations[c].name, words) == 0) {
-                rule->number           = descriptor->configurations[c].id;
-                builder->rule_words[i] = NULL;
-            }
+        if ((builder->rule_words[i] != NULL) && is_meant && (rule->service != SERVICE_LINKS)) {
+            builder->rule_words[i] = find_rule_name(rule, builder->rule_words[i], descriptor);
         }
     }
 }
@@ -68,15 +95,16 @@ static void find_rule_names(mission_builder_t* const builder, const mission_subs
 static void find_plan_names(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
                             const subsystem_descriptor_t* const descriptor)
 {
-    mission_descriptor_t* const mission = builder->mission;
-    for (uint16_t i = 0U; i < mission->plan_count; i++) {
+    for (uint16_t i = 0U; i < builder->mission->plan_count; i++) {
+        mission_plan_t* const plan = &builder->mission->plans[i];
+        if ((builder->plan_events[i] == NULL) || (plan->apid != subsystem->apid)) {
+            continue;
+        }
         const descriptor_event_t* const event =
-            ((builder->plan_events[i] != NULL) && (mission->plans[i].apid == subsystem->apid))
-                ? descriptor_find_event_name(descriptor, builder->plan_events[i])
-                : NULL;
-        if ((event != NULL) && (event->severity == mission->plans[i].severity)) {
-            mission->plans[i].event_id = event->id;
-            builder->plan_events[i]    = NULL;
+            descriptor_find_event_name(descriptor, builder->plan_events[i]);
+        if ((event != NULL) && (event->severity == plan->severity)) {
+            plan->event_id          = event->id;
+            builder->plan_events[i] = NULL;
         }
     }
 }
@@ -89,17 +117,6 @@ static const mission_bus_t* find_bus(const mission_descriptor_t* const mission, 
         }
     }
     return NULL;
-}
-
-static void refuse_bus(source_t* const source, const uint32_t line, const char* const attribute,
-                       const char* const found, const char* const expected)
-{
-    if (source_fail(source, line, attribute)) {
-        text_add(source->error, "=\"");
-        text_add(source->error, found);
-        text_add(source->error, "\" of ");
-        text_add(source->error, expected);
-    }
 }
 
 /// Each redundant bus is the one redundant bus of another.
@@ -117,9 +134,9 @@ void mission_builder_buses_end(source_t* const source)
             is_good = is_good && (strcmp(mission->buses[k].redundant_to, bus->redundant_to) != 0);
         }
         if (!is_good) {
-            refuse_bus(source, bus->line, "redundantTo", bus->redundant_to,
-                       "<Bus>: expected a bus of the mission that is not redundant itself and has one "
-                       "redundant bus");
+            refuse_name(source, bus->line, "redundantTo", bus->redundant_to,
+                        "Bus>: expected a bus of the mission that is not redundant itself and has one "
+                        "redundant bus");
         }
     }
 }
@@ -136,15 +153,15 @@ static void check_buses(mission_builder_t* const builder, const char* const path
         }
         if (find_bus(builder->mission, endnode->bus) == NULL) {
             source->path = path;
-            refuse_bus(source, endnode->line, "bus", endnode->bus,
-                       "<Endnode>: expected a bus of the mission");
+            refuse_name(source, endnode->line, "bus", endnode->bus,
+                        "Endnode>: expected a bus of the mission");
         }
         const mission_bus_t* const redundant = find_bus(builder->mission, endnode->redundant_bus);
         const bool is_channel = (redundant != NULL) && (strcmp(redundant->redundant_to, endnode->bus) == 0);
         if ((endnode->redundant_bus[0] != '\0') && !is_channel) {
             source->path = path;
-            refuse_bus(source, endnode->line, "redundantBus", endnode->redundant_bus,
-                       "<Endnode>: expected a bus of the mission that is redundantTo its bus");
+            refuse_name(source, endnode->line, "redundantBus", endnode->redundant_bus,
+                        "Endnode>: expected a bus of the mission that is redundantTo its bus");
         }
     }
 }
@@ -157,15 +174,13 @@ status_t mission_builder_take(mission_builder_t* const builder, const uint16_t i
     source_t* const source               = &builder->source;
     source->line                         = subsystem->line;
     if ((strcmp(subsystem->name, descriptor->name) != 0) || (subsystem->apid != descriptor->apid)) {
-        if (source_fail(source, subsystem->line, subsystem->name)) {
-            text_add(source->error, " ");
-            text_add_unsigned(source->error, subsystem->apid);
-            text_add(source->error, ": its descriptor says ");
-            text_add(source->error, descriptor->name);
-            text_add(source->error, " ");
-            text_add_unsigned(source->error, descriptor->apid);
-        }
-        return source->status;
+        source_fail(source, subsystem->line, subsystem->name);
+        source_say(source, " ");
+        source_say_number(source, subsystem->apid);
+        source_say(source, ": its descriptor says ");
+        source_say(source, descriptor->name);
+        source_say(source, " ");
+        source_say_number(source, descriptor->apid);
     }
     subsystem->interface_hash     = descriptor->interface_hash;
     subsystem->configuration_hash = descriptor->configuration_hash;
@@ -182,10 +197,9 @@ static const mission_port_t* resolve_end(source_t* const source, const mission_d
                                          const bool is_provided, uint16_t* const out_apid)
 {
     const size_t length = strcspn(words, ".");
-    for (uint16_t s = 0U; s < mission->subsystem_count; s++) {
+    for (uint16_t s = 0U; (words[length] == '.') && (s < mission->subsystem_count); s++) {
         const mission_subsystem_t* const subsystem = &mission->subsystems[s];
-        if ((strncmp(subsystem->name, words, length) != 0) || (subsystem->name[length] != '\0') ||
-            (words[length] != '.')) {
+        if ((strncmp(subsystem->name, words, length) != 0) || (subsystem->name[length] != '\0')) {
             continue;
         }
         for (uint16_t p = 0U; p < subsystem->port_count; p++) {
@@ -196,11 +210,9 @@ static const mission_port_t* resolve_end(source_t* const source, const mission_d
             }
         }
     }
-    if (source_fail(source, link->line, is_provided ? "from=\"" : "to=\"")) {
-        text_add(source->error, words);
-        text_add(source->error, is_provided ? "\" of <Link>: expected SUBSYSTEM.PORT that it provides"
-                                            : "\" of <Link>: expected SUBSYSTEM.PORT that it requires");
-    }
+    refuse_name(source, link->line, is_provided ? "from" : "to", words,
+                is_provided ? "Link>: expected SUBSYSTEM.PORT that it provides"
+                            : "Link>: expected SUBSYSTEM.PORT that it requires");
     return NULL;
 }
 
@@ -220,30 +232,30 @@ static void resolve_link(mission_builder_t* const builder, const uint16_t index)
     link->consumer_port = consumer->id;
     link->is_required   = consumer->is_required;
     if (producer->layout_hash != consumer->layout_hash) {
-        (void)source_fail(source, link->line, "the layouts of the two ports differ");
+        source_fail(source, link->line, "the layouts of the two ports differ");
     } else if ((producer->methods & consumer->methods) == 0U) {
-        (void)source_fail(source, link->line, "the two ports share no transfer method");
+        source_fail(source, link->line, "the two ports share no transfer method");
     }
 }
 
 static void resolve_rule(mission_builder_t* const builder, const uint16_t index)
 {
-    mission_rule_t* const rule = &builder->mission->rules[index];
-    for (uint16_t i = 0U; (rule->service == 130U) && (builder->rule_words[index] != NULL) &&
-                          (i < builder->mission->link_count);
-         i++) {
-        if (strcmp(builder->mission->links[i].name, builder->rule_words[index]) == 0) {
-            rule->number               = builder->mission->links[i].number;
-            builder->rule_words[index] = NULL;
+    const mission_descriptor_t* const mission = builder->mission;
+    mission_rule_t* const rule                = &builder->mission->rules[index];
+    const char* const words                   = builder->rule_words[index];
+    if (words == NULL) {
+        return;
+    }
+    for (uint16_t i = 0U; (rule->service == SERVICE_LINKS) && (i < mission->link_count); i++) {
+        if (strcmp(mission->links[i].name, words) == 0) {
+            rule->number = mission->links[i].number;
+            return;
         }
     }
-    if ((builder->rule_words[index] != NULL) && source_fail(&builder->source, rule->line, "select=\"")) {
-        text_add(builder->source.error, builder->rule_words[index]);
-        text_add(builder->source.error,
-                 (rule->service == 130U) ? "\" of <Allow>: expected a link of the mission"
-                 : (rule->service == 8U) ? "\" of <Allow>: expected a function of its target"
-                                         : "\" of <Allow>: expected a configuration of its target");
-    }
+    refuse_name(&builder->source, rule->line, "select", words,
+                (rule->service == SERVICE_LINKS)       ? "Allow>: expected a link of the mission"
+                : (rule->service == SERVICE_FUNCTIONS) ? "Allow>: expected a function of its target"
+                                                       : "Allow>: expected a configuration of its target");
 }
 
 /// Continue a hash with the lines "NAME hash\n" of all subsystems.
@@ -252,12 +264,11 @@ static uint64_t hash_subsystems(uint64_t hash, const mission_descriptor_t* const
 {
     for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
         const mission_subsystem_t* const subsystem = &mission->subsystems[i];
-        const uint64_t own = is_interface ? subsystem->interface_hash : subsystem->configuration_hash;
         char line[96];
         uint8_t octets[8];
         text_t text           = text_in(line, sizeof line);
         octet_writer_t writer = octet_writer(octets, sizeof octets);
-        octet_write_u64(&writer, own);
+        octet_write_u64(&writer, is_interface ? subsystem->interface_hash : subsystem->configuration_hash);
         text_add(&text, subsystem->name);
         text_add(&text, " ");
         text_add_octets(&text, octets, sizeof octets);
@@ -278,11 +289,9 @@ status_t mission_builder_resolve(mission_builder_t* const builder)
         resolve_rule(builder, i);
     }
     for (uint16_t i = 0U; i < mission->plan_count; i++) {
-        if ((builder->plan_events[i] != NULL) &&
-            source_fail(&builder->source, mission->plans[i].line, "event=\"")) {
-            text_add(builder->source.error, builder->plan_events[i]);
-            text_add(builder->source.error,
-                     "\" of <Plan>: expected an event of that severity of that subsystem");
+        if (builder->plan_events[i] != NULL) {
+            refuse_name(&builder->source, mission->plans[i].line, "event", builder->plan_events[i],
+                        "Plan>: expected an event of that severity of that subsystem");
         }
     }
     mission->interface_hash     = hash_subsystems(FNV64_START, mission, true);

@@ -35,7 +35,7 @@ static void read_telecommand(source_t* const source, mission_rule_t* const rule)
         is_right = is_right && (numbers[i] >= 1U) && (numbers[i] <= 255U);
     }
     if (!is_right) {
-        (void)source_wrong(source, "tc", "service and subtype like 8,1");
+        source_wrong(source, "tc", "service and subtype like 8,1");
     }
     rule->service = (uint8_t)numbers[0];
     rule->subtype = (uint8_t)numbers[1];
@@ -100,10 +100,9 @@ static void read_select(source_t* const source, mission_rule_t* const rule, cons
         return;
     }
     if ((tc != TC_FUNCTION) && (tc != TC_CONFIGURATION) && (rule->service != SERVICE_LINKS)) {
-        (void)source_wrong(source, "select", "* for this telecommand");
+        source_wrong(source, "select", "* for this telecommand");
     } else if ((tc == TC_CONFIGURATION) && (rule->target == MISSION_ANY_TARGET)) {
-        (void)source_wrong(source, "select",
-                           "* where to is *, because each subsystem numbers its configurations");
+        source_wrong(source, "select", "* where to is *, because each subsystem numbers its configurations");
     }
     // Links stand behind the permissions in the file; their names are resolved with all others.
     *out_pending = source_text(source, "select", SOURCE_UPPER,
@@ -145,17 +144,18 @@ void mission_rules_plan(source_t* const source)
         mission_builder_of(source)->plan_events[source->order] =
             source_text(source, "event", SOURCE_UPPER, DESCRIPTOR_NAME_MAX);
         if (!source_has(source, "subsystem")) {
-            (void)source_fail(source, source->line, "<Plan> with an event needs a subsystem");
+            source_fail(source, source->line, "<Plan> with an event needs a subsystem");
         }
     }
 }
 
 static void check_action_attribute(source_t* const source, const char* const attribute, const bool is_needed)
 {
-    if ((source_has(source, attribute) != is_needed) && source_fail(source, source->line, "<Action do=\"")) {
-        text_add(source->error, source_raw(source, "do"));
-        text_add(source->error, is_needed ? "\"> needs attribute " : "\"> has no attribute ");
-        text_add(source->error, attribute);
+    if (source_has(source, attribute) != is_needed) {
+        source_fail(source, source->line, "<Action do=\"");
+        source_say(source, source_raw(source, "do"));
+        source_say(source, is_needed ? "\"> needs attribute " : "\"> has no attribute ");
+        source_say(source, attribute);
     }
 }
 

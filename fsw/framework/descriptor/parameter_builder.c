@@ -123,12 +123,13 @@ static void complete_parameter(source_t* const source, descriptor_parameter_t* c
     parameter->memory_size = subsystem_builder_lay_out(descriptor, first, parameter->field_count);
     source_limit(source, parameter->wire_size, PARAMETER_OCTETS_MAX, " octets in one parameter");
     for (const descriptor_parameter_t* other = descriptor->parameters; other < parameter; other++) {
-        if ((other->id == parameter->id) && source_fail(source, source->line, "layout and id of ")) {
-            text_add(source->error, parameter->name);
-            text_add(source->error, " are those of ");
-            text_add(source->error, other->name);
-            text_add(source->error, " in line ");
-            text_add_unsigned(source->error, other->line);
+        if (other->id == parameter->id) {
+            source_fail(source, source->line, "layout and id of ");
+            source_say(source, parameter->name);
+            source_say(source, " are those of ");
+            source_say(source, other->name);
+            source_say(source, " in line ");
+            source_say_number(source, other->line);
         }
     }
 }
@@ -176,10 +177,10 @@ void parameter_builder_group(source_t* const source)
     const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
     char characters[DESCRIPTOR_PATH_MAX + 1U];
     if (builder->group_depth == DESCRIPTOR_NESTING_MAX) {
-        if (source_fail(source, source->line, "structures nested more than ")) {
-            text_add_unsigned(source->error, DESCRIPTOR_NESTING_MAX);
-            text_add(source->error, " deep");
-        }
+        source_fail(source, source->line, "structures nested more than ");
+        source_say_number(source, DESCRIPTOR_NESTING_MAX);
+        source_say(source, " deep");
+
         return;
     }
     text_t path = path_of(source, characters, source->item, &descriptor->fields[descriptor->field_count]);
@@ -192,7 +193,7 @@ void parameter_builder_group(source_t* const source)
 static void check_filled(source_t* const source, const bool is_filled)
 {
     if (!is_filled) {
-        (void)source_fail(source, source->line, "<StructRef> has no <ParamRef>");
+        source_fail(source, source->line, "<StructRef> has no <ParamRef>");
     }
 }
 

@@ -9,65 +9,76 @@
 
 // ---- Errors ----
 
-bool source_fail_as(source_t* const source, const uint32_t line, const status_t status,
+void source_say(source_t* const source, const char* const words)
+{
+    if (source->is_telling) {
+        text_add(source->error, words);
+    }
+}
+
+void source_say_number(source_t* const source, const uint32_t number)
+{
+    char digits[12];
+    text_t text = text_in(digits, sizeof digits);
+    text_add_unsigned(&text, number);
+    source_say(source, digits);
+}
+
+void source_fail_as(source_t* const source, const uint32_t line, const status_t status,
                     const char* const message)
 {
-    if (source->status != STATUS_OK) {
-        return false;
+    source->is_telling = (source->status == STATUS_OK);
+    if (source->is_telling) {
+        source->status = status;
     }
-    source->status = status;
-    text_add(source->error, source->path);
-    text_add(source->error, ":");
-    text_add_unsigned(source->error, line);
-    text_add(source->error, ": ");
-    text_add(source->error, message);
-    return true;
+    source_say(source, source->path);
+    source_say(source, ":");
+    source_say_number(source, line);
+    source_say(source, ": ");
+    source_say(source, message);
 }
 
-bool source_fail(source_t* const source, const uint32_t line, const char* const message)
+void source_fail(source_t* const source, const uint32_t line, const char* const message)
 {
-    return source_fail_as(source, line, STATUS_INVALID, message);
+    source_fail_as(source, line, STATUS_INVALID, message);
 }
 
-/// Begins an error that names what is there, and what was expected instead.
-bool source_wrong(source_t* const source, const char* const attribute, const char* const expected)
+void source_wrong(source_t* const source, const char* const attribute, const char* const expected)
 {
     const char* const value = source_raw(source, attribute);
-    if (!source_fail(source, source->line, attribute)) {
-        return false;
-    }
-    text_add(source->error, "=\"");
-    text_add(source->error, (value != NULL) ? value : "");
-    text_add(source->error, "\" of <");
-    text_add(source->error, source->open[source->depth - 1U]->name);
-    text_add(source->error, ">: expected ");
-    text_add(source->error, expected);
-    return true;
+    FSW_ASSERT(value != NULL);
+    source_fail(source, source->line, attribute);
+    source_say(source, "=\"");
+    source_say(source, value);
+    source_say(source, "\" of <");
+    source_say(source, source->open[source->depth - 1U]->name);
+    source_say(source, ">: expected ");
+    source_say(source, expected);
 }
 
 void source_taken(source_t* const source, const char* const attribute, const char* const value,
                   const uint32_t line)
 {
-    if (source_fail(source, source->line, attribute)) {
-        text_add(source->error, " ");
-        text_add(source->error, value);
-        text_add(source->error, " is taken in line ");
-        text_add_unsigned(source->error, line);
-    }
+    source_fail(source, source->line, attribute);
+    source_say(source, " ");
+    source_say(source, value);
+    source_say(source, " is taken in line ");
+    source_say_number(source, line);
 }
 
 /// Ends an error with a limit.
 static void add_limit(source_t* const source, const char* const what, const uint32_t most)
 {
-    text_add(source->error, what);
-    text_add(source->error, ", at most ");
-    text_add_unsigned(source->error, most);
+    source_say(source, what);
+    source_say(source, ", at most ");
+    source_say_number(source, most);
 }
 
 void source_limit(source_t* const source, const uint32_t octets, const uint32_t most, const char* const what)
 {
-    if ((octets > most) && source_fail(source, source->line, "")) {
-        text_add_unsigned(source->error, octets);
+    if (octets > most) {
+        source_fail(source, source->line, "");
+        source_say_number(source, octets);
         add_limit(source, what, most);
     }
 }
@@ -75,7 +86,8 @@ void source_limit(source_t* const source, const uint32_t octets, const uint32_t 
 bool source_has_room(source_t* const source, const uint32_t count, const uint32_t capacity,
                      const char* const what)
 {
-    if ((count >= capacity) && source_fail_as(source, source->line, STATUS_EXHAUSTED, "too many ")) {
+    if (count >= capacity) {
+        source_fail_as(source, source->line, STATUS_EXHAUSTED, "too many ");
         add_limit(source, what, capacity);
     }
     return (source->status == STATUS_OK);
@@ -201,46 +213,48 @@ static void check_attributes(source_t* const source, const source_row_t* const r
         while ((i < row->number) && (strcmp(attributes[given], row->attributes[i].name) != 0)) {
             i++;
         }
-        if ((i == row->number) && source_fail(source, source->line, "attribute ")) {
-            text_add(source->error, attributes[given]);
-            text_add(source->error, " of <");
-            text_add(source->error, row->name);
-            text_add(source->error, (i > 0U) ? ">: expected one of" : ">: expected none");
+        if (i == row->number) {
+            source_fail(source, source->line, "attribute ");
+            source_say(source, attributes[given]);
+            source_say(source, " of <");
+            source_say(source, row->name);
+            source_say(source, (i > 0U) ? ">: expected one of" : ">: expected none");
             for (i = 0U; i < row->number; i++) {
-                text_add(source->error, " ");
-                text_add(source->error, row->attributes[i].name);
+                source_say(source, " ");
+                source_say(source, row->attributes[i].name);
             }
         }
     }
     for (size_t i = 0U; i < row->number; i++) {
         if (((row->attributes[i].form & SOURCE_NEEDED) != 0U) &&
-            !source_has(source, row->attributes[i].name) && source_fail(source, source->line, "<")) {
-            text_add(source->error, row->name);
-            text_add(source->error, "> has no attribute ");
-            text_add(source->error, row->attributes[i].name);
+            !source_has(source, row->attributes[i].name)) {
+            source_fail(source, source->line, "<");
+            source_say(source, row->name);
+            source_say(source, "> has no attribute ");
+            source_say(source, row->attributes[i].name);
         }
     }
 }
 
 static void refuse_element(source_t* const source, const uint8_t parent)
 {
-    (void)source_fail(source, source->line, "<");
-    text_add(source->error, source->element->name);
+    source_fail(source, source->line, "<");
+    source_say(source, source->element->name);
     if (source->depth > 0U) {
-        text_add(source->error, "> in <");
-        text_add(source->error, source->open[source->depth - 1U]->name);
+        source_say(source, "> in <");
+        source_say(source, source->open[source->depth - 1U]->name);
     }
-    text_add(source->error, ">: expected");
+    source_say(source, ">: expected");
     const char* before = " <";
     for (size_t i = 0U; i < source->row_count; i++) {
         if (source->rows[i].parent == parent) {
-            text_add(source->error, before);
-            text_add(source->error, source->rows[i].name);
-            text_add(source->error, ">");
+            source_say(source, before);
+            source_say(source, source->rows[i].name);
+            source_say(source, ">");
             before = " or <";
         }
     }
-    text_add(source->error, (before[1] == '<') ? " nothing" : "");
+    source_say(source, (before[1] == '<') ? " nothing" : "");
 }
 
 static const source_row_t* row_of(const source_t* const source, const uint8_t parent, const char* const name)
@@ -256,10 +270,10 @@ static const source_row_t* row_of(const source_t* const source, const uint8_t pa
 /// Count an element in its parent; in itself nothing has been read yet.
 static void see(source_t* const source, const source_row_t* const row)
 {
-    if ((((source->seen >> row->kind) & row->times & 1U) != 0U) &&
-        source_fail(source, source->line, "a second <")) {
-        text_add(source->error, row->name);
-        text_add(source->error, ">");
+    if (((source->seen >> row->kind) & row->times & 1U) != 0U) {
+        source_fail(source, source->line, "a second <");
+        source_say(source, row->name);
+        source_say(source, ">");
     }
     for (size_t i = 0U; i < source->row_count; i++) {
         if (source->rows[i].parent == row->kind) {
@@ -275,11 +289,12 @@ static void check_seen(source_t* const source, const source_row_t* const row)
     for (size_t i = 0U; i < source->row_count; i++) {
         const source_row_t* const child = &source->rows[i];
         if ((child->parent == row->kind) && (child->times >= SOURCE_SOME) &&
-            (((source->seen >> child->kind) & 1U) == 0U) && source_fail(source, source->line, "<")) {
-            text_add(source->error, row->name);
-            text_add(source->error, "> has no <");
-            text_add(source->error, child->name);
-            text_add(source->error, ">");
+            (((source->seen >> child->kind) & 1U) == 0U)) {
+            source_fail(source, source->line, "<");
+            source_say(source, row->name);
+            source_say(source, "> has no <");
+            source_say(source, child->name);
+            source_say(source, ">");
         }
     }
 }
@@ -306,7 +321,8 @@ static status_t on_start(void* const context, const xml_element_t* const element
     const source_row_t* const row = row_of(source, parent, element->name);
     source->element               = element;
     source->line                  = element->line;
-    if ((row == NULL) || (source->depth >= SOURCE_DEPTH_MAX)) {
+    FSW_ASSERT(source->depth < SOURCE_DEPTH_MAX); // The elements are not nested that deep.
+    if (row == NULL) {
         refuse_element(source, parent);
         return source->status;
     }

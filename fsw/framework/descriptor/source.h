@@ -92,6 +92,7 @@ struct source {
     const char* path;
     text_t* error;
     status_t status;
+    bool is_telling; ///< The error begun last is the first one.
     const source_row_t* rows;
     size_t row_count;
     const xml_element_t* element; ///< Only inside `start`.
@@ -113,18 +114,20 @@ struct source {
 /// Handler for xml_begin over a source, whose items[0] is the model.
 xml_handler_t source_handler(source_t* source);
 
-/// Errors. Each begins a text, to which more may be added with text_add(source->error, ..) if it returns true
-/// (this is the first error). `wrong` names the attribute's value and what is expected; `taken` an earlier
-/// line.
-bool source_fail(source_t* source, uint32_t line, const char* message);
-bool source_wrong(source_t* source, const char* attribute, const char* expected);
+/// Errors. Each begins a text, to which more is added with source_say; if it is not the first error, all of
+/// it is dropped. `wrong` names an attribute that is there, its value and what is expected; `taken` an
+/// earlier line.
+void source_fail(source_t* source, uint32_t line, const char* message);
+void source_wrong(source_t* source, const char* attribute, const char* expected);
 void source_taken(source_t* source, const char* attribute, const char* value, uint32_t line);
-/// "<what> <octets> octets, at most <most>", if there are more.
+/// "<octets><what>, at most <most>", if there are more.
 void source_limit(source_t* source, uint32_t octets, uint32_t most, const char* what);
 /// True if a list has room for one more; else the error.
 bool source_has_room(source_t* source, uint32_t count, uint32_t capacity, const char* what);
+void source_say(source_t* source, const char* words);
+void source_say_number(source_t* source, uint32_t number);
 /// Other statuses than STATUS_INVALID.
-bool source_fail_as(source_t* source, uint32_t line, status_t status, const char* message);
+void source_fail_as(source_t* source, uint32_t line, status_t status, const char* message);
 
 /// New, cleared item of a list, in the range that `around` has; NULL after an error.
 void* source_add(source_t* source, const source_list_t* list, void* around);
@@ -154,6 +157,8 @@ uint16_t source_bits(source_t* source, const char* attribute, const char* words)
 /// One number of a type as 64 bits: two's complement or IEEE 754 in the low octets; *out_real as double.
 uint64_t source_number(source_t* source, const char* attribute, value_type_t type, double* out_real);
 
+/// Place in `words` of a word of `length` characters, or UINT32_MAX.
+uint32_t source_place(const char* word, size_t length, const char* words);
 /// Places in `words` of those in `chosen`, in their order; 0 if one is unknown, stands twice, or there is
 /// none.
 uint32_t source_places(const char* chosen, const char* words, uint8_t* out_places);

@@ -8,7 +8,7 @@
 
 const char* source_raw(const source_t* const source, const char* const attribute)
 {
-    return (source->element != NULL) ? xml_attribute(source->element, attribute) : NULL;
+    return xml_attribute(source->element, attribute);
 }
 
 bool source_has(const source_t* const source, const char* const attribute)
@@ -22,8 +22,7 @@ const char* source_keep(source_t* const source, const char* const words)
 {
     const size_t size = strlen(words) + 1U;
     if (size > (source->text_capacity - *source->text_used)) {
-        (void)source_fail_as(source, source->line, STATUS_EXHAUSTED,
-                             "the texts of the file are too long together");
+        source_fail_as(source, source->line, STATUS_EXHAUSTED, "the texts of the file are too long together");
     }
     if (source->status != STATUS_OK) {
         return "";
@@ -61,14 +60,14 @@ const char* source_text(source_t* const source, const char* const attribute, con
         return "";
     }
     const bool is_right = (form == SOURCE_TEXT) || is_identifier(value, form == SOURCE_UPPER);
-    if ((!is_right || (strlen(value) > longest)) &&
+    if (!is_right || (strlen(value) > longest)) {
         source_wrong(source, attribute,
                      (form == SOURCE_TEXT)    ? "a text"
                      : (form == SOURCE_UPPER) ? "an upper-case identifier"
-                                              : "a lower-case identifier")) {
-        text_add(source->error, " of at most ");
-        text_add_unsigned(source->error, longest);
-        text_add(source->error, " characters");
+                                              : "a lower-case identifier");
+        source_say(source, " of at most ");
+        source_say_number(source, longest);
+        source_say(source, " characters");
     }
     return source_keep(source, value);
 }
@@ -112,14 +111,14 @@ static uint32_t bounded(source_t* const source, const source_attribute_t* const 
     const bool is_time     = (attribute->form & SOURCE_FORMS) == SOURCE_TIME;
     const uint64_t number  = is_time ? time_of(value) : unsigned_of(value);
     const char* const unit = is_time ? "us" : "";
-    if (((number < attribute->low) || (number > attribute->high)) &&
+    if ((number < attribute->low) || (number > attribute->high)) {
         source_wrong(source, attribute->name,
-                     is_time ? "a time like 500us, 2ms or 1s, from " : "a number from ")) {
-        text_add_unsigned(source->error, attribute->low);
-        text_add(source->error, unit);
-        text_add(source->error, " to ");
-        text_add_unsigned(source->error, attribute->high);
-        text_add(source->error, unit);
+                     is_time ? "a time like 500us, 2ms or 1s, from " : "a number from ");
+        source_say_number(source, attribute->low);
+        source_say(source, unit);
+        source_say(source, " to ");
+        source_say_number(source, attribute->high);
+        source_say(source, unit);
     }
     return (uint32_t)number;
 }
@@ -128,7 +127,7 @@ static value_type_t type_of(source_t* const source, const char* const attribute,
 {
     value_type_t type = VALUE_UINT8;
     if (value_type_of(value, &type) != STATUS_OK) {
-        (void)source_wrong(source, attribute, "UINT8..UINT64, INT8..INT64, FLOAT, DOUBLE or BOOL");
+        source_wrong(source, attribute, "UINT8..UINT64, INT8..INT64, FLOAT, DOUBLE or BOOL");
     }
     return type;
 }
@@ -146,7 +145,7 @@ static uint32_t value_of(source_t* const source, const source_attribute_t* const
     if (form == SOURCE_FLAG) {
         const bool is_true = (strcmp(value, "true") == 0);
         if (!is_true && (strcmp(value, "false") != 0)) {
-            (void)source_wrong(source, attribute->name, "true or false");
+            source_wrong(source, attribute->name, "true or false");
         }
         return is_true ? 1U : 0U;
     }
@@ -191,9 +190,9 @@ uint64_t source_number(source_t* const source, const char* const attribute, cons
     uint8_t octets[sizeof scalar];
     if (!source_is_spaced(value) || (number_read_value(&at, type, &scalar) != STATUS_OK) ||
         !number_is_end(at)) {
-        if (source_wrong(source, attribute, "a number of type ")) {
-            text_add(source->error, value_type_name(type));
-        }
+        source_wrong(source, attribute, "a number of type ");
+        source_say(source, value_type_name(type));
+
         return 0U;
     }
     const size_t size = value_put(octets, type, &scalar, 1U);
@@ -206,8 +205,7 @@ uint64_t source_number(source_t* const source, const char* const attribute, cons
 
 // ---- Words ----
 
-/// Place of a word of `length` characters, or UINT32_MAX.
-static uint32_t place_of(const char* const word, const size_t length, const char* const words)
+uint32_t source_place(const char* const word, const size_t length, const char* const words)
 {
     uint32_t place = 0U;
     for (const char* at = words; *at != '\0'; place++) {
@@ -223,11 +221,11 @@ static uint32_t place_of(const char* const word, const size_t length, const char
 uint32_t source_word(source_t* const source, const char* const attribute, const char* const words)
 {
     const char* const value = source_raw(source, attribute);
-    const uint32_t place    = place_of(value, strlen(value), words);
+    const uint32_t place    = source_place(value, strlen(value), words);
     if (place == UINT32_MAX) {
-        if (source_wrong(source, attribute, "one of ")) {
-            text_add(source->error, words);
-        }
+        source_wrong(source, attribute, "one of ");
+        source_say(source, words);
+
         return 0U;
     }
     return place;
@@ -240,7 +238,7 @@ uint32_t source_places(const char* const chosen, const char* const words, uint8_
     const char* at  = chosen;
     for (;;) {
         const size_t length  = strcspn(at, " ");
-        const uint32_t place = place_of(at, length, words);
+        const uint32_t place = source_place(at, length, words);
         if ((place == UINT32_MAX) || (((seen >> place) & 1U) != 0U)) {
             return 0U;
         }
@@ -258,8 +256,9 @@ uint32_t source_words(source_t* const source, const char* const attribute, const
                       uint8_t* const out_places)
 {
     const uint32_t number = source_places(source_raw(source, attribute), words, out_places);
-    if ((number == 0U) && source_wrong(source, attribute, "some, each once, with one space between, of ")) {
-        text_add(source->error, words);
+    if (number == 0U) {
+        source_wrong(source, attribute, "some, each once, with one space between, of ");
+        source_say(source, words);
     }
     return number;
 }

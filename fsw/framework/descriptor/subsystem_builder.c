@@ -23,7 +23,7 @@ void subsystem_builder_resources(source_t* const source)
 {
     const subsystem_descriptor_t* const descriptor = source->item;
     if (descriptor->pool_clear_percent >= descriptor->pool_warn_percent) {
-        (void)source_fail(source, source->line, "poolClear is not below poolWarning");
+        source_fail(source, source->line, "poolClear is not below poolWarning");
     }
 }
 
@@ -32,9 +32,9 @@ void subsystem_builder_state(source_t* const source)
     subsystem_descriptor_t* const descriptor = source->item;
     uint8_t state                            = 0U;
     if (descriptor_state_of(source_raw(source, "name"), &state) != STATUS_OK) {
-        (void)source_wrong(source, "name", "the name of a state");
+        source_wrong(source, "name", "the name of a state");
     } else if (descriptor->timeout_us[state] != 0U) {
-        (void)source_fail(source, source->line, "this state has a time-out already");
+        source_fail(source, source->line, "this state has a time-out already");
     } else {
         descriptor->timeout_us[state] = source_value(source, 1U);
     }
@@ -64,14 +64,14 @@ void subsystem_builder_check_values(source_t* const source, const char* const at
         is_within          = is_within && (value >= field->min) && (value <= field->max);
     }
     if (!is_right || !number_is_end(at)) {
-        if (source_wrong(source, attribute, "")) {
-            text_add_unsigned(source->error, field->count);
-            text_add(source->error, " number(s) of type ");
-            text_add(source->error, value_type_name(field->type));
-            text_add(source->error, ", one space between");
-        }
+        source_wrong(source, attribute, "");
+        source_say_number(source, field->count);
+        source_say(source, " number(s) of type ");
+        source_say(source, value_type_name(field->type));
+        source_say(source, ", one space between");
+
     } else if (!is_within) {
-        (void)source_wrong(source, attribute, "numbers within min and max");
+        source_wrong(source, attribute, "numbers within min and max");
     }
 }
 
@@ -80,7 +80,7 @@ void subsystem_builder_complete(source_t* const source, descriptor_field_t* cons
     read_bound(source, "min", field->type, -DBL_MAX, &field->min);
     read_bound(source, "max", field->type, DBL_MAX, &field->max);
     if (field->min > field->max) {
-        (void)source_wrong(source, "min", "at most max");
+        source_wrong(source, "min", "at most max");
     }
     if (source_has(source, "init")) {
         subsystem_builder_check_values(source, "init", field);
@@ -112,7 +112,7 @@ const descriptor_parameter_t* subsystem_builder_parameter(source_t* const source
     const descriptor_parameter_t* const parameter =
         descriptor_find_parameter(subsystem_builder_model(source), source_raw(source, attribute));
     if (parameter == NULL) {
-        (void)source_wrong(source, attribute, "the name of a parameter of this subsystem");
+        source_wrong(source, attribute, "the name of a parameter of this subsystem");
     }
     return parameter;
 }
@@ -129,7 +129,7 @@ void subsystem_builder_refer(source_t* const source, const source_list_t* const 
     const uint16_t* other = &descriptor->references[subsystem_builder_of(source)->first_reference];
     for (; other < reference; other++) {
         if (*other == *reference) {
-            (void)source_wrong(source, "name", "each parameter once in a report");
+            source_wrong(source, "name", "each parameter once in a report");
         }
     }
 }
@@ -156,8 +156,7 @@ void subsystem_builder_event_value(source_t* const source)
     const descriptor_event_t* const event = source->item;
     const bool has_type                   = source_has(source, "type");
     if ((has_type ? event->reference_count : event->field_count) > 0U) {
-        (void)source_fail(source, source->line,
-                          "either all <ParamRef> of an <Event> have a type, or none has");
+        source_fail(source, source->line, "either all <ParamRef> of an <Event> have a type, or none has");
     } else if (has_type) {
         source->item = source_item(source, &subsystem_event_fields, source->item, subsystem_field_attributes,
                                    SUBSYSTEM_FIELD_ATTRIBUTES);
@@ -165,7 +164,7 @@ void subsystem_builder_event_value(source_t* const source)
             subsystem_builder_field(source);
         }
     } else if (source_has(source, "count") || source_has(source, "unit")) {
-        (void)source_fail(source, source->line, "<ParamRef> without type has no count and no unit");
+        source_fail(source, source->line, "<ParamRef> without type has no count and no unit");
     } else {
         subsystem_builder_refer(source, &subsystem_event_references);
     }

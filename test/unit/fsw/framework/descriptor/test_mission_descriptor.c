@@ -99,6 +99,8 @@ static void resolves_links_to_the_ids_of_ports(void)
     TEST_ASSERT_EQUAL_STRING("FORTH", forth->name);
     TEST_ASSERT_FALSE(forth->is_required);
     TEST_ASSERT_NULL(mission_find_link(&mission, 16U, 2U, 17U, 4U));
+    TEST_ASSERT_NULL(mission_find_link(&mission, 16U, 1U, 16U, 3U));
+    TEST_ASSERT_NULL(mission_find_link(&mission, 16U, 1U, 17U, 4U));
 }
 
 static void resolves_plans_and_finds_the_first_that_matches(void)
@@ -134,6 +136,15 @@ static const damage_t damages[] = {
     {"2026-06-01T12:00:00", "2026-06-01T24:00:00", 1U, "a TAI time"},
     {"2026-06-01T12:00:00", "1957-12-31T23:59:59", 1U, "a TAI time"},
     {"2026-06-01T12:00:00", "2O26-06-01T12:00:00", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2/26-06-01T12:00:00", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2026-06-01T12:00:00Z", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2026-06-01T12:60:00", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2026-06-01T12:00:60", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2094-01-01T00:00:00", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2026-00-01T12:00:00", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2026-13-01T12:00:00", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2026-06-00T12:00:00", 1U, "a TAI time"},
+    {"2026-06-01T12:00:00", "2026-06-31T12:00:00", 1U, "a TAI time"},
     {"name='HAND' id='17'", "name='HAND' id='16'", 5U, "id 16 is taken in line 3"},
     {"name='HAND' id='17'", "name='ARM' id='17'", 5U, "name ARM is taken in line 3"},
     {"name='HAND' id='17'", "name='HAND' id='18'", 5U, "HAND 18: its descriptor says HAND 17"},
@@ -149,6 +160,9 @@ static const damage_t damages[] = {
     {"tc='8,1'", "tc='8,256'", 11U, "service and subtype like 8,1"},
     {"tc='8,1'", "tc='0,1'", 11U, "service and subtype like 8,1"},
     {"tc='8,1'", "tc='8,1,1'", 11U, "service and subtype like 8,1"},
+    {"tc='8,1'", "tc='8,a'", 11U, "service and subtype like 8,1"},
+    {"tc='8,1'", "tc='8,'", 11U, "service and subtype like 8,1"},
+    {"tc='8,1'", "tc='8888,1'", 11U, "service and subtype like 8,1"},
     {"select='MOVE_TO'", "select='FLY_TO'", 11U, "expected a function of its target"},
     {"to='ARM' modes='NOMINAL' states='OPERATIONAL'", "to='HAND' modes='NOMINAL' states='OPERATIONAL'", 11U,
      "expected a function of its target"},
@@ -163,6 +177,9 @@ static const damage_t damages[] = {
     {"from='ARM.ARM_STATE'", "from='ARM.STATE'", 18U, "expected SUBSYSTEM.PORT that it provides"},
     {"from='ARM.ARM_STATE'", "from='ARM.HAND'", 18U, "expected SUBSYSTEM.PORT that it provides"},
     {"from='ARM.ARM_STATE'", "from='ARM'", 18U, "expected SUBSYSTEM.PORT that it provides"},
+    {"from='ARM.ARM_STATE'", "from='AR.ARM_STATE'", 18U, "expected SUBSYSTEM.PORT that it provides"},
+    {"to='HAND.ARM'", "to='HAND.LEG'", 18U,
+     "to=\"HAND.LEG\" of <Link>: expected SUBSYSTEM.PORT that it requires"},
     {"to='HAND.ARM'", "to='ARM.HAND'", 18U, "the layouts of the two ports differ"},
     {"name='BACK'", "name='FORTH'", 19U, "name FORTH is taken in line 18"},
     {"event='LOST'", "event='LATE'", 21U, "expected an event of that severity"},
@@ -179,6 +196,14 @@ static const damage_t damages[] = {
     {"<Bus name='robot'", "<Bus name='other'", 47U, "expected a bus of the mission"}, // In arm.xml.
     {"<Ground address='127.0.0.1' port='10015'/>\n", "", 1U, "<Mission> has no <Ground>"},
     {"<Users>", "<Users/><Users>", 9U, "a second <Users>"},
+    {"<User name='CLI' id='1'/>", "<User name='CLI' id='1'/>\n<User name='CLI' id='2'/>", 10U,
+     "name CLI is taken in line 9"},
+    {"<User name='CLI' id='1'/>", "<User name='CLI' id='1'/>\n<User name='WEB' id='1'/>", 10U,
+     "id 1 is taken in line 9"},
+    {"<Subsystems>", "<Permissions/><Subsystems>", 2U,
+     "expected <Subsystems> and <Modes>, not empty, before <Permissions>"},
+    {"<Modes>", "<RecoveryPlans/><Modes>", 7U,
+     "expected <Subsystems> and <Modes>, not empty, before <RecoveryPlans>"},
 };
 
 static void tells_file_line_and_cause_of_each_error(void)
@@ -207,6 +232,102 @@ static void an_error_in_a_subsystem_names_its_file(void)
     TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "/hand.xml:3: id=\"0\""));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, load(damaged(flight_document, "hand.xml", "foot.xml")));
     TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "/foot.xml:0: cannot read: not found"));
+}
+
+/// 1972-02-29, 2000-03-01 and 2093-12-31: `date -u -d DATE +%s` and 378691200 s from 1958 to 1970.
+static void reads_epochs_of_leap_years_and_at_the_ends(void)
+{
+    static const struct {
+        const char* words;
+        uint32_t epoch_s;
+    } epochs[] = {{"1958-01-01T00:00:00", 0U},
+                  {"1972-02-29T00:00:00", 68169600U + 378691200U},
+                  {"2000-03-01T01:02:03", 951872523U + 378691200U},
+                  {"2093-12-31T23:59:59", 3913142399U + 378691200U}};
+    for (size_t i = 0U; i < (sizeof epochs / sizeof epochs[0]); i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "2026-06-01T12:00:00", epochs[i].words)));
+        TEST_ASSERT_EQUAL_UINT32(epochs[i].epoch_s, mission.epoch_s);
+    }
+}
+
+static void a_rule_may_select_anything(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "select='MOVE_TO'", "select='*'")));
+    TEST_ASSERT_TRUE(mission.rules[0].is_any);
+    TEST_ASSERT_FALSE(mission.rules[1].is_any);
+}
+
+/// Of several mistakes in one element, the first is told and no other is mixed with it.
+static void of_several_mistakes_the_first_is_told(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      load(damaged(flight_document, "mode='SAFE'/", "state='OFFLINE' target='SELF'/")));
+    TEST_ASSERT_NOT_NULL(
+        strstr(descriptor_error(&loader), "flight.xml:23: <Action do=\"MODE\"> has no attribute target"));
+    TEST_ASSERT_NULL(strstr(descriptor_error(&loader), "OFFLINE"));
+}
+
+static void paths_are_relative_to_the_mission_or_absolute(void)
+{
+    char here[256];
+    char where[600];
+    TEST_ASSERT_NOT_NULL(getcwd(here, sizeof here));
+    (void)snprintf(where, sizeof where, "descriptor='%s/hand.xml'", folder);
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "descriptor='hand.xml'", where)));
+    TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document)); // Written for what follows.
+    TEST_ASSERT_EQUAL(0, chdir(folder));
+    const status_t status = descriptor_load_mission(&loader, "flight.xml", &mission, &scratch);
+    TEST_ASSERT_EQUAL(0, chdir(here));
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, status, descriptor_error(&loader));
+    size_t length = (size_t)snprintf(where, sizeof where, "%s", folder);
+    while (length < (DESCRIPTOR_PATH_CHARACTERS - 12U)) {
+        length += (size_t)snprintf(&where[length], sizeof where - length, "/.");
+    }
+    (void)snprintf(&where[length], sizeof where - length, "/flight.xml");
+    const char* const long_name =
+        damaged(flight_document, "descriptor='arm.xml'", "descriptor='./././././././arm.xml'");
+    write_file("flight.xml", long_name);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, descriptor_load_mission(&loader, where, &mission, &scratch));
+    TEST_ASSERT_NOT_NULL(
+        strstr(descriptor_error(&loader), "flight.xml:3: the path of the descriptor is too long"));
+}
+
+#define BUS(name) "<Bus name='" name "' bitRate='1000000'/>"
+#define SPARE(name, of) "<Bus name='" name "' redundantTo='" of "' bitRate='1000000'/>"
+
+static void a_redundant_bus_belongs_to_one_other(void)
+{
+    static const struct {
+        const char* buses;
+        const char* endnode;
+        const char* says; ///< Or "", if that is right.
+    } cases[] = {
+        {SPARE("spare", "robot"), "", ""},
+        {SPARE("spare", "robot"), " redundantBus='spare'", ""},
+        {SPARE("spare", "none"), "", "redundantTo=\"none\" of <Bus>: expected a bus of the mission"},
+        {SPARE("spare", "robot") SPARE("third", "spare"), "", "redundantTo=\"spare\" of <Bus>: expected"},
+        {SPARE("spare", "robot") SPARE("third", "robot"), "", "redundantTo=\"robot\" of <Bus>: expected"},
+        {SPARE("spare", "robot"), " redundantBus='none'", "redundantBus=\"none\" of <Endnode>: expected"},
+        {SPARE("spare", "robot") BUS("other"), " redundantBus='other'",
+         "redundantBus=\"other\" of <Endnode>: expected a bus of the mission that is redundantTo its bus"},
+    };
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        char text[512];
+        (void)snprintf(text, sizeof text, "bus='robot'%s", cases[i].endnode);
+        write_file("arm.xml", damaged(arm_document, "bus='robot'", text));
+        (void)snprintf(text, sizeof text, "%s</Buses>", cases[i].buses);
+        const status_t status = load(damaged(flight_document, "</Buses>", text));
+        TEST_ASSERT_EQUAL_MESSAGE((cases[i].says[0] == '\0') ? STATUS_OK : STATUS_INVALID, status,
+                                  descriptor_error(&loader));
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), cases[i].says),
+                                     descriptor_error(&loader));
+    }
+}
+
+static void a_folder_is_no_descriptor(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_IO, descriptor_load_subsystem(&loader, folder, &scratch));
+    TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), ":0: cannot read: "));
 }
 
 static void ports_that_share_no_method_make_no_link(void)
@@ -260,6 +381,12 @@ int main(void)
     RUN_TEST(tells_file_line_and_cause_of_each_error);
     RUN_TEST(an_error_in_a_subsystem_names_its_file);
     RUN_TEST(ports_that_share_no_method_make_no_link);
+    RUN_TEST(reads_epochs_of_leap_years_and_at_the_ends);
+    RUN_TEST(a_rule_may_select_anything);
+    RUN_TEST(of_several_mistakes_the_first_is_told);
+    RUN_TEST(paths_are_relative_to_the_mission_or_absolute);
+    RUN_TEST(a_redundant_bus_belongs_to_one_other);
+    RUN_TEST(a_folder_is_no_descriptor);
     RUN_TEST(its_hashes_see_every_subsystem);
     RUN_TEST(a_mission_cut_at_every_octet_is_an_error);
     static const char* const names[] = {"arm.xml", "hand.xml", "flight.xml"};

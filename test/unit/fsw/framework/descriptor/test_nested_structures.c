@@ -105,6 +105,7 @@ static void mistakes_in_structures_within_structures_are_told(void)
         {"<ParamRef name='FLAG' type='UINT16'/>", "", 12U, "<StructRef> has no <ParamRef>"},
         {"<ParamRef name='WARM' type='BOOL'/>", "", 8U, "<StructRef> has no <ParamRef>"},
         {"name='TOOL'", "name='JOINT'", 12U, "name JOINT is taken in line 5"},
+        {"<ParamRef name='FIRST' type='UINT8'/>", DEEPER("EMPTY", ""), 3U, "<StructRef> has no <ParamRef>"},
         {"name='TOOL'", "name='FIRST'", 12U, "name FIRST is taken in line 3"},
         {"name='END'", "name='JOINT'", 13U, "name JOINT is taken in line 5"},
         {"name='LAST'", "name='FLAG'", 10U, "name JOINT.FLAG is taken in line 5"},
@@ -130,10 +131,25 @@ static void mistakes_in_structures_within_structures_are_told(void)
     }
 }
 
+/// A group may be the first of its structure, and one name may be the beginning of another.
+static void groups_stand_anywhere_and_share_beginnings(void)
+{
+    static const char* const good[][2] = {
+        {"<ParamRef name='FIRST' type='UINT8'/>", ""},
+        {"name='FIRST'", "name='TOOLS'"},
+        {"name='END'", "name='JOIN'"},
+    };
+    for (size_t i = 0U; i < (sizeof good / sizeof good[0]); i++) {
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, load(damaged(nested_document, good[i][0], good[i][1])),
+                                  descriptor_error(&loader));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(structures_lie_within_structures_as_the_compiler_has_them);
     RUN_TEST(mistakes_in_structures_within_structures_are_told);
+    RUN_TEST(groups_stand_anywhere_and_share_beginnings);
     return UNITY_END();
 }
