@@ -27,7 +27,7 @@ typedef enum {
 } verdict_t;
 
 // DESIGN 6, first table: row = present state, column = requested rest state.
-static const verdict_t request_table[STATE_COUNT][TARGET_COUNT] = {
+static const uint8_t request_table[STATE_COUNT][TARGET_COUNT] = {
     [STATE_OFFLINE]           = {DONE, WALK, NO, NO, NO},
     [STATE_SOFTWARE_INIT]     = {UNDO, BUSY, NO, NO, UNDO},
     [STATE_HARDWARE_INIT]     = {UNDO, BUSY, NO, NO, UNDO},
@@ -40,52 +40,43 @@ static const verdict_t request_table[STATE_COUNT][TARGET_COUNT] = {
     [STATE_SOFTWARE_DEINIT]   = {RETARGET, BUSY, NO, NO, RETARGET},
 };
 
-typedef struct {
-    state_t state;
-    state_phase_t phase;
-    state_action_t action;
+typedef enum {
+    HOP_NONE,
+    HOP_SOFTWARE_INIT,
+    HOP_HARDWARE_INIT,
+    HOP_CONFIGURE,
+    HOP_START,
+    HOP_STOP,
+    HOP_ENGAGE,
+    HOP_DISENGAGE,
+    HOP_SECURE,
+    HOP_POST,
+    HOP_HARDWARE_DEINIT,
+    HOP_SOFTWARE_DEINIT,
+    HOP_COUNT
 } hop_t;
 
-#define POST_HOP                                                                                             \
-    {                                                                                                        \
-        STATE_POST_OPERATIONAL, PHASE_ENTERING, ACTION_POST                                                  \
-    }
-#define SECURE_HOP                                                                                           \
-    {                                                                                                        \
-        STATE_ERROR_OPERATIONAL, PHASE_ENTERING, ACTION_SECURE                                               \
-    }
-#define DISENGAGE_HOP                                                                                        \
-    {                                                                                                        \
-        STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_DISENGAGE                                             \
-    }
-#define STOP_HOP                                                                                             \
-    {                                                                                                        \
-        STATE_SAFE_OPERATIONAL, PHASE_LEAVING, ACTION_STOP_CONTROL                                           \
-    }
-#define NO_HOP                                                                                               \
-    {                                                                                                        \
-        STATE_COUNT, PHASE_IDLE, ACTION_NONE                                                                 \
-    }
+// What a hop enters: state, phase, action.
+static const uint8_t hops[HOP_COUNT][3] = {
+    [HOP_SOFTWARE_INIT]   = {STATE_SOFTWARE_INIT, PHASE_ENTERING, ACTION_SOFTWARE_INIT},
+    [HOP_HARDWARE_INIT]   = {STATE_HARDWARE_INIT, PHASE_ENTERING, ACTION_HARDWARE_INIT},
+    [HOP_CONFIGURE]       = {STATE_PRE_OPERATIONAL, PHASE_CONFIGURING, ACTION_CONFIGURE},
+    [HOP_START]           = {STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_START_CONTROL},
+    [HOP_STOP]            = {STATE_SAFE_OPERATIONAL, PHASE_LEAVING, ACTION_STOP_CONTROL},
+    [HOP_ENGAGE]          = {STATE_OPERATIONAL, PHASE_ENTERING, ACTION_ENGAGE},
+    [HOP_DISENGAGE]       = {STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_DISENGAGE},
+    [HOP_SECURE]          = {STATE_ERROR_OPERATIONAL, PHASE_ENTERING, ACTION_SECURE},
+    [HOP_POST]            = {STATE_POST_OPERATIONAL, PHASE_ENTERING, ACTION_POST},
+    [HOP_HARDWARE_DEINIT] = {STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT},
+    [HOP_SOFTWARE_DEINIT] = {STATE_SOFTWARE_DEINIT, PHASE_ENTERING, ACTION_SOFTWARE_DEINIT}};
 
-// The next hop from a rest state towards a target.
-static const hop_t hop_table[STATE_COUNT][TARGET_COUNT] = {
-    [STATE_OFFLINE] =
-        {NO_HOP, {STATE_SOFTWARE_INIT, PHASE_ENTERING, ACTION_SOFTWARE_INIT}, NO_HOP, NO_HOP, NO_HOP},
-    [STATE_SOFTWARE_INIT]   = {NO_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
-    [STATE_HARDWARE_INIT]   = {NO_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
-    [STATE_PRE_OPERATIONAL] = {POST_HOP,
-                               NO_HOP,
-                               {STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_START_CONTROL},
-                               NO_HOP,
-                               SECURE_HOP},
-    [STATE_SAFE_OPERATIONAL] =
-        {STOP_HOP, STOP_HOP, NO_HOP, {STATE_OPERATIONAL, PHASE_ENTERING, ACTION_ENGAGE}, SECURE_HOP},
-    [STATE_OPERATIONAL]       = {DISENGAGE_HOP, DISENGAGE_HOP, DISENGAGE_HOP, NO_HOP, SECURE_HOP},
-    [STATE_ERROR_OPERATIONAL] = {POST_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
-    [STATE_POST_OPERATIONAL]  = {NO_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
-    [STATE_HARDWARE_DEINIT]   = {NO_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
-    [STATE_SOFTWARE_DEINIT]   = {NO_HOP, NO_HOP, NO_HOP, NO_HOP, NO_HOP},
-};
+// The next hop from a rest state towards a target; from the others none is chosen here.
+static const uint8_t hop_table[STATE_COUNT][TARGET_COUNT] = {
+    [STATE_OFFLINE]           = {HOP_NONE, HOP_SOFTWARE_INIT, HOP_NONE, HOP_NONE, HOP_NONE},
+    [STATE_PRE_OPERATIONAL]   = {HOP_POST, HOP_NONE, HOP_START, HOP_NONE, HOP_SECURE},
+    [STATE_SAFE_OPERATIONAL]  = {HOP_STOP, HOP_STOP, HOP_NONE, HOP_ENGAGE, HOP_SECURE},
+    [STATE_OPERATIONAL]       = {HOP_DISENGAGE, HOP_DISENGAGE, HOP_DISENGAGE, HOP_NONE, HOP_SECURE},
+    [STATE_ERROR_OPERATIONAL] = {HOP_POST, HOP_NONE, HOP_NONE, HOP_NONE, HOP_NONE}};
 
 typedef enum {
     STAY,
@@ -97,7 +88,7 @@ typedef enum {
 } reaction_t;
 
 // DESIGN 6, second table: row = event, column = present state.
-static const reaction_t event_table[STATE_EVENT_COUNT][STATE_COUNT] = {
+static const uint8_t event_table[STATE_EVENT_COUNT][STATE_COUNT] = {
     [EVENT_OWN_HIGH]        = {STAY, TURN_BACK, TURN_BACK, TO_ERROR, TO_ERROR, TO_ERROR, STAY, END_OFFLINE,
                                END_OFFLINE, END_OFFLINE},
     [EVENT_NETWORK_FAILED]  = {STAY, TURN_BACK, TURN_BACK, TO_ERROR, TO_ERROR, TO_ERROR, STAY, END_OFFLINE,
@@ -132,6 +123,12 @@ static void enter(state_machine_t* const machine, const state_t state, const sta
     machine->action = action;
 }
 
+static void take_hop(state_machine_t* const machine, const hop_t hop)
+{
+    FSW_ASSERT(hop != HOP_NONE);
+    enter(machine, (state_t)hops[hop][0], (state_phase_t)hops[hop][1], (state_action_t)hops[hop][2]);
+}
+
 static void rest(state_machine_t* const machine, const state_t state, const state_phase_t phase)
 {
     enter(machine, state, phase, ACTION_NONE);
@@ -148,9 +145,7 @@ static void advance(state_machine_t* const machine)
     const unsigned column = column_of(machine->target);
     FSW_ASSERT(column != (unsigned)TARGET_NONE);
     if (machine->state != machine->target) {
-        const hop_t hop = hop_table[machine->state][column];
-        FSW_ASSERT(hop.state != STATE_COUNT);
-        enter(machine, hop.state, hop.phase, hop.action);
+        take_hop(machine, (hop_t)hop_table[machine->state][column]);
     }
 }
 
@@ -166,11 +161,7 @@ static void set_off(state_machine_t* const machine, const state_t target, const 
 
 static void turn_back(state_machine_t* const machine)
 {
-    if (machine->state == STATE_SOFTWARE_INIT) {
-        enter(machine, STATE_SOFTWARE_DEINIT, PHASE_ENTERING, ACTION_SOFTWARE_DEINIT);
-    } else {
-        enter(machine, STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT);
-    }
+    take_hop(machine, (machine->state == STATE_SOFTWARE_INIT) ? HOP_SOFTWARE_DEINIT : HOP_HARDWARE_DEINIT);
 }
 
 void state_machine_init(state_machine_t* const machine, const bool is_descriptor_valid)
@@ -212,7 +203,7 @@ state_answer_t state_machine_verdict(const state_machine_t* const machine, const
     if (column == (unsigned)TARGET_NONE) {
         return ANSWER_NO;
     }
-    const verdict_t verdict = request_table[machine->state][column];
+    const verdict_t verdict = (verdict_t)request_table[machine->state][column];
     const bool is_at_rest   = (machine->action == ACTION_NONE);
     if ((verdict == NO) || ((machine->phase == PHASE_INVALID) && (target != STATE_OFFLINE)) ||
         ((verdict == WALK_CONFIGURED) && is_at_rest && !machine->is_configured)) {
@@ -234,7 +225,7 @@ state_answer_t state_machine_request(state_machine_t* const machine, const state
     if (answer != ANSWER_STARTED) {
         return answer;
     }
-    const verdict_t verdict = request_table[machine->state][column_of(target)];
+    const verdict_t verdict = (verdict_t)request_table[machine->state][column_of(target)];
     set_off(machine, ((verdict == UNDO) || (verdict == RETARGET)) ? STATE_OFFLINE : target, cause);
     if (verdict == UNDO) {
         turn_back(machine);
@@ -257,7 +248,7 @@ state_answer_t state_machine_configure(state_machine_t* const machine)
     }
     set_off(machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST);
     machine->is_configured = false;
-    enter(machine, STATE_PRE_OPERATIONAL, PHASE_CONFIGURING, ACTION_CONFIGURE);
+    take_hop(machine, HOP_CONFIGURE);
     return ANSWER_STARTED;
 }
 
@@ -266,7 +257,7 @@ bool state_machine_event(state_machine_t* const machine, const state_event_t eve
     FSW_ASSERT((machine != NULL) && ((unsigned)event < (unsigned)STATE_EVENT_COUNT));
     machine->transition_count = 0U;
     machine->is_superseded    = false;
-    const reaction_t reaction = event_table[event][machine->state];
+    const reaction_t reaction = (reaction_t)event_table[event][machine->state];
     if ((reaction == STAY) || ((reaction == END_OFFLINE) && (machine->target == STATE_OFFLINE))) {
         return false;
     }
@@ -277,7 +268,7 @@ bool state_machine_event(state_machine_t* const machine, const state_event_t eve
         break;
     case TO_ERROR:
         set_off(machine, STATE_ERROR_OPERATIONAL, cause);
-        enter(machine, STATE_ERROR_OPERATIONAL, PHASE_ENTERING, ACTION_SECURE);
+        take_hop(machine, HOP_SECURE);
         break;
     case TO_SAFE:
         set_off(machine, STATE_SAFE_OPERATIONAL, cause);
@@ -301,7 +292,7 @@ static void follow_done(state_machine_t* const machine)
 {
     switch (machine->action) {
     case ACTION_SOFTWARE_INIT:
-        enter(machine, STATE_HARDWARE_INIT, PHASE_ENTERING, ACTION_HARDWARE_INIT);
+        take_hop(machine, HOP_HARDWARE_INIT);
         break;
     case ACTION_HARDWARE_INIT:
         rest_in_pre_operational(machine);
@@ -315,7 +306,7 @@ static void follow_done(state_machine_t* const machine)
             machine->is_backing_out = false;
             rest_in_pre_operational(machine);
         } else {
-            enter(machine, STATE_POST_OPERATIONAL, PHASE_ENTERING, ACTION_POST);
+            take_hop(machine, HOP_POST);
         }
         break;
     case ACTION_SECURE:
@@ -327,11 +318,11 @@ static void follow_done(state_machine_t* const machine)
         if (machine->target == STATE_PRE_OPERATIONAL) {
             rest_in_pre_operational(machine);
         } else {
-            enter(machine, STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT);
+            take_hop(machine, HOP_HARDWARE_DEINIT);
         }
         break;
     case ACTION_HARDWARE_DEINIT:
-        enter(machine, STATE_SOFTWARE_DEINIT, PHASE_ENTERING, ACTION_SOFTWARE_DEINIT);
+        take_hop(machine, HOP_SOFTWARE_DEINIT);
         break;
     case ACTION_SOFTWARE_DEINIT:
         rest(machine, STATE_OFFLINE, PHASE_IDLE);
@@ -349,9 +340,6 @@ static void follow_failed(state_machine_t* const machine)
     machine->has_failed = true;
     switch (machine->action) {
     case ACTION_SOFTWARE_INIT:
-        machine->target = STATE_OFFLINE;
-        turn_back(machine);
-        break;
     case ACTION_HARDWARE_INIT:
         machine->target = STATE_OFFLINE;
         turn_back(machine);
@@ -363,15 +351,15 @@ static void follow_failed(state_machine_t* const machine)
     case ACTION_START_CONTROL:
         machine->target         = STATE_PRE_OPERATIONAL;
         machine->is_backing_out = true;
-        enter(machine, STATE_SAFE_OPERATIONAL, PHASE_LEAVING, ACTION_STOP_CONTROL);
+        take_hop(machine, HOP_STOP);
         break;
     case ACTION_ENGAGE:
         machine->target = STATE_SAFE_OPERATIONAL;
-        enter(machine, STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_DISENGAGE);
+        take_hop(machine, HOP_DISENGAGE);
         break;
     case ACTION_DISENGAGE:
         machine->target = STATE_ERROR_OPERATIONAL;
-        enter(machine, STATE_ERROR_OPERATIONAL, PHASE_ENTERING, ACTION_SECURE);
+        take_hop(machine, HOP_SECURE);
         break;
     case ACTION_SECURE:
         rest(machine, STATE_ERROR_OPERATIONAL, PHASE_UNSECURED);
@@ -380,7 +368,7 @@ static void follow_failed(state_machine_t* const machine)
     case ACTION_POST:
         machine->target        = STATE_OFFLINE;
         machine->is_configured = false;
-        enter(machine, STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT);
+        take_hop(machine, HOP_HARDWARE_DEINIT);
         break;
     default: // STOP_CONTROL and the de-init actions: the way down goes on.
         follow_done(machine);
