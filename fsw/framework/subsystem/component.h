@@ -125,8 +125,7 @@ struct subsystem { // Private; component_t is another name.
     uint64_t supervisor_heard_ns;
     uint32_t cycle;
     state_action_t started_action; // Its clock runs; a request that changes nothing does not set it back.
-    state_t started_state;
-    bool is_action_fresh; // The present action has not been run yet.
+    bool is_action_fresh;          // The present action has not been run yet.
     bool is_supervisor_lost;
     bool is_medium_pending;
     uint32_t medium_cycle;

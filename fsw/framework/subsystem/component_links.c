@@ -225,7 +225,7 @@ static const descriptor_port_t* port_of_request(const component_t* const compone
     *out_is_producer    = (request->ends.producer_apid == component->descriptor->apid);
     const bool is_ours  = *out_is_producer || (request->ends.consumer_apid == component->descriptor->apid);
     const uint16_t port = *out_is_producer ? request->ends.producer_port : request->ends.consumer_port;
-    if (!is_ours || (component->configuration == NULL)) {
+    if (!is_ours) {
         return NULL;
     }
     const descriptor_port_t* const found =
@@ -420,8 +420,7 @@ static void watch_consumer(component_t* const component, component_link_t* const
     } else {
         // Fresh as before, or the first sample may still come.
     }
-    const bool is_live = (component->machine.state >= STATE_PRE_OPERATIONAL) &&
-                         (component->machine.state <= STATE_OPERATIONAL);
+    const bool is_live      = (component->machine.state <= STATE_OPERATIONAL); // Before, there are no links.
     const bool peer_is_lost = (status == STATUS_OK) && (link->consumer.peer_state == STATE_ERROR_OPERATIONAL);
     if (is_live && peer_is_lost && link->port->is_required) {
         component_machine_event(component, EVENT_NETWORK_FAILED, CAUSE_NETWORK, 0U);

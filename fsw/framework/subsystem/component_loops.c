@@ -93,13 +93,14 @@ void component_init_loops(component_t* const component, const pus_parameter_port
     const pus_performer_t performer      = {component, take_request};
     const pus_parameter_port_t read_only = {values->context, values->find, values->read, NULL};
     status_t status                      = osal_mutex_create(&component->loop_guard, false);
+    FSW_ASSERT(status == STATUS_OK);
     for (uint8_t i = 0U; i < COMPONENT_LOOPS; i++) {
         component_loop_t* const loop = &component->loops[i];
         octet_ring_init(&loop->inbox, loop->inbox_storage, sizeof loop->inbox_storage);
         octet_ring_init(&loop->mailbox, loop->storage, sizeof loop->storage);
-        status = (status == STATUS_OK) ? osal_mutex_create(&loop->mutex, false) : status;
+        status = osal_mutex_create(&loop->mutex, false);
+        FSW_ASSERT(status == STATUS_OK);
     }
-    FSW_ASSERT(status == STATUS_OK);
     pus_process_init(&component->loop_process, component->descriptor->apid, component->config.mission_epoch_s,
                      &port);
     pus_test_init(&component->loop_test, NULL);

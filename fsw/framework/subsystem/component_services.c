@@ -129,7 +129,8 @@ static status_t add_structure(component_t* const component, const descriptor_str
     for (uint16_t i = 0U; i < structure->sampled_count; i++) {
         used += descriptor->sampled[structure->first_sampled + i].reference_count;
     }
-    if ((used > HK_PARAMETERS_MAX) || (structure->sampled_count > PUS_HK_SETS_MAX)) {
+    FSW_ASSERT(used <= HK_PARAMETERS_MAX); // Each parameter of the descriptor once.
+    if (structure->sampled_count > PUS_HK_SETS_MAX) {
         return STATUS_EXHAUSTED;
     }
     used = list_parameters(descriptor, structure->first_reference, structure->reference_count, ids);

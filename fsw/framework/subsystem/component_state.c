@@ -94,11 +94,8 @@ static status_t perform(component_t* const component, const state_action_t actio
 static void start_action(component_t* const component)
 {
     const state_machine_t* const machine = &component->machine;
-    const bool goes_on =
-        (machine->action == component->started_action) && (machine->state == component->started_state);
-    if (!goes_on) {
+    if (machine->action != component->started_action) { // Each action belongs to one state.
         component->started_action  = machine->action;
-        component->started_state   = machine->state;
         component->is_action_fresh = true;
         component->action_start_ns = component->now_ns;
     }
@@ -159,7 +156,7 @@ void component_run_action(component_t* const component)
     }
     component->is_action_fresh = false;
     const uint64_t limit_ns = (uint64_t)component->descriptor->timeout_us[component->machine.state] * 1000U;
-    const bool is_late = (limit_ns > 0U) && ((component->now_ns - component->action_start_ns) >= limit_ns);
+    const bool is_late      = ((component->now_ns - component->action_start_ns) >= limit_ns);
     if (status == STATUS_OK) {
         end_action(component, action, OUTCOME_DONE);
     } else if (status != STATUS_BUSY) {

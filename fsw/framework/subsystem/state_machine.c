@@ -152,7 +152,7 @@ static void advance(state_machine_t* const machine)
 /// Give up what was going on and set off for another target.
 static void set_off(state_machine_t* const machine, const state_t target, const state_cause_t cause)
 {
-    machine->is_superseded  = (machine->action != ACTION_NONE) || (machine->target != machine->state);
+    machine->is_superseded  = (machine->action != ACTION_NONE); // At rest the target is reached.
     machine->target         = target;
     machine->cause          = cause;
     machine->has_failed     = false;

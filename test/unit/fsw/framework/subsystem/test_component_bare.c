@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+// Components that lack what others have: callbacks, a supervisor, events, published parameters, a loader.
+#include "fsw/framework/subsystem/component.h"
+
+#include "test/unit/fsw/framework/subsystem/bed.h"
+#include "unity.h"
+
+#include <string.h>
+
+static const subsystem_callbacks_t nothing;
+static subsystem_callbacks_t some;
+
+/// The bed's descriptor with `old` replaced wherever it stands.
+static void open_with(const char* old, const char* with)
+{
+    static char xml[16384];
+    const char* from = bed_descriptor();
+    size_t used      = 0U;
+    for (const char* at = strstr(from, old); at != NULL; at = strstr(from, old)) {
+        TEST_ASSERT_TRUE((used + (size_t)(at - from) + strlen(with) + strlen(at)) < sizeof xml);
+        (void)memcpy(&xml[used], from, (size_t)(at - from));
+        used += (size_t)(at - from);
+        (void)memcpy(&xml[used], with, strlen(with));
+        used += strlen(with);
+        from = &at[strlen(old)];
+    }
+    (void)memcpy(&xml[used], from, strlen(from) + 1U);
+    TEST_ASSERT_TRUE(used > 0U);
+    bed_close();
+    bed_open(xml);
+}
+
+void setUp(void)
+{
+    bed_open(NULL);
+    some = *bed.component.config.callbacks;
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static void without_callbacks_it_walks_through_all_states(void)
+{
+    bed.component.config.callbacks = &nothing;
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_run(6U);
+    (void)bed_select(BED_ALONE); // Its housekeeping is of parameters that nobody published.
+    bed_run(2U);
+    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "1.8 #1"));
+    bed_forget();
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_raise(&bed.component, BED_NOTE, NULL, 0U));
+    TEST_ASSERT_TRUE(bed_has("5.2 event 3 aux 0000000000000000")); // Their places stay, as zeros.
+    (void)bed_state(STATE_OFFLINE);
+    bed_run(20U);
+    const subsystem_callbacks_t publishes = {.software_init = some.software_init};
+    bed.component.config.callbacks        = &publishes;
+    bed_forget();
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    (void)bed_function("WAIT", NULL, 0U);
+    TEST_ASSERT_TRUE(bed_has("1.4 #0 0204"));
+    (void)bed_state(STATE_OFFLINE);
+    bed_run(30U);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+}
+
+static void a_parameter_is_set_without_a_callback_for_it(void)
+{
+    static const uint8_t limit[]   = {1U, 0x02U, 0x09U, 0U, 1U, 0x40U, 0U, 0U, 0U, 0U, 0U, 0U, 0U};
+    some.parameter_set             = NULL;
+    bed.component.config.callbacks = &some;
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    (void)bed_command(20U, 3U, limit, sizeof limit);
+    TEST_ASSERT_EQUAL_DOUBLE(2.0, bed.limit);
+    TEST_ASSERT_EQUAL_UINT32(0U, bed.set_id);
+}
+
+static void without_a_supervisor_errors_are_told_and_change_nothing(void)
+{
+    bed.component.config.has_supervisor = false;
+    bed_bring(STATE_OPERATIONAL, BED_ALONE);
+    bed_heartbeat();
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_raise(&bed.component, BED_BROKEN, (const uint8_t*)"\0\1", 2U));
+    bed_expect("5.4 event 1 aux 0001\n");
+    bed_run(5000U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.component));
+}
+
+static size_t carried;
+
+static void carry(void* self, const uint8_t* packet, size_t size)
+{
+    TEST_ASSERT_EQUAL_PTR(&bed, self);
+    TEST_ASSERT_NOT_NULL(packet);
+    carried = size;
+}
+
+static void reports_of_others_go_to_who_carries_them(void)
+{
+    some.report                    = carry;
+    bed.component.config.callbacks = &some;
+    bed_heartbeat(); // TM[129,5] without data.
+    TEST_ASSERT_EQUAL(PUS_TM_MIN, carried);
+    bed_expect("");
+}
+
+static void it_misses_no_supervisor_that_it_never_heard(void)
+{
+    TEST_ASSERT_EQUAL(ANSWER_NO, component_request(&bed.component, STATE_OPERATIONAL, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_NO, component_select(&bed.component, BED_ALONE));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      component_request(&bed.component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
+    bed_run(5U);
+    TEST_ASSERT_EQUAL(ANSWER_NO, component_select(&bed.component, 99U));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, component_select(&bed.component, BED_ALONE));
+    bed_run(5U);
+    for (unsigned i = 0U; (i < 2U) && (subsystem_state(&bed.component) < STATE_OPERATIONAL); i++) {
+        const state_t next = (state_t)(subsystem_state(&bed.component) + 1);
+        TEST_ASSERT_EQUAL(ANSWER_STARTED, component_request(&bed.component, next, CAUSE_REQUEST));
+        bed_run(5U);
+    }
+    bed_run(5000U); // More than COMPONENT_SUPERVISOR_TIMEOUT_NS.
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.component));
+}
+
+static void an_event_the_descriptor_lacks_is_not_raised(void)
+{
+    open_with("STATE_TIMEOUT", "OTHER_TIMEOUT");
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    bed.results[ACTION_POST] = STATUS_IO;
+    (void)bed_state(STATE_OFFLINE);
+    bed_run(20U);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+    TEST_ASSERT_FALSE(bed_has("5."));
+}
+
+static status_t go_on(const subsystem_function_t* function)
+{
+    (void)function;
+    return STATUS_BUSY;
+}
+
+static void a_pool_warns_only_where_there_is_an_event_for_it(void)
+{
+    open_with("POOL_WARNING", "POOL_OTHER");
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    bed.in_perform = go_on;
+    for (unsigned i = 0U; i < COMPONENT_TICKETS; i++) {
+        (void)bed_function("WAIT", NULL, 0U);
+    }
+    bed_run(3U);
+    TEST_ASSERT_FALSE(bed_has("5."));
+    TEST_ASSERT_TRUE(bed.component.tickets.stats.taken > (COMPONENT_TICKETS / 2U));
+}
+
+static status_t end_itself(const subsystem_function_t* function)
+{
+    subsystem_function_done(&bed.component, function->ticket, 0U, 0U);
+    return STATUS_OK;
+}
+
+static void a_function_that_ended_itself_leaves_no_ticket(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    bed.in_perform = end_itself;
+    (void)bed_function("WAIT", NULL, 0U);
+    TEST_ASSERT_EQUAL(0U, bed.component.tickets.stats.taken);
+    TEST_ASSERT_TRUE(pool_is_consistent(&bed.component.tickets));
+}
+
+static void a_name_of_eight_characters_is_a_whole_name(void)
+{
+    open_with("name='WAIT'", "name='WAIT4YOU'");
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    (void)bed_function("WAIT4YOU", NULL, 0U);
+    TEST_ASSERT_TRUE(bed_has("1.7 #0"));
+}
+
+// ---- What the program publishes and the descriptor says are not the same ----
+
+static void a_field_that_is_not_published_is_no_fault(void)
+{
+    open_with("<ParamRef name='STATE' type='INT32'/>",
+              "<ParamRef name='STATE' type='INT32'/><ParamRef name='MORE' type='INT32' init='3'/>");
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    TEST_ASSERT_EQUAL_DOUBLE(7.0, bed.limit);
+}
+
+static void an_initial_value_that_does_not_fit_ends_the_initialisation(void)
+{
+    open_with("<ParamRef name='STATE' type='INT32'/>",
+              "<ParamRef name='STATE' type='INT64' init='5000000000'/>");
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_run(20U);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "1.8 #0"));
+}
+
+static void expect_refused_configuration(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, 0U);
+    (void)bed_select(BED_ALONE);
+    bed_run(3U);
+    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "1.8 #0"));
+    TEST_ASSERT_EQUAL(PHASE_UNCONFIGURED, bed.component.machine.phase);
+    TEST_ASSERT_EQUAL(0U, bed.component.loop_count);
+}
+
+/// One that the descriptor's reader cannot see: the program has published a narrower field.
+static void an_initial_value_that_does_not_fit_refuses_the_configuration(void)
+{
+    static subsystem_descriptor_t wide;
+    wide                       = bed.descriptor;
+    wide.initials[0].parameter = 0U;
+    wide.initials[0].field     = wide.parameters[0].first_field;
+    wide.initials[0].text      = "5000000000";
+    bed.component.descriptor   = &wide;
+    expect_refused_configuration();
+}
+
+static void more_sets_than_a_report_can_have_refuse_the_configuration(void)
+{
+    static const char more[] =
+        "<ParamRef name='P1' id='11' type='UINT8'/><ParamRef name='P2' id='12' type='UINT8'/>"
+        "<ParamRef name='P3' id='13' type='UINT8'/><ParamRef name='P4' id='14' type='UINT8'/>"
+        "<ParamRef name='P5' id='15' type='UINT8'/><ParamRef name='P6' id='16' type='UINT8'/>"
+        "<ParamRef name='P7' id='17' type='UINT8'/><ParamRef name='P8' id='18' type='UINT8'/>"
+        "</Parameters>";
+    static char xml[16384];
+    const char* const whole = bed_descriptor();
+    const char* const first = strstr(whole, "</Parameters>");
+    const char* const last  = strstr(whole, "</HKService>");
+    char* at                = xml;
+    (void)memcpy(at, whole, (size_t)(first - whole));
+    at += first - whole;
+    at += strlen(strcpy(at, more));
+    (void)memcpy(at, first + strlen("</Parameters>"), (size_t)(last - first) - strlen("</Parameters>"));
+    at += (size_t)(last - first) - strlen("</Parameters>");
+    for (char digit = '1'; digit <= '8'; digit++) {
+        at += strlen(strcpy(at, "<SampledNREPTimes nrep='5'><ParamRef name='P"));
+        *at++ = digit;
+        at += strlen(strcpy(at, "'/></SampledNREPTimes>"));
+    }
+    (void)strcpy(at, last);
+    bed_close();
+    bed_open(xml);
+    expect_refused_configuration();
+}
+
+// ---- Reloading, and services of the program ----
+
+static void without_a_loader_there_is_nothing_to_reload(void)
+{
+    bed.component.config.reload = NULL;
+    (void)bed_command(129U, 6U, NULL, 0U);
+    TEST_ASSERT_TRUE(bed_has("1.4 #0 "));
+}
+
+static void a_descriptor_that_is_refused_later_ends_its_request(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    (void)bed_command(129U, 6U, NULL, 0U);
+    TEST_ASSERT_FALSE(bed_has("1.8"));
+    (void)bed_state(STATE_OFFLINE);
+    bed_run(20U);
+    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "1.8 #0 "));
+}
+
+static void a_program_may_bring_services_of_its_own(void)
+{
+    static const pus_service_t links = {.type = PUS_SERVICE_RTLINK};
+    static const pus_service_t other = {.type = 200U};
+    component_config_t config        = bed.component.config;
+    config.services                  = &links;
+    config.service_count             = 1U;
+    component_init(&bed.component, &config);
+    bed.next_sequence = 0U;
+    (void)bed_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\0", 1U);
+    TEST_ASSERT_TRUE(bed_has("1.2 #0 ")); // It has no subtype.
+    bed_close();
+    config.services = &other;
+    component_init(&bed.component, &config);
+    bed.next_sequence = 0U;
+    bed_forget();
+    (void)bed_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\0", 1U);
+    TEST_ASSERT_TRUE(bed_has("130.2") || bed_has("1.7 #1"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(without_callbacks_it_walks_through_all_states);
+    RUN_TEST(a_parameter_is_set_without_a_callback_for_it);
+    RUN_TEST(without_a_supervisor_errors_are_told_and_change_nothing);
+    RUN_TEST(reports_of_others_go_to_who_carries_them);
+    RUN_TEST(it_misses_no_supervisor_that_it_never_heard);
+    RUN_TEST(an_event_the_descriptor_lacks_is_not_raised);
+    RUN_TEST(a_pool_warns_only_where_there_is_an_event_for_it);
+    RUN_TEST(a_function_that_ended_itself_leaves_no_ticket);
+    RUN_TEST(a_name_of_eight_characters_is_a_whole_name);
+    RUN_TEST(a_field_that_is_not_published_is_no_fault);
+    RUN_TEST(an_initial_value_that_does_not_fit_ends_the_initialisation);
+    RUN_TEST(an_initial_value_that_does_not_fit_refuses_the_configuration);
+    RUN_TEST(more_sets_than_a_report_can_have_refuse_the_configuration);
+    RUN_TEST(without_a_loader_there_is_nothing_to_reload);
+    RUN_TEST(a_descriptor_that_is_refused_later_ends_its_request);
+    RUN_TEST(a_program_may_bring_services_of_its_own);
+    return UNITY_END();
+}
