@@ -10,9 +10,9 @@ import sys
 
 import run_fuzz
 
-BUDGET = 290 * 1024
+BUDGET = 280 * 1024
 SEEDS = pathlib.Path("build/fuzz/seeds")
-LARGEST = {"subsystem_descriptor": 12000, "mission_descriptor": 6000, "eds": 4096, "xml": 4096}
+LARGEST = {"subsystem_descriptor": 12000, "mission_descriptor": 6000, "eds": 4096, "xml": 4096, "reload": 6000, "udp_carrier": 8192}
 SUBSYSTEMS = (1, 2, 16, 17)
 NONE = 0xFF
 
@@ -139,6 +139,29 @@ def seeds_of_messages():
     yield record(1, b"a") + record(4) + record(1, b"b") + record(3) + record(2, b"c")
 
 
+def seeds_of_streams():
+    yield b"\x01" + record(0, b"\0\5hello\0\0\0\2a") + record(2) + record(0, b"b") + record(2) + record(1, b"answer") + record(5)
+    yield b"\x11" + record(0, b"\5\0hello\xff\xff") + record(2) + record(3) + record(2) + record(1, b"lost") + record(0, b"x")
+    yield b"\x02" + record(0, b"\xc0ab\xdb\xdc\xdb\xdd\xc0\xdbx\xc0") + record(2) + record(4, argument=1) + record(1, b"\xc0\xdb")
+    yield b"\x03" + record(0, b"line\r\nnext\n" + b"long" * 20 + b"\n") + record(2) + record(1, b"line") + record(1, b"a\nb")
+    yield b"\0" + record(0, b"octets" * 60) + record(4, argument=0) + record(1, b"o" * 60) * 4 + record(2) + record(4, argument=9)
+
+
+def seeds_of_datagrams():
+    for sender in (2, 3):
+        data = struct.pack(">HBBHHIIII", 0x484D, 1, 0, sender, 1, 1, 1, 0, 0) + b"block"
+        yield record(sender - 2, data) + record(3) + record(4, b"to a peer", sender - 2) + record(5) + record(2, data)
+    long = struct.pack(">HBBHHIIII", 0x484D, 1, 0, 2, 1, 1, 1, 0, 0) + bytes(1000)
+    yield record(0, long) * 9 + record(3) + record(0) + record(0, bytes(4200)) + record(4, b"a") * 40
+
+
+def seeds_of_reload():
+    document = pathlib.Path("descriptors/subsystems/manipulator.xml").read_bytes()
+    parts = document[document.index(b"  <Configuration "):document.rindex(b"</Subsystem>")].split(b"  </Configuration>")
+    both = [part + b"  </Configuration>\n" for part in parts[:2]]
+    yield from (*both, b"".join(both), b"")
+
+
 def seeds_of_links():
     head = struct.pack(">HBBHHIIQ", 0x5254, 1, 5, 3, 0, 2, 1, 500000)
     crc = __import__("zlib").crc32(head + bytes(16))
@@ -191,12 +214,13 @@ def files(*patterns):
 
 VECTORS = {
     "canopen": seeds_of_canopen, "communication": seeds_of_ground, "device": seeds_of_device, "door": seeds_of_door,
-    "eds": lambda: files("descriptors/devices/*.eds"), "link_frame": seeds_of_links, "message": seeds_of_messages,
+    "eds": lambda: files("descriptors/devices/*.eds"), "flow_stream": seeds_of_streams, "link_frame": seeds_of_links, "message": seeds_of_messages,
     "mission_descriptor": lambda: files("descriptors/missions/*.xml"), "packet": seeds_of_packets,
-    "packet_archive": seeds_of_archive, "pusdump": seeds_of_dump,
+    "packet_archive": seeds_of_archive, "pusdump": seeds_of_dump, "reload": seeds_of_reload,
     "scenario": lambda: files("sim/scenarios/*.scn"), "socketcand": seeds_of_socketcand,
     "subsystem": seeds_of_subsystem, "subsystem_descriptor": lambda: files("descriptors/subsystems/*.xml"),
-    "supervisor": seeds_of_supervisor, "text": seeds_of_text, "xml": lambda: files("descriptors/*/*.xml"),
+    "supervisor": seeds_of_supervisor, "text": seeds_of_text, "udp_carrier": seeds_of_datagrams,
+    "xml": lambda: files("descriptors/*/*.xml"),
 }
 
 

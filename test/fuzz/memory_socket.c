@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// osal/socket.h in memory: takes the place of the port's own in the fuzz targets. Streams only; a datagram
-// that is sent is gone, and none arrives. Nothing waits.
+// osal/socket.h in memory: takes the place of the port's own in the fuzz targets. A datagram that is
+// sent is gone, and one arrives only if the target says so. Nothing waits.
 #include "test/fuzz/memory_socket.h"
 
 #include "test/fuzz/fuzz.h"
@@ -29,8 +29,16 @@ static end_t ends[ENDS];
 static size_t send_limit  = SIZE_MAX;
 static uint16_t next_port = FIRST_PORT; // A port is used once, so that it names a connection.
 
+static struct {
+    bool is_there;
+    osal_address_t from;
+    size_t size;
+    uint8_t octets[STREAM_OCTETS];
+} datagram;
+
 void memory_sockets_reset(void)
 {
+    datagram.is_there = false;
     for (int i = 0; i < ENDS; i++) {
         ends[i].is_used = false;
     }
@@ -41,6 +49,14 @@ void memory_sockets_reset(void)
 void memory_sockets_limit(const size_t octets)
 {
     send_limit = octets;
+}
+
+void memory_sockets_datagram(const osal_address_t from, const uint8_t* const octets, const size_t size)
+{
+    datagram.is_there = true;
+    datagram.from     = from;
+    datagram.size     = (size < sizeof datagram.octets) ? size : sizeof datagram.octets;
+    (void)memcpy(datagram.octets, octets, datagram.size);
 }
 
 unsigned memory_sockets_open(void)
@@ -130,12 +146,22 @@ status_t osal_udp_send(osal_socket_t* const socket, const osal_address_t to, con
 status_t osal_udp_receive(osal_socket_t* const socket, osal_address_t* const out_from, uint8_t* const octets,
                           const size_t capacity, size_t* const out_size)
 {
-    (void)socket;
-    (void)octets;
-    (void)capacity;
     *out_from = (osal_address_t){0U, 0U};
     *out_size = 0U;
-    return STATUS_EMPTY;
+    if (end_of(socket) == NULL) {
+        return STATUS_IO;
+    }
+    if (!datagram.is_there) {
+        return STATUS_EMPTY;
+    }
+    datagram.is_there = false;
+    if (datagram.size > capacity) {
+        return STATUS_TOO_LARGE;
+    }
+    (void)memcpy(octets, datagram.octets, datagram.size);
+    *out_from = datagram.from;
+    *out_size = datagram.size;
+    return STATUS_OK;
 }
 
 status_t osal_tcp_listen(osal_socket_t* const socket, const osal_address_t local)
@@ -161,6 +187,16 @@ status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out
 status_t osal_tcp_connect(osal_socket_t* const socket, const osal_address_t to)
 {
     return connect_to(socket, to.port);
+}
+
+status_t osal_tcp_connect_begin(osal_socket_t* const socket, const osal_address_t to)
+{
+    return connect_to(socket, to.port);
+}
+
+status_t osal_tcp_connect_result(osal_socket_t* const socket)
+{
+    return (end_of(socket) != NULL) ? STATUS_OK : STATUS_CLOSED;
 }
 
 status_t osal_stream_send(osal_socket_t* const socket, const uint8_t* const octets, const size_t size,
