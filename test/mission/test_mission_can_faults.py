@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every fault of docs/can-faults.md in one flight: what is told, which state follows, what is counted, and the way back."""
+
+import json
+import re
+
+import flying
+import pytest
+
+SLOT_S = 2.0
+FIRST_S = 0.3
+FAULT_S = 0.9  # after the begin of a slot
+OFFLINE, OPERATIONAL, ERROR = 0, 5, 6
+MANIPULATOR, DEVICE_LOST, DRIVE_FAULT, BUS_WARNING = 16, 1, 2, 8
+BOTH = {"11", "12"}
+WARNING, PASSIVE, BUS_OFF, OVERRUN, TIMEOUT, RESTARTED = "000001", "000002", "000003", "000004", "000005", "000006"
+
+# name: scenario lines (seconds after the fault's time), lost devices, conditions of our controller that must be told, counters
+# that must have grown. Without a lost device the arm stays in operation.
+FAULTS = {
+    "two_answers_missed": (["0 loss robot 1", "0.0009 loss robot 0"], set(), set(), {"PDO_MISSED"}),
+    "answers_missed": (["0 loss robot 1", "0.01 loss robot 0"], BOTH, set(), {"PDO_MISSED"}),
+    "error_passive": (["0 corruption robot 1", "0.0011 corruption robot 0"], set(), {PASSIVE}, {"ERROR_FRAMES"}),
+    "disturbed_for_long": (["0 corruption robot 1", "0.004 corruption robot 0"], BOTH, {PASSIVE, BUS_OFF, RESTARTED}, {"BUS_OFF"}),
+    "bus_off": (["0 bus-off robot FLIGHT"], BOTH, {BUS_OFF, RESTARTED}, {"BUS_OFF", "BUS_RESTARTS"}),
+    "lost_arbitration": (
+        ["0 arbitration robot FLIGHT on", "0 delay robot JOINT1 400", "0.1 delay robot JOINT1 0", "0.1 arbitration robot FLIGHT off"],
+        set(),
+        set(),
+        {"ARBITRATIONS_LOST"},
+    ),
+    "nobody_acknowledges": (["0 unplug robot", "0.7 plug robot"], BOTH, {PASSIVE, TIMEOUT}, {"NO_ACKNOWLEDGE", "TRANSMIT_TIMEOUTS"}),
+    "one_device_gone": (["0 unplug robot JOINT2", "0.7 plug robot JOINT2"], {"12"}, set(), {"PDO_MISSED"}),
+    "receiver_overrun": (["0 overflow robot FLIGHT 2"], set(), {OVERRUN}, {"RECEIVE_OVERRUNS"}),
+    "receiver_overrun_for_long": (["0 overflow robot FLIGHT 100"], BOTH, {OVERRUN}, {"RECEIVE_OVERRUNS"}),
+    "stuck_dominant": (["0 stuck robot on", "0.02 stuck robot off"], BOTH, {PASSIVE}, {"ERROR_FRAMES"}),
+    "babbling_idiot": (["0 babble robot JOINT2 on", "0.02 babble robot JOINT2 off"], BOTH, set(), {"FRAMES_REFUSED"}),
+    "other_channel_dead": (["0 bus-off robot-b FLIGHT"], set(), {"000103", "000106"}, {"BUS_OFF"}),
+}
+
+
+def _bring_up(at):
+    """The arm alone into operation, in position mode."""
+    steps = ("state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR STAND_ALONE", "state MANIPULATOR SAFE_OPERATIONAL", "state MANIPULATOR OPERATIONAL")
+    return [f"{at:.6f} operator {step}" for step in steps]
+
+
+def _slots():
+    return {name: FIRST_S + number * SLOT_S for number, name in enumerate(FAULTS)}
+
+
+def _scenario(path):
+    lines = ["0.0 hand rest"]
+    for name, start in _slots().items():
+        actions, lost, _, _ = FAULTS[name]
+        at = start + FAULT_S
+        lines += _bring_up(start)
+        lines.append(f"{start + 0.8:.6f} operator hk once MANIPULATOR 4712")
+        for action in actions:
+            after, _, words = action.partition(" ")
+            lines.append(f"{at + float(after):.6f} fault {words}")
+        if lost:
+            lines += [
+                f"{at:.6f} operator wait-event MANIPULATOR DEVICE_LOST 0.05",
+                f"{at:.6f} operator wait-state MANIPULATOR OFFLINE 0.7",
+            ]
+        else:
+            lines += [f"{at + 0.3:.6f} operator expect-state MANIPULATOR OPERATIONAL", f"{at + 0.4:.6f} operator state MANIPULATOR OFFLINE"]
+    end = FIRST_S + len(FAULTS) * SLOT_S
+    lines += [*_bring_up(end), f"{end + 0.8:.6f} operator hk once MANIPULATOR 4712", f"{end + 0.9:.6f} operator shutdown"]
+    return flying.write_scenario(path, *lines)
+
+
+@pytest.fixture(scope="module")
+def flights(hangar):
+    """The same flight in both forms."""
+    path = _scenario(hangar / "can-faults.scn")
+    found = {}
+    for form in ("image", "processes"):
+        found[form] = flying.fly(hangar / f"can-faults-{form}", "--scenario", path, "--form", form)
+        assert found[form].code == 0, found[form].told()
+    return found
+
+
+@pytest.fixture(scope="module")
+def told(flights):
+    """(time_us, service, subtype, event or state, auxiliary) of each event and change of state of the manipulator."""
+    found = []
+    for time_ns, direction, raw in flights["image"].packets:
+        if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF == MANIPULATOR:
+            if raw[7] == 5:
+                found.append((time_ns // 1000, 5, raw[8], int.from_bytes(raw[21:23], "big"), raw[23:-2].hex()))
+            elif raw[7:9] == b"\x81\x02" and raw[21] != raw[22]:
+                found.append((time_ns // 1000, 129, 2, raw[22], ""))
+    return found
+
+
+def _in_slot(told, name, seconds=SLOT_S - FAULT_S):
+    at = round((_slots()[name] + FAULT_S) * 1e6)
+    return [(t - at, *rest) for t, *rest in told if at <= t < at + round(seconds * 1e6)]
+
+
+def test_forms_are_identical(flights):
+    for name in (*flying.TRACED, "can-robot-b.log"):
+        assert flights["image"].octets(name) == flights["processes"].octets(name), name
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_lost_devices_end_in_the_safe_state(told, name):
+    """Each lost device by a HIGH event, ERROR_OPERATIONAL in that cycle, OFFLINE by the plan; else the arm stays where it is."""
+    _, lost, _, _ = FAULTS[name]
+    inside = _in_slot(told, name)
+    high = [(t, event, data) for t, service, subtype, event, data in inside if (service, subtype) == (5, 4)]
+    states = [(t, state) for t, service, _, state, _ in inside if service == 129]
+    assert {data for _, event, data in high if event == DEVICE_LOST} == lost
+    if lost:
+        assert states[0][1] == ERROR
+        assert [state for _, state in states] == [6, 7, 8, 9, 0]
+        assert states[0][0] <= high[0][0] <= 5000 + (10_000 if "missed" in name else 0)
+    else:
+        assert not high
+        assert [state for _, state in states] == [4, 7, 8, 9, 0]  # by command, later
+        assert states[0][0] >= 400_000
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_controller_conditions_are_told_by_low_events(told, name):
+    _, _, wanted, _ = FAULTS[name]
+    low = [data for _, service, subtype, event, data in _in_slot(told, name) if (service, subtype, event) == (5, 2, BUS_WARNING)]
+    own = [data for data in low if data.startswith("00")]
+    assert wanted <= set(own), own
+    assert set(own) <= wanted | {WARNING, PASSIVE, TIMEOUT}, own
+    assert len(own) <= 4, "told once, not every cycle"
+
+
+def _counters(flight):
+    """Values of COUNTERS before each fault, and at the end."""
+    found = []
+    for line in flight.read("operator.log").splitlines():
+        text = json.loads(line)["text"]
+        if "COUNTERS={" in text:
+            inside = text.split("COUNTERS={")[1].split("}")[0]
+            found.append({key: sum(map(int, re.findall(r"\d+", value))) for key, value in re.findall(r"(\w+): (\[[^\]]*\]|\d+)", inside)})
+    return found
+
+
+def test_faults_are_counted(flights):
+    counters = _counters(flights["image"])
+    assert len(counters) == len(FAULTS) + 1
+    for (name, (_, _, _, grown)), before, after in zip(FAULTS.items(), counters[:-1], counters[1:], strict=True):
+        for counter in grown - {"PDO_MISSED"}:
+            assert after[counter] > before[counter], f"{name}: {counter}"
+        assert after["CHANNEL"] == 0
+
+
+def test_controller_that_waits_for_an_order(hangar):
+    """Bus-off without automatic restart: the bring-up names the silent devices and gives up; after the restart it works."""
+    path = flying.write_scenario(
+        hangar / "restart.scn",
+        "0.0 hand rest",
+        *_bring_up(0.2),
+        "1.0 fault restart robot FLIGHT order",
+        "1.1 fault bus-off robot FLIGHT",
+        "1.1 operator wait-event MANIPULATOR DEVICE_LOST 0.05",
+        "1.1 operator wait-state MANIPULATOR OFFLINE 0.7",
+        "2.0 operator expect-refusal 0x0301 state MANIPULATOR PRE_OPERATIONAL",
+        "2.0 operator expect-event MANIPULATOR DEVICE_REFUSED",
+        "4.5 operator expect-state MANIPULATOR OFFLINE",
+        "4.5 fault restart robot FLIGHT now",
+        *_bring_up(4.6),
+        "6.0 operator shutdown",
+    )
+    flight = flying.fly(hangar / "restart", "--scenario", path, "--form", "image")
+    assert flight.code == 0, flight.told()
