@@ -18,6 +18,9 @@ static const char document[] =
     "type=\"UINT8\"/></Event>\n"
     "    <Event name=\"DRIVE_FAULT\" id=\"2\" severity=\"HIGH\">\n"
     "      <ParamRef name=\"NODE\" type=\"UINT8\"/><ParamRef name=\"CODE\" type=\"UINT16\"/></Event>\n"
+    "    <Event name=\"BUS_WARNING\" id=\"4\" severity=\"LOW\"/>\n"
+    "    <Event name=\"CHANNEL_SELECTED\" id=\"5\" severity=\"INFORMATIVE\"><ParamRef name=\"CHANNEL\" "
+    "type=\"UINT8\"/></Event>\n"
     "    <Event name=\"DEVICE_REFUSED\" id=\"3\" severity=\"LOW\">\n"
     "      <ParamRef name=\"NODE\" type=\"UINT8\"/><ParamRef name=\"REASON\" type=\"UINT8\"/>\n"
     "      <ParamRef name=\"OBJECT\" type=\"UINT32\"/><ParamRef name=\"DETAIL\" type=\"UINT32\"/></Event>\n"
@@ -87,12 +90,22 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
     return STATUS_OK;
 }
 
+static bool has_channel_b;
+
 static const flow_resolver_t resolver = {NULL, resolve};
 
 static void load(void)
 {
-    const status_t status =
-        descriptor_parse_subsystem(&loader, "test", document, sizeof document - 1U, &descriptor);
+    static char text[sizeof document + 256U];
+    size_t length = 0U; // With channel B, each bus names it.
+    for (const char* at = document; *at != '\0'; at++) {
+        text[length++] = *at;
+        if (has_channel_b && (at >= &document[11]) && (at[0] == ' ') &&
+            (strncmp(&at[-11], "bus=\"robot\"", 11U) == 0)) {
+            length += (size_t)sprintf(&text[length], "redundantBus=\"robot-b\" ");
+        }
+    }
+    const status_t status = descriptor_parse_subsystem(&loader, "test", text, length, &descriptor);
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, status, descriptor_error(&loader));
 }
 
@@ -327,6 +340,30 @@ static void going_down_works_from_anywhere(void)
     TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
 }
 
+static void a_bus_without_channel_b_has_none_to_select(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, drives_select_channel(&drives, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, drives_select_channel(&drives, 2U));
+    TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
+    TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 0U));
+    TEST_ASSERT_EQUAL_UINT8(0U, double_last_event(&generic, 5U)->octets[0]);
+}
+
+static void the_selected_channel_is_the_one_that_is_opened(void)
+{
+    has_channel_b = true;
+    load();
+    has_channel_b = false;
+    TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 1U));
+    TEST_ASSERT_EQUAL_UINT8(1U, double_last_event(&generic, 5U)->octets[0]);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, walk(hardware_init)); // This run has no such bus.
+    TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init)); // Channel A is enough,
+    (void)cycle(NULL);
+    TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&generic, 4U)->size);     // that B is missing is told,
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // and B is not to be had.
+}
+
 int main(void)
 {
     descriptor_loader_init(&loader);
@@ -341,6 +378,8 @@ int main(void)
     RUN_TEST(a_drive_that_drops_out_raises_an_event_with_its_statusword);
     RUN_TEST(why_a_device_is_not_commissioned_is_an_event);
     RUN_TEST(an_event_the_descriptor_does_not_have_is_left_out);
+    RUN_TEST(a_bus_without_channel_b_has_none_to_select);
+    RUN_TEST(the_selected_channel_is_the_one_that_is_opened);
     RUN_TEST(going_down_works_from_anywhere);
     return UNITY_END();
 }
