@@ -144,3 +144,92 @@ def test_mission_goes_on_over_b(flights, buses, run, bus):
         assert [state for t, state in _transitions(flights["image"], apid) if t < end][-1] == 5
     speed = run.at_cycles("JOINTS", "velocity_rad_s")[int(start) // runs.CYCLE_US : int(end) // runs.CYCLE_US]
     assert np.abs(speed).max() > 0.1
+
+
+def _arm(at):
+    """The arm alone into operation, in position mode."""
+    steps = ("state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR STAND_ALONE", "state MANIPULATOR SAFE_OPERATIONAL", "state MANIPULATOR OPERATIONAL")
+    return [f"{at:.6f} operator {step}" for step in steps]
+
+
+def _lost(at):
+    return [f"{at:.6f} operator wait-event MANIPULATOR DEVICE_LOST 0.05", f"{at:.6f} operator wait-state MANIPULATOR OFFLINE 0.7"]
+
+
+NO_ANSWER = "expect-refusal 0x0301 state MANIPULATOR PRE_OPERATIONAL"  # the time-out of HARDWARE_INIT
+DIFFICULT = {
+    "selected_in_error_operational": [
+        "1.2 fault cut robot",
+        "1.3 operator expect-state MANIPULATOR ERROR_OPERATIONAL",
+        "1.3 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        "1.3 operator wait-state MANIPULATOR OFFLINE 1",
+        *_arm(2.0),
+    ],
+    "cut_while_offline": [
+        "1.2 operator state MANIPULATOR OFFLINE",
+        "1.5 fault cut robot",
+        f"2.0 operator {NO_ANSWER}",
+        "4.5 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        *_arm(4.6),
+    ],
+    "both_cut_and_b_mended": [
+        "1.2 fault cut robot",
+        "1.25 fault cut robot-b",
+        *_lost(1.2),
+        "2.0 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        f"2.0 operator {NO_ANSWER}",
+        "4.5 fault mend robot-b",
+        *_arm(4.6),
+    ],
+    "b_cut_during_the_change": [
+        "1.2 fault cut robot",
+        *_lost(1.2),
+        "2.0 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        "2.03 fault cut robot-b",
+        "2.03 fault mend robot",
+        f"2.0 operator {NO_ANSWER}",
+        "4.5 operator cmd MANIPULATOR.CHANNEL CHANNEL=0",
+        *_arm(4.6),
+    ],
+    "one_device_cut_and_back_to_a": [
+        "1.2 fault cut robot JOINT2",
+        *_lost(1.2),
+        "2.0 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        *_arm(2.0),
+        "3.0 fault mend robot JOINT2",
+        "3.1 operator state MANIPULATOR OFFLINE",
+        "3.2 operator cmd MANIPULATOR.CHANNEL CHANNEL=0",
+        *_arm(3.3),
+    ],
+    "power_cycle_while_the_master_is_on_b": [
+        "1.2 fault cut robot",
+        *_lost(1.2),
+        "2.0 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        *_arm(2.0),
+        "3.0 fault unplug robot JOINT1",
+        *_lost(3.0),
+        "3.7 fault plug robot JOINT1",
+        *_arm(3.8),
+    ],
+    "only_where_nothing_moves": [
+        "1.2 operator expect-refusal 0x0110 cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        "1.3 operator state MANIPULATOR OFFLINE",
+        "1.4 operator expect-refusal 0x0203 cmd MANIPULATOR.CHANNEL CHANNEL=2",
+        *_arm(1.5),
+    ],
+}
+
+
+@pytest.mark.parametrize("name", DIFFICULT)
+def test_difficult_ways_end_in_operation(folder, name):
+    """Cuts at the wrong moment, of both channels, of one device: by command the arm is in operation again, and moves."""
+    lines = ["0.0 hand rest", *_arm(0.3), *DIFFICULT[name]]
+    end = max(float(line.split()[0]) for line in lines) + 1.0
+    lines += [
+        f"{end:.6f} operator expect-state MANIPULATOR OPERATIONAL",
+        f"{end:.6f} operator cmd MANIPULATOR.MOVE_TO POSITION=1.0,-1.5 DURATION=0.5",
+        f"{end + 0.6:.6f} operator shutdown",
+    ]
+    scenario = flying.write_scenario(folder.with_suffix(".scn"), *lines)
+    flight = flying.fly(folder, "--scenario", scenario, "--form", "image")
+    assert flight.code == 0, flight.told()
