@@ -152,7 +152,7 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
     }
     for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) { // When all are known.
         const mission_bus_t* const bus = &launcher->mission.buses[i];
-        const bool is_there = (launcher->run->buses[i].simulator[0] != '\0');
+        const bool is_there            = (launcher->run->buses[i].simulator[0] != '\0');
         if (is_there && (bus->redundant_to[0] != '\0')) {
             add_bus(arguments, "--redundant", bus->name, bus->redundant_to);
         }
