@@ -8,8 +8,8 @@
 #include <string.h>
 
 #define PUMP_PATIENCE_MS 100U
-#define PUMP_TRIES 50U     ///< Five seconds of wall-clock time for what the kernel owes.
-#define CUT_PATIENCE_MS 2U ///< The same, where something was lost already in the last intake.
+#define PUMP_TRIES 50U      ///< Five seconds of wall-clock time for what the kernel owes.
+#define CUT_PATIENCE_MS 10U ///< The same, where something was lost already: the way may be cut.
 #define CUT_TRIES 1U
 #define HINTS_EVERY 128U ///< Intakes between two looks at what the topology service has told.
 
@@ -335,17 +335,16 @@ static void wait_for_more(seat_t* const seat, const uint32_t patience_ms)
 static void take_due(seat_t* const seat, const uint32_t due,
                      void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
 {
-    const unsigned tries       = seat->is_short ? CUT_TRIES : PUMP_TRIES;
-    const uint32_t patience_ms = seat->is_short ? CUT_PATIENCE_MS : PUMP_PATIENCE_MS;
+    const bool is_cut          = (seat->owed > 0U);
+    const unsigned tries       = is_cut ? CUT_TRIES : PUMP_TRIES;
+    const uint32_t patience_ms = is_cut ? CUT_PATIENCE_MS : PUMP_PATIENCE_MS;
     uint32_t taken             = sweep(seat, due + seat->owed, link_datagram, context);
     for (unsigned attempt = 0U; (taken < due) && (attempt < tries); attempt++) {
         wait_for_more(seat, patience_ms);
         taken += sweep(seat, (due + seat->owed) - taken, link_datagram, context);
     }
-    const bool was_short = seat->is_short;
-    seat->owed           = (seat->owed + due) - taken;
-    seat->is_short       = (taken < due);
-    if (seat->is_short && !was_short) {
+    seat->owed = (seat->owed + due) - taken;
+    if (!is_cut && (taken < due)) {
         __atomic_store_n(&seat->run->is_lossy, 1U, __ATOMIC_RELAXED);
         osal_console_complain("a datagram that was announced has not arrived; the run is not reproducible");
     }

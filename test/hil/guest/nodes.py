@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Two on-board computers, joined by a veth: `nodes.py udp` or `nodes.py tipc` says what carries messages and links."""
+
+import contextlib
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(ROOT / "test" / "hil" / "guest"), str(ROOT / "test" / "mission")]
+
+import cases
+import flying
+
+METHOD = sys.argv[1] if len(sys.argv) > 1 else "udp"
+OUT = pathlib.Path(os.environ.get("OUT", "."))
+NUMBER = {"shm": 0, "tipc": 1, "udp": 2}
+LIMIT_S = 400
+NODES = ("--nodes", 2, "--transport", METHOD)
+BOTH = ("JOYSTICK", "MANIPULATOR")
+AGAIN_S = 60  # simulated seconds in which a command is answered
+
+
+def split_mission():
+    """A tree like this one, but for its mission: the joystick is on node 1, so that the links go between the nodes."""
+    tree = OUT / "split"
+    if not tree.exists():
+        (tree / "descriptors").mkdir(parents=True)
+        for name in ("build", "gse", "sim"):
+            (tree / name).symlink_to(ROOT / name)
+        shutil.copytree(ROOT / "descriptors", tree / "descriptors", dirs_exist_ok=True)
+        path = tree / "descriptors" / "missions" / "rokviss.xml"
+        text = path.read_text(encoding="utf-8")
+        head, tail = text.split('<Subsystem name="JOYSTICK"')
+        path.write_text(head + '<Subsystem name="JOYSTICK"' + tail.replace('node="2"', 'node="1"', 1), encoding="utf-8")
+    return tree
+
+
+def run(name):
+    """A folder for a run: its path has its limits, and shared memory maps of logs are not possible on every output folder."""
+    folder = pathlib.Path("/tmp" if pathlib.Path("/run/vm").is_dir() else OUT) / name
+    shutil.rmtree(folder, ignore_errors=True)
+    return folder
+
+
+def fly(name, *options, **how):
+    flight = flying.fly(run(name), *options, limit_s=LIMIT_S, **how)
+    assert flight.code == 0, flight.told()
+    return flight
+
+
+def assert_equal(one, other):
+    for name in flying.TRACED:
+        assert one.octets(name) == other.octets(name), f"{name} of {one.folder} and {other.folder}"
+
+
+def assert_gone(flight):
+    """No process, name or namespace is left."""
+    flying.assert_clean(flight)
+    assert not [path for path in pathlib.Path("/run/netns").glob(f"{flight.identity}.*")]
+
+
+@contextlib.contextmanager
+def frozen(flight):
+    """Simulated time stands still: its owner is stopped."""
+    simulator = flight.children()["simulator"]
+    os.kill(simulator, signal.SIGSTOP)
+    yield
+    os.kill(simulator, signal.SIGCONT)
+
+
+def wait_for(flight, text):
+    """Until the operator's log has the text."""
+    path = flight.folder / "operator.log"
+
+    def has():
+        assert flight.process.poll() is None, flight.wait(1).told()
+        return path.exists() and text in path.read_text(encoding="utf-8")
+
+    flying.wait_until(has, LIMIT_S, f"the operator did not see {text}")
+
+
+def network_of(pid):
+    return os.stat(f"/proc/{pid}/ns/net").st_ino
+
+
+def local_addresses(pid):
+    """Local addresses of all sockets of the network of a process."""
+    found = set()
+    for name in ("tcp", "udp"):
+        for line in pathlib.Path(f"/proc/{pid}/net/{name}").read_text().splitlines()[1:]:
+            octets = bytes.fromhex(line.split()[1].split(":")[0])
+            found.add(".".join(str(octet) for octet in reversed(octets)))
+    return found
+
+
+def methods_accepted(flight):
+    """Transfer methods that TM[130,4] have named."""
+    return [raw[21 + 6 + 15] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x04"]
+
+
+# --- one mission on two computers ----------------------------------------------------------------------------------
+
+def case_two_nodes_fly_as_one_image():
+    """Same octets; each process on its node; nothing bound but the ends of the veth."""
+    flight = flying.start(run("two"), "--scenario", "hil", *NODES, "--links", METHOD)
+    flying.wait_until(lambda: flight.steps() >= 3, LIMIT_S, "the operator did not begin")
+    with frozen(flight):
+        pids = flight.children()
+        places = {name: network_of(pids[name]) for name in ("supervisor", "communication", "joystick", "manipulator")}
+        bound = {name: local_addresses(pids[name]) for name in ("supervisor", "manipulator")}
+        listening = local_addresses(flight.process.pid)
+    flight.wait(LIMIT_S)
+    assert flight.code == 0, flight.told()
+    assert places["supervisor"] == places["communication"] != places["joystick"] == places["manipulator"], places
+    assert network_of(os.getpid()) not in places.values()
+    own = {"supervisor": {"10.0.0.1"}, "manipulator": {"10.0.0.2"}}
+    assert bound == ({"supervisor": set(), "manipulator": set()} if METHOD == "tipc" else own), bound
+    assert "127.0.0.1" in listening
+    assert flight.facts["reproducible"] is True, flight.told()
+    assert flight.facts["nodes"] == 2
+    assert set(methods_accepted(flight)) == {NUMBER[METHOD]}
+    assert_gone(flight)
+    assert_equal(flight, fly("image", "--scenario", "hil", "--form", "image", "--links", METHOD))
+
+
+def case_one_node_gives_the_same():
+    one = fly("one", "--scenario", "hil", "--transport", METHOD)
+    assert_equal(one, fly("shm", "--scenario", "hil", "--form", "image"))
+    assert one.facts["transport"] == METHOD
+
+
+# --- links between nodes -------------------------------------------------------------------------------------------
+
+def case_shared_memory_is_not_offered_between_nodes():
+    """Nobody said which: within a node shared memory, between nodes what carries the messages."""
+    within = fly("within", "--scenario", "hil", *NODES)
+    assert set(methods_accepted(within)) == {NUMBER["shm"]}
+    between = fly("between", "--scenario", "hil", *NODES, root=split_mission())
+    assert set(methods_accepted(between)) == {NUMBER[METHOD]}
+    assert between.facts["reproducible"] is True, between.told()
+
+
+def case_shared_memory_between_nodes_is_refused():
+    lines = [f"0.{step} operator {words}" for step in (1, 2) for words in
+             [f"{'state' if step == 1 else 'config'} {name} {'PRE_OPERATIONAL' if step == 1 else 'TELEPRESENCE'}" for name in BOTH]]
+    lines += ["0.3 operator expect-refusal 0x0409 link open HAND_POSITION", "0.4 operator shutdown"]
+    path = flying.write_scenario(OUT / "refused.scn", "0.0 hand rest", *lines)
+    flight = fly("refused", "--scenario", path, *NODES, "--links", "shm", root=split_mission())
+    assert "no common method" in flight.console or "method" in flight.console, flight.told()
+
+
+def case_unplug_between_nodes():
+    """Plugs are pulled while the links go between the nodes; what the drives did is judged by who called."""
+    lines = ["0.0 hand rest", "0.2 hand circle 0.1 0.5 1 5 1"]
+    for start, bus, device in ((0.3, "joystick", "STICK"), (2.6, "robot", "JOINT1")):
+        cut = start + 0.9 + 0.000137
+        lines += flying.bring_up(start, tare=False)
+        lines += [f"{cut:.6f} fault unplug {bus} {device}"]
+        lines += [f"{cut:.6f} operator wait-state {name} OFFLINE 1" for name in BOTH]
+        lines += [f"{cut + 0.8:.6f} fault plug {bus} {device}"]
+    path = flying.write_scenario(OUT / "unplug.scn", *lines, "4.8 operator shutdown")
+    two = fly("unplug", "--scenario", path, *NODES, "--links", METHOD, root=split_mission())
+    assert two.facts["reproducible"] is True, two.told()
+    assert_equal(two, fly("unplug-image", "--scenario", path, "--form", "image", "--links", METHOD))
+    shutil.copytree(two.folder, OUT / f"judged-{METHOD}")
+
+
+# --- a way that is cut ---------------------------------------------------------------------------------------------
+
+def set_veth(flight, state):
+    subprocess.run(["ip", "-n", f"{flight.identity}.node1", "link", "set", "node1", state], check=True)
+
+
+def states_told(flight, apid):
+    """(time [ns], state) of every report of the subsystem's own that names its state."""
+    found = []
+    for time_ns, direction, raw in flight.packets:
+        if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF == apid and raw[7] == 129:
+            found.append((time_ns, raw[22] if raw[8] == 2 else raw[21]))
+    return found
+
+
+def cut_and_mend(name, root):
+    """Cut the veth in operation, mend it when the supervisor misses who is behind it, and bring all up again by command."""
+    folder = run(name)
+    lines = flying.bring_up(0.1, tare=False)
+    lines += ["1.2 operator wait-event SUPERVISOR SUBSYSTEM_SILENT 1000",
+              "1.2 operator wait-event MANIPULATOR OPERATOR_NOTE 100000", "1.2 operator shutdown"]
+    path = flying.write_scenario(OUT / f"{name}.scn", "0.0 hand rest", *lines)
+    again = [f"0.0 operator state {member} OFFLINE" for member in BOTH] + flying.bring_up(0.0, tare=False)
+    again += [f"0.0 operator expect-state {member} OPERATIONAL" for member in BOTH]
+    again = flying.write_scenario(OUT / f"{name}-again.scn", *again, "0.0 operator cmd MANIPULATOR.RAISE EVENT=9")
+    flight = flying.start(folder, "--scenario", path, *NODES, "--links", METHOD, root=root)
+    try:
+        wait_for(flight, "state MANIPULATOR OPERATIONAL: completed")
+        with frozen(flight):
+            set_veth(flight, "down")
+        wait_for(flight, "SUBSYSTEM_SILENT")
+        with frozen(flight):
+            set_veth(flight, "up")
+        # Whoever comes first finds the neighbours still unaware of each other: an unanswered command is repeated.
+        for _ in range(20):
+            done = flying.gse(flight, "script", again, timeout=LIMIT_S)
+            if done.returncode == 0 or flight.process.poll() is not None:
+                break
+        assert done.returncode == 0, done.stdout + done.stderr + flight.told()
+        flight.wait(LIMIT_S)
+    finally:
+        flight.abandon()
+    assert flight.code == 0, flight.told()
+    assert flight.facts["reproducible"] is False
+    assert_gone(flight)
+    return flight
+
+
+def left_operation(flight, apid):
+    """The states told after the first OPERATIONAL, without repetitions."""
+    states = [state for _, state in states_told(flight, apid)]
+    after = states[states.index(5):]
+    return [state for index, state in enumerate(after) if index == 0 or after[index - 1] != state]
+
+
+def case_members_cut_from_the_supervisor_hold_safely_and_come_again():
+    flight = cut_and_mend("cut-above", ROOT)
+    for apid in (16, 17):
+        states = left_operation(flight, apid)
+        assert states[0] == 5 and states[-1] == 0 and states.count(5) == 2, states
+        assert set(states[1:states.index(5, 1)]) <= {0, 1, 2, 3, 4, 6, 7, 8, 9}, states
+
+
+def case_members_cut_from_each_other_secure_themselves_and_come_again():
+    flight = cut_and_mend("cut-between", split_mission())
+    joystick = left_operation(flight, 17)
+    assert joystick[:2] == [5, 6], joystick  # Its link goes stale: in that cycle, with or without a supervisor.
+    for apid in (16, 17):
+        states = left_operation(flight, apid)
+        assert states[0] == 5 and states[-1] == 0 and states.count(5) == 2, states
+
+
+if __name__ == "__main__":
+    cases.run(globals(), 2 * LIMIT_S)

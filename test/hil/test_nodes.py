@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Two on-board computers and TIPC. Network namespaces and UDP are tested on this kernel where it permits them; TIPC in one
+boot of the place that has it, with the C tests of its layer."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+import place as places
+
+sys.path.insert(0, str(places.ROOT / "test" / "mission"))
+
+PROGRAM = "test/hil/guest/nodes.py"
+GROUP_SECONDS = 1500
+TIPC_TESTS = ("contract/osal/test_tipc", "contract/osal/test_network", "unit/fsw/framework/message/test_message",
+              "unit/fsw/framework/message/test_message_epochs", "unit/fsw/framework/message/test_message_overload")
+REACTION_US = 5000
+DRIVES = 4
+ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
+
+
+def has_namespaces():
+    """This kernel lets this account make network namespaces and join them."""
+    command = "ip netns add one && ip -n one link add name one type veth peer name two && ip netns delete one"
+    return places.in_namespaces(command, places.PROBE_SECONDS, dict(os.environ))[0] == 0
+
+
+@pytest.fixture(scope="session")
+def udp(place, hil_folder):
+    """The group over UDP: natively where that is possible."""
+    here = places.RunningKernel(hil_folder, "it has network namespaces") if has_namespaces() else place
+    return here.group("nodes-udp", f"{ENVIRONMENT} {places.PYTHON} {PROGRAM} udp", GROUP_SECONDS)
+
+
+@pytest.fixture(scope="session")
+def tipc(place):
+    """The group over TIPC, and before it the C tests, whose outcome is in $OUT/c-tests."""
+    programs = " ".join(f"build/test/{name}" for name in TIPC_TESTS)
+    tests = f'for test in {programs}; do $test >"$OUT/$(basename $test).txt" 2>&1; echo "$test $?" >>"$OUT/c-tests"; done; '
+    return place.group("nodes-tipc", f"{tests} {ENVIRONMENT} {places.PYTHON} {PROGRAM} tipc", GROUP_SECONDS)
+
+
+@pytest.mark.timeout(GROUP_SECONDS)
+@pytest.mark.parametrize("case", places.cases(PROGRAM))
+def test_over_udp(udp, case):
+    udp.check(case)
+
+
+@pytest.mark.timeout(GROUP_SECONDS)
+@pytest.mark.parametrize("case", places.cases(PROGRAM))
+def test_over_tipc(tipc, case):
+    tipc.check(case)
+
+
+@pytest.mark.parametrize("name", TIPC_TESTS)
+def test_layer_over_tipc(tipc, name):
+    """The same test programs as everywhere, on a kernel with TIPC: a slow receiver loses nothing silently there, too."""
+    path = tipc.result.folder / "c-tests"
+    outcomes = dict(line.split() for line in path.read_text().splitlines()) if path.exists() else {}
+    text = (tipc.result.folder / f"{name.rpartition('/')[2]}.txt")
+    told = text.read_text(errors="replace") if text.exists() else tipc.result.end()
+    assert outcomes.get(f"build/test/{name}") == "0", told
+    assert "a_kernel_without_tipc_says_so" not in told
+
+
+def cuts_and_reactions(folder):
+    """Per cut, the time [us] in which each drive left operation, by the truth of the drives."""
+    from hirosco_gse import run as runs
+
+    run = runs.load(folder)
+    histories = {}
+    for entry in run.truth["DRIVE"]:
+        histories.setdefault((entry["bus"], int(entry["node"]), int(entry["axis"])), []).append(entry)
+    for fault in run.truth["FAULT"]:
+        if fault["kind"] == "unplug":
+            cut = fault["time_us"]
+            yield [next(e["time_us"] for e in history if e["time_us"] >= cut and e["statusword"] & 0x6F != 0x27) - cut
+                   for history in histories.values()
+                   if [e for e in history if e["time_us"] < cut][-1]["statusword"] & 0x6F == 0x27]
+
+
+@pytest.mark.timeout(GROUP_SECONDS)
+@pytest.mark.parametrize("method", ["udp", "tipc"])
+def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
+    group = request.getfixturevalue(method)
+    group.check("unplug_between_nodes")
+    reactions = list(cuts_and_reactions(group.result.folder / f"judged-{method}"))
+    assert len(reactions) == 2
+    for reaction in reactions:
+        assert len(reaction) == DRIVES, "not all drives were in operation"
+        assert max(reaction) <= REACTION_US, reaction
+
+
+# --- what the system does not permit -------------------------------------------------------------------------------
+
+def refused(command):
+    done = subprocess.run(command, cwd=places.ROOT, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1, done
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    return done.stderr
+
+
+def test_namespaces_that_are_not_permitted_are_told_with_the_next_step(tmp_path):
+    """As an account without privileges, here one of a user namespace that maps nobody to root."""
+    line = ["unshare", "--user", "--map-user=1000", "build/bin/hirosco", "run", "--nodes", "2", "--out", str(tmp_path / "run")]
+    said = refused(line)
+    assert "sudo make sim-run NODES=2" in said and "make vm" in said
+    assert not (tmp_path / "run").exists()
+
+
+def test_kernel_without_tipc_is_told_with_the_next_step(tmp_path):
+    import socket
+
+    try:
+        socket.socket(socket.AF_TIPC, socket.SOCK_RDM).close()
+    except OSError:
+        said = refused(["build/bin/hirosco", "run", "--transport", "tipc", "--out", str(tmp_path / "run")])
+        assert "modprobe tipc" in said and "make vm" in said
+        assert not (tmp_path / "run").exists()
+    else:  # It flies: that the refusal is right elsewhere, elsewhere shows.
+        done = subprocess.run(["build/bin/hirosco", "run", "--transport", "tipc", "--scenario", "commissioning", "--report", "no",
+                               "--out", str(tmp_path / "run")], cwd=places.ROOT, stdin=subprocess.DEVNULL, timeout=300)
+        assert done.returncode == 0
+        assert json.loads((tmp_path / "run" / "run.json").read_text())["transport"] == "tipc"
