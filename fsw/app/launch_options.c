@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#define WORDS_MAX 3U
 #define NS_PER_S 1000000000ULL
 #define SHOWN_MAX 120U ///< Characters of a wrong value that are repeated, so that the reason fits behind it.
 
@@ -84,17 +85,6 @@ bool launch_scenario_is_path(const char* const scenario)
            ((length > 4U) && (strcmp(&scenario[length - 4U], ".scn") == 0));
 }
 
-static bool one_of_three(const char* const value, const char* const first, const char* const second,
-                         const char* const third)
-{
-    return (strcmp(value, first) == 0) || (strcmp(value, second) == 0) || (strcmp(value, third) == 0);
-}
-
-static bool one_of(const char* const value, const char* const first, const char* const second)
-{
-    return (strcmp(value, first) == 0) || (strcmp(value, second) == 0);
-}
-
 static bool take_number(launch_options_t* const options, const char* const option, const char* const value,
                         char error[LAUNCH_ERROR_MAX])
 {
@@ -122,41 +112,67 @@ static bool take_number(launch_options_t* const options, const char* const optio
     return true;
 }
 
-static bool take_word(launch_options_t* const options, const char* const option, const char* const value,
+static bool is_word(const char* const value, const char* const word)
+{
+    return strcmp(value, word) == 0;
+}
+
+/// Options that take one of a few words.
+static const struct {
+    const char* option;
+    const char* words[WORDS_MAX];
+    const char* expected;
+} choices[] = {
+    {"--form", {"processes", "image"}, "expected processes or image"},
+    {"--time", {"stepped", "real"}, "expected stepped or real"},
+    {"--bus", {"shm", "vcan", "can"}, "expected shm, vcan or can"},
+    {"--transport", {"udp", "tipc"}, "expected udp or tipc"},
+    {"--links", {"shm", "udp", "tipc"}, "expected shm, udp or tipc"},
+    {"--nodes", {"1", "2"}, "expected 1 or 2 on-board computers (network namespaces joined by a veth)"},
+    {"--report", {"yes", "no"}, "expected yes or no"},
+};
+
+#define CHOICES (sizeof choices / sizeof choices[0])
+
+static size_t choice_of(const char* const option)
+{
+    size_t choice = 0U;
+    while ((choice < CHOICES) && !is_word(option, choices[choice].option)) {
+        choice++;
+    }
+    return choice;
+}
+
+static void keep_word(launch_options_t* const options, const char* const option, const char* const value)
+{
+    if (is_word(option, "--form")) {
+        options->is_image = is_word(value, "image");
+    } else if (is_word(option, "--time")) {
+        options->is_stepped = is_word(value, "stepped");
+    } else if (is_word(option, "--bus")) {
+        options->bus = is_word(value, "vcan") ? LAUNCH_BUS_VCAN : LAUNCH_BUS_SHM;
+        options->bus = is_word(value, "can") ? LAUNCH_BUS_CAN : options->bus;
+    } else if (is_word(option, "--transport")) {
+        options->transport = value;
+    } else if (is_word(option, "--links")) {
+        options->links = value;
+    } else if (is_word(option, "--nodes")) {
+        options->nodes = is_word(value, "2") ? 2U : 1U;
+    } else {
+        options->has_report = is_word(value, "yes");
+    }
+}
+
+static bool take_word(launch_options_t* const options, const size_t choice, const char* const value,
                       char error[LAUNCH_ERROR_MAX])
 {
-    if (strcmp(option, "--form") == 0) {
-        options->is_image = (strcmp(value, "image") == 0);
-        return one_of(value, "processes", "image") ||
-               fail(error, option, value, "expected processes or image");
+    for (size_t i = 0U; (i < WORDS_MAX) && (choices[choice].words[i] != NULL); i++) {
+        if (is_word(value, choices[choice].words[i])) {
+            keep_word(options, choices[choice].option, value);
+            return true;
+        }
     }
-    if (strcmp(option, "--time") == 0) {
-        options->is_stepped = (strcmp(value, "stepped") == 0);
-        return one_of(value, "stepped", "real") || fail(error, option, value, "expected stepped or real");
-    }
-    if (strcmp(option, "--links") == 0) {
-        options->links = value;
-        return one_of_three(value, "shm", "udp", "tipc") ||
-               fail(error, option, value, "expected shm, udp or tipc");
-    }
-    if (strcmp(option, "--nodes") == 0) {
-        options->nodes = (strcmp(value, "2") == 0) ? 2U : 1U;
-        return one_of(value, "1", "2") ||
-               fail(error, option, value,
-                    "expected 1 or 2 on-board computers (network namespaces joined by a veth)");
-    }
-    if (strcmp(option, "--report") == 0) {
-        options->has_report = (strcmp(value, "yes") == 0);
-        return one_of(value, "yes", "no") || fail(error, option, value, "expected yes or no");
-    }
-    if (strcmp(option, "--bus") == 0) {
-        options->bus = (strcmp(value, "vcan") == 0) ? LAUNCH_BUS_VCAN : LAUNCH_BUS_SHM;
-        options->bus = (strcmp(value, "can") == 0) ? LAUNCH_BUS_CAN : options->bus;
-        return (strcmp(value, launch_bus_text(options->bus)) == 0) ||
-               fail(error, option, value, "expected shm, vcan or can");
-    }
-    options->transport = value;
-    return one_of(value, "udp", "tipc") || fail(error, option, value, "expected udp or tipc");
+    return fail(error, choices[choice].option, value, choices[choice].expected);
 }
 
 /// A mission or a scenario; nothing keeps the default.
@@ -204,22 +220,19 @@ static bool take(launch_options_t* const options, const char* const option, cons
                  char error[LAUNCH_ERROR_MAX])
 {
     static const char* const numbers[] = {"--seed", "--port", "--tools", "--duration"};
-    static const char* const words[]   = {"--form", "--time",      "--links", "--report",
-                                          "--bus",  "--transport", "--nodes"};
+    const size_t choice                = choice_of(option);
     for (size_t i = 0U; i < (sizeof numbers / sizeof numbers[0]); i++) {
         if (strcmp(option, numbers[i]) == 0) {
             return (value[0] == '\0') || take_number(options, option, value, error);
         }
     }
-    for (size_t i = 0U; i < (sizeof words / sizeof words[0]); i++) {
-        if (strcmp(option, words[i]) == 0) {
-            return (value[0] == '\0') || take_word(options, option, value, error);
-        }
+    if (choice < CHOICES) {
+        return (value[0] == '\0') || take_word(options, choice, value, error);
     }
     if ((strcmp(option, "--mission") == 0) || (strcmp(option, "--scenario") == 0)) {
         return take_name(options, option, value, error);
     }
-    if (one_of(option, "--interface", "--sim-interface")) {
+    if (is_word(option, "--interface") || is_word(option, "--sim-interface")) {
         return take_interface(options, option, value, error);
     }
     if (strcmp(option, "--out") == 0) {

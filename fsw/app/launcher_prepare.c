@@ -322,11 +322,9 @@ static void name_door(launcher_t* const launcher)
     text_add(&text, ".door");
 }
 
-bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,
-                      const char* const program_folder)
+static void begin(launcher_t* const launcher, const launch_options_t* const options,
+                  const char* const program_folder)
 {
-    char mission_path[LAUNCH_PATH_MAX];
-    char folder[LAUNCH_PATH_MAX];
     (void)memset(launcher, 0, sizeof *launcher);
     launcher->options           = *options;
     launcher->program_folder    = program_folder;
@@ -340,6 +338,14 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
         launcher->links[i].descriptor = -1;
     }
+}
+
+bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,
+                      const char* const program_folder)
+{
+    char mission_path[LAUNCH_PATH_MAX];
+    char folder[LAUNCH_PATH_MAX];
+    begin(launcher, options, program_folder);
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
         load_mission(launcher, mission_path, sizeof mission_path) && choose_methods(launcher, mission_path) &&
