@@ -34,6 +34,26 @@ static bool udp_route(void* context, uint16_t link, osal_socket_t** out_socket, 
     return link != LINK_UNKNOWN;
 }
 
+#define LINK_TYPE 0x4C000001U
+
+static bool tipc_route(void* context, uint16_t link, osal_socket_t** out_socket,
+                       osal_tipc_name_t* out_consumer)
+{
+    (void)context;
+    *out_socket   = &udp;
+    *out_consumer = (osal_tipc_name_t){LINK_TYPE, link};
+    return link != LINK_UNKNOWN;
+}
+
+/// In place of the kernel's TIPC, which few machines have: the same socket carries what is sent to the name.
+status_t osal_tipc_send(osal_socket_t* sock, osal_tipc_name_t to, const uint8_t* octets, size_t size)
+{
+    TEST_ASSERT_EQUAL_PTR(&udp, sock);
+    TEST_ASSERT_EQUAL_HEX32(LINK_TYPE, to.type);
+    TEST_ASSERT_EQUAL(((unsigned)octets[4] << 8U) | octets[5], to.instance);
+    return osal_udp_send(sock, address, octets, size);
+}
+
 static void delivered(void* context, uint16_t link)
 {
     (void)context;
@@ -41,7 +61,8 @@ static void delivered(void* context, uint16_t link)
     under_way++;
 }
 
-const link_resolver_t links = {.shm_name = shm_name, .udp_route = udp_route, .delivered = delivered};
+const link_resolver_t links = {
+    .shm_name = shm_name, .udp_route = udp_route, .delivered = delivered, .tipc_route = tipc_route};
 
 rtlink_terms_t links_terms(rtlink_method_t method, uint32_t octets)
 {

@@ -63,8 +63,9 @@ static void expect_number(uint32_t number)
 
 static void over_each_method(void (*act)(void))
 {
-    static const rtlink_method_t methods[] = {RTLINK_METHOD_SHARED_MEMORY, RTLINK_METHOD_UDP};
-    for (unsigned i = 0U; i < 2U; i++) {
+    static const rtlink_method_t methods[] = {RTLINK_METHOD_SHARED_MEMORY, RTLINK_METHOD_UDP,
+                                              RTLINK_METHOD_TIPC};
+    for (unsigned i = 0U; i < (sizeof methods / sizeof methods[0]); i++) {
         method = methods[i];
         act();
         link_consumer_close(&consumer);
@@ -271,8 +272,10 @@ static void nothing_to_open_is_said(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_read(&consumer, 0U));
     terms = links_terms(RTLINK_METHOD_UDP, OCTETS);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
-    terms = links_terms(RTLINK_METHOD_TIPC, OCTETS); // The resolver knows of no such routes.
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &links, LINK, &terms, 1U));
+    terms = links_terms(RTLINK_METHOD_TIPC, OCTETS);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
+    const link_resolver_t without = {.shm_name = links.shm_name, .udp_route = links.udp_route};
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &without, LINK, &terms, 1U));
     static const uint8_t others[] = {0x0U, 0x3U, 0x5U, 0x8U}; // None, two at once, unknown.
     for (unsigned i = 0U; i < (sizeof others / sizeof others[0]); i++) {
         terms.methods = others[i];
