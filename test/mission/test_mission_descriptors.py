@@ -54,7 +54,7 @@ def test_untouched_copy_flies(house):
         (MANIPULATOR, 'init="38 38"', 'init="38 thirtyeight"', ("thirtyeight",)),
         (MANIPULATOR, 'samplingTime="500us"', 'samplingTime="500parsec"', ("500parsec",)),
         (MANIPULATOR, '<SampledNREPTimes nrep="5">', '<SampledNREPTimes nrep="0">', ("nrep",)),
-        (MANIPULATOR, '<Endnode type="CAN" bus="robot" node="0x11"/>', '<Endnode type="CAN" bus="robot" node="0x1111"/>', ("0x1111",)),
+        (MANIPULATOR, '<Endnode type="CAN" bus="robot" redundantBus="robot-b" node="0x11"/>', '<Endnode type="CAN" bus="robot" redundantBus="robot-b" node="0x1111"/>', ("0x1111",)),
         (MANIPULATOR, "</Parameters>", "", ()),
     ],
 )
