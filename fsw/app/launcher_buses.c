@@ -229,7 +229,9 @@ static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* cons
         return refuse(launcher, "no interface of the simulator is named for bus ", wanted->name,
                       ": add --sim-interface BUS=INTERFACE (make: SIM_ROBOT_IF=, SIM_JOYSTICK_IF=)", "");
     }
-    if ((simulated != NULL) && (strcmp(flight, simulated) == 0)) {
+    osal_can_interface_t seen;
+    if ((simulated != NULL) && (strcmp(flight, simulated) == 0) &&
+        ((osal_can_interface_look(flight, &seen) != STATUS_OK) || !seen.is_virtual)) {
         return refuse(launcher, "flight and simulator need a controller each, both are given ", flight,
                       " for bus ", wanted->name);
     }

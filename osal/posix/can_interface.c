@@ -157,9 +157,12 @@ static void walk(const void* octets, size_t size, attribute_taker_t take, osal_c
 {
     const struct rtattr* attribute = octets;
     size_t left                    = size;
-    while (RTA_OK(attribute, left)) {
+    while ((left >= sizeof(*attribute)) && (attribute->rta_len >= sizeof(*attribute)) &&
+           (attribute->rta_len <= left)) {
         take(attribute, interface);
-        attribute = RTA_NEXT(attribute, left);
+        const size_t whole = RTA_ALIGN((size_t)attribute->rta_len); // The last one may lack its padding.
+        left -= (whole < left) ? whole : left;
+        attribute = (const struct rtattr*)(const void*)((const uint8_t*)(const void*)attribute + whole);
     }
 }
 
@@ -192,7 +195,7 @@ static void take_controller(const struct rtattr* attribute, osal_can_interface_t
 static bool is_kind(const struct rtattr* attribute, const char* kind)
 {
     const size_t size = strlen(kind);
-    return (RTA_PAYLOAD(attribute) >= size) && (memcmp(RTA_DATA(attribute), kind, size) == 0);
+    return (RTA_PAYLOAD(attribute) >= size) && (strncmp(RTA_DATA(attribute), kind, size) == 0);
 }
 
 /// The kind comes before its data.

@@ -19,7 +19,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define RECEIVE_OCTETS (1 << 20) ///< Some 1 300 frames: the kernel counts about 770 octets for each.
+#define RECEIVE_OCTETS 1048576 ///< Some 1 300 frames: the kernel counts about 770 octets for each.
 #define NS_PER_MS 1000000U
 
 typedef char flags_are_those_of_linux[((OSAL_CAN_FLAG_BRS == CANFD_BRS) && (OSAL_CAN_FLAG_ESI == CANFD_ESI) &&

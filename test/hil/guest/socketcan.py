@@ -202,12 +202,24 @@ def case_frames_of_tools_enter_the_bus():
 
 
 def case_emulated_controllers_carry_the_classic_mission():
+    """Channel B, which is there on shared memory too, is on a virtual interface: all controllers are on one wire."""
+    ip("link", "add", "spare", "type", "vcan")
+    ip("link", "set", "spare", "up")
     for name in ("can0", "can1"):
         ip("link", "set", name, "up", "type", "can", "bitrate", "1000000")
     flown("controllers", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--sim-interface", "robot=can1",
-          "--scenario", "classic")
+          "--interface", "robot-b=spare", "--sim-interface", "robot-b=spare", "--scenario", "classic")
     seen = facts("controllers")
     assert seen["bus_frames_lost"] == 0 and seen["bus_frames_foreign"] == 0, seen
+
+
+def case_real_devices_have_no_simulator():
+    """Nobody answers on the wire: the mission comes up by the wall clock, waits, and goes down."""
+    said = flown("devices", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--time", "real",
+                 "--scenario", "none", "--duration", "3")
+    seen = facts("devices")
+    assert "simulator" not in {process["name"] for process in seen["processes"]}, seen
+    assert not seen["reproducible"] and seen["simulated_s"] >= 3, said
 
 
 def case_a_burst_on_a_controller_is_counted():

@@ -116,11 +116,29 @@ static void error_frames_of_others_reach_it_as_a_driver_sends_them(void)
     TEST_ASSERT_EQUAL_UINT32(1U, flow.errors.bus_offs);
 }
 
+static uint32_t arrived;
+static uint32_t reports;
+
+/// Take in what the peer has received until nothing more comes for a while. True once the last one was there.
+static bool drain(void)
+{
+    osal_can_frame_t frame = {.id = 0U};
+    for (unsigned idle = 0U; (idle < 50U) && (frame.id != 0x7FFU); idle++) {
+        while ((frame.id != 0x7FFU) && (osal_can_receive(&peer, &frame) == STATUS_OK)) {
+            const bool is_report = ((frame.id & OSAL_CAN_ERROR) != 0U);
+            reports += is_report ? 1U : 0U;
+            arrived += is_report ? 0U : 1U;
+            idle = 0U;
+        }
+        (void)usleep(1000U);
+    }
+    return frame.id == 0x7FFU;
+}
+
 /// Of two controllers on one wire: more than the transmit queue holds is refused and counted, what it took
 /// arrives, and what is sent after the burst passes.
 static void a_burst_on_a_controller_is_refused_and_counted(void)
 {
-    osal_can_frame_t frame = {.id = 0U};
     char address[24];
     const uint8_t octets[8] = {1U, 2U, 3U};
     (void)snprintf(address, sizeof address, "can:%s", controllers[1]);
@@ -133,21 +151,23 @@ static void a_burst_on_a_controller_is_refused_and_counted(void)
     TEST_ASSERT_TRUE(flow.counters.full > 0U);
     TEST_ASSERT_EQUAL_UINT32(flow.counters.full, flow.counters.refused);
     TEST_ASSERT_EQUAL(FLOW_CAN_ACTIVE, flow.health.state);
+    TEST_ASSERT_FALSE(drain()); // So that there is room for the last one, which tells what was dropped.
     status_t status = STATUS_FULL;
     for (unsigned i = 0U; (i < 20000U) && (status == STATUS_FULL); i++) {
         status = flow_can_send(&flow, 0x7FFU, octets, 8U);
         (void)usleep(1000U);
     }
     TEST_ASSERT_EQUAL(STATUS_OK, status);
-    uint32_t arrived = 0U;
-    for (unsigned i = 0U; (i < 20000U) && (frame.id != 0x7FFU); i++) {
-        while ((frame.id != 0x7FFU) && (osal_can_receive(&peer, &frame) == STATUS_OK)) {
-            arrived++;
-        }
+    bool has_come = false;
+    for (unsigned i = 0U; (i < 20000U) && !has_come; i++) {
+        has_come = drain();
         (void)usleep(1000U);
     }
-    TEST_ASSERT_EQUAL_HEX32(0x7FFU, frame.id);
-    TEST_ASSERT_EQUAL_UINT32(flow.counters.sent, arrived + peer.overruns);
+    TEST_ASSERT_TRUE(has_come);
+    TEST_ASSERT_TRUE(arrived > 0U);
+    // What the kernel drops is counted to the frame; what the controller drops it reports.
+    TEST_ASSERT_TRUE((arrived + peer.overruns) <= flow.counters.sent);
+    TEST_ASSERT_TRUE(((arrived + peer.overruns) == flow.counters.sent) || (reports > 0U));
 }
 
 static bool can_make_vcan(void)
