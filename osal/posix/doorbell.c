@@ -7,6 +7,7 @@
 
 #include <limits.h>
 #include <linux/futex.h>
+#include <sched.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <sys/syscall.h>
@@ -19,12 +20,23 @@
 void osal_doorbell_create(osal_doorbell_t* bell)
 {
     FSW_ASSERT(bell != NULL);
-    *bell = (osal_doorbell_t){0U, 0U};
+    *bell = (osal_doorbell_t){0U, 0U, 0U};
+}
+
+/// Processor that the caller runs on, from 1; 0 if the system does not tell.
+static uint32_t processor(void)
+{
+    const int number = sched_getcpu();
+    return (number < 0) ? 0U : ((uint32_t)number + 1U);
 }
 
 void osal_doorbell_ring(osal_doorbell_t* bell)
 {
     FSW_ASSERT(bell != NULL);
+    const uint32_t here = processor();
+    if (__atomic_load_n(&bell->ringer, __ATOMIC_RELAXED) != here) {
+        __atomic_store_n(&bell->ringer, here, __ATOMIC_RELAXED);
+    }
     // Sequentially consistent on both sides: either the ringer sees the waiter, or the waiter sees the ring.
     (void)__atomic_add_fetch(&bell->rings, 1U, __ATOMIC_SEQ_CST);
     if (__atomic_load_n(&bell->waiters, __ATOMIC_SEQ_CST) > 0U) {
@@ -54,9 +66,27 @@ static bool sleep_for_ring(osal_doorbell_t* bell, uint32_t seen, const uint64_t*
     return true;
 }
 
+/// Look for a ring while the ringer, on another processor, may be about to ring. True if it rang.
+static bool look_for_ring(const osal_doorbell_t* bell, uint32_t seen)
+{
+    const uint32_t ringer = __atomic_load_n(&bell->ringer, __ATOMIC_RELAXED);
+    bool has_rung         = (__atomic_load_n(&bell->rings, __ATOMIC_ACQUIRE) != seen);
+    if ((ringer == 0U) || (ringer == processor())) {
+        return has_rung;
+    }
+    const uint64_t until_ns = osal_clock_monotonic_ns() + OSAL_DOORBELL_LOOK_NS;
+    while (!has_rung && (osal_clock_monotonic_ns() < until_ns)) {
+        has_rung = (__atomic_load_n(&bell->rings, __ATOMIC_ACQUIRE) != seen);
+    }
+    return has_rung;
+}
+
 status_t osal_doorbell_wait(osal_doorbell_t* bell, uint32_t seen, uint32_t timeout_ms)
 {
     FSW_ASSERT(bell != NULL);
+    if ((timeout_ms > 0U) && look_for_ring(bell, seen)) {
+        return STATUS_OK;
+    }
     const bool is_limited   = (timeout_ms != UINT32_MAX);
     const uint64_t until_ns = is_limited ? (osal_clock_monotonic_ns() + (timeout_ms * NS_PER_MS)) : 0U;
     bool has_time           = true;

@@ -8,6 +8,9 @@
 ///     const uint32_t seen = osal_doorbell_rings(bell);
 ///     if (!look()) { status = osal_doorbell_wait(bell, seen, timeout_ms); }
 ///
+/// A waiter whose ringer was last seen on another processor looks for OSAL_DOORBELL_LOOK_NS before it sleeps: to
+/// wake a sleeping processor takes as long, and a ring that comes meanwhile enters the kernel on neither side.
+///
 /// Context    Any task. Ringing never blocks, and enters the kernel only if somebody waits; a waiter that
 ///            died leaves nothing behind but such calls. Waiting is for the executive of a program with a
 ///            real clock, never for a component; it escapes the calendar.
@@ -19,9 +22,12 @@
 
 #include <stdint.h>
 
+#define OSAL_DOORBELL_LOOK_NS 20000U
+
 typedef struct { // Private; may lie in shared memory. All zeros is a valid doorbell that never rang.
     uint32_t rings;
     uint32_t waiters;
+    uint32_t ringer; // Processor of the last ringer, from 1; 0 unknown.
 } osal_doorbell_t;
 
 void osal_doorbell_create(osal_doorbell_t* bell);

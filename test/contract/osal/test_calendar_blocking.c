@@ -89,7 +89,7 @@ static void wait_for_event(void)
 
 static void wait_for_doorbell(void)
 {
-    osal_doorbell_t bell = {0U, 0U};
+    osal_doorbell_t bell = {0U, 0U, 0U};
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_doorbell_wait(&bell, 0U, WAIT_MS));
 }
 

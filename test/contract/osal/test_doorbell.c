@@ -44,7 +44,7 @@ static void join(pid_t child)
 
 static void test_rings_are_counted_and_kept(void)
 {
-    osal_doorbell_t bell = {7U, 7U};
+    osal_doorbell_t bell = {7U, 7U, 7U};
     osal_doorbell_create(&bell);
     TEST_ASSERT_EQUAL_UINT32(0U, osal_doorbell_rings(&bell));
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_doorbell_wait(&bell, 0U, 0U));
@@ -59,7 +59,7 @@ static void test_rings_are_counted_and_kept(void)
 
 static void test_the_count_wraps(void)
 {
-    osal_doorbell_t bell = {UINT32_MAX, 0U};
+    osal_doorbell_t bell = {UINT32_MAX, 0U, 0U};
     osal_doorbell_ring(&bell);
     TEST_ASSERT_EQUAL_UINT32(0U, osal_doorbell_rings(&bell));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_doorbell_wait(&bell, UINT32_MAX, UINT32_MAX));
