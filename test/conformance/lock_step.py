@@ -7,11 +7,12 @@ steps of time always by the port. Listeners run in the notifier's thread; `on_st
 import re
 import socket
 import threading
+import time
 
 import can
 
 MESSAGE = re.compile(rb"<\s*(.*?)\s*>")
-PATIENCE_S = 30.0
+PATIENCE_S = 150.0  # Of the clock on the wall: an emulated machine takes its time to start a flight.
 
 
 class LockStepBus(can.BusABC):
@@ -76,6 +77,7 @@ class LockStepBus(can.BusABC):
                     return None, False
                 except (OSError, can.CanOperationError):
                     self.ended.set()
+                    time.sleep(0.05)  # We are called again until somebody disconnects.
                     return None, False
                 continue
             self._input = self._input[match.end():]

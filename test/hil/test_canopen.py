@@ -13,6 +13,7 @@ import pytest
 from place import PYTHON, ROOT, Group, Result, cases
 
 MASTER = "test/hil/guest/canopen_master.py"
+SLAVES = "test/hil/guest/canopen_slaves.py"
 SENTINEL = 0x7FF
 LIMIT_S = 500
 
@@ -90,3 +91,14 @@ def test_candump_recorded_what_was_on_the_bus(there, recorded):
         text = re.sub(r"##([0-9A-F])", lambda match: f"##{int(match[1], 16) & 3:X}", path.read_text())
         return collections.Counter(line.split()[2] for line in text.splitlines())
     assert frames(recorded) == frames(there.result.folder / "can-robot.log")
+
+
+@pytest.fixture(scope="module")
+def commissioned(place):
+    """The flight side's master with slaves of PyPI canopen on vcan-robot, some of them strange."""
+    return place.group("canopen slaves", f"{PYTHON} {SLAVES}", LIMIT_S)
+
+
+@pytest.mark.parametrize("case", cases(SLAVES))
+def test_flight_commissions_slaves_over_socketcan(commissioned, case):
+    commissioned.check(case)

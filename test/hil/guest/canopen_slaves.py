@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The flight side's master commissions PyPI canopen's slaves on vcan-robot: good ones, and some that are strange in one way. Every
+way there is flies on shared memory (test/conformance/test_strange_devices.py)."""
+
+import os
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(ROOT / "test/conformance"), str(ROOT / "test/mission"), str(ROOT / "test/hil/guest")]
+
+import cases
+import strange
+
+
+def refused(change, told):
+    """A strange device is not brought up; the event says why."""
+    STAGE.play(change)
+    assert not STAGE.ground.request("PRE_OPERATIONAL")
+    assert STAGE.refusals() == [told], STAGE.refusals()
+    STAGE.ground.await_state("OFFLINE")
+
+
+def case_good_devices_are_commissioned_and_flown():
+    strange.fly_good_ones(STAGE)
+
+
+def case_an_answer_that_comes_too_late():
+    refused(strange.late, (0x12, strange.TIMEOUT, 0x100000, 0))
+
+
+def case_another_type_of_device():
+    refused(strange.other_type, (0x12, strange.VALUE, 0x100000, 0x00010192))
+
+
+def case_a_value_of_another_size():
+    refused(strange.short_value, (0x12, strange.FORMAT, 0x607600, 0))
+
+
+def case_a_missing_object():
+    refused(strange.without_mapping, (0x12, strange.ABORTED, 0x1A0100, 0x06020000))
+
+
+def case_a_device_that_boots_again_and_again():
+    refused(strange.restless, (0x12, strange.REBOOTED, 0, 0))
+
+
+def case_the_flight_ends_well():
+    STAGE.close()
+    (pathlib.Path(os.environ["OUT"]) / "can-robot.log").write_bytes(STAGE.flight.octets("can-robot.log"))
+    assert STAGE.flight.code == 0, STAGE.flight.told()
+
+
+if __name__ == "__main__":
+    sys.setswitchinterval(0.0005)  # The bus and the one who waits for it take turns.
+    FOLDER = pathlib.Path("/tmp/strange")
+    FOLDER.mkdir(exist_ok=True)
+    STAGE = strange.Stage(FOLDER, "vcan-robot", ("--bus", "vcan"))
+    try:
+        cases.run(globals())
+    finally:
+        STAGE.flight.abandon()
