@@ -6,6 +6,7 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/file.h"
+#include "osal/include/osal/mqueue.h"
 
 #include <string.h>
 
@@ -67,6 +68,17 @@ static void end_children(launcher_t* const launcher)
     }
 }
 
+/// What a component that was killed has not removed itself. A name may stand for either kind.
+static void remove_flows(const run_block_t* const run)
+{
+    for (unsigned i = 0U; i < RUN_FLOWS_MAX; i++) {
+        if (run->flows[i].name[0] != '\0') {
+            (void)osal_shm_remove(run->flows[i].name);
+            (void)osal_mqueue_remove(run->flows[i].name);
+        }
+    }
+}
+
 static void remove_names(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
@@ -75,6 +87,7 @@ static void remove_names(launcher_t* const launcher)
             (void)osal_shm_remove(name);
         }
     }
+    remove_flows(launcher->run);
     launcher_remove_buses(launcher);
     static const char* const memories[] = {"calendar", "run"};
     for (size_t i = 0U; i < (sizeof memories / sizeof memories[0]); i++) {

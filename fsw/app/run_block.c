@@ -6,7 +6,10 @@
 
 #include <string.h>
 
-#define MAGIC 0x48524E32U
+#define MAGIC 0x48524E33U
+#define FLOW_FREE 0U
+#define FLOW_TAKEN 1U
+#define FLOW_NOTED 2U
 
 bool run_name(const run_block_t* const block, const char* const what, const unsigned number,
               char* const out_name, const size_t capacity)
@@ -67,4 +70,26 @@ bool run_block_find(const run_block_t* const block, const uint16_t apid, unsigne
         }
     }
     return false;
+}
+
+status_t run_block_note_flow(run_block_t* const block, const char* const name)
+{
+    FSW_ASSERT((block != NULL) && (name != NULL));
+    if (strlen(name) >= RUN_NAME_MAX) {
+        return STATUS_EXHAUSTED;
+    }
+    for (unsigned i = 0U; i < RUN_FLOWS_MAX; i++) {
+        run_flow_t* const flow = &block->flows[i];
+        uint32_t state         = __atomic_load_n(&flow->is_taken, __ATOMIC_ACQUIRE);
+        if ((state == FLOW_NOTED) && (strcmp(flow->name, name) == 0)) {
+            return STATUS_OK;
+        }
+        if ((state == FLOW_FREE) && __atomic_compare_exchange_n(&flow->is_taken, &state, FLOW_TAKEN, false,
+                                                                __ATOMIC_ACQUIRE, __ATOMIC_RELAXED)) {
+            (void)memcpy(flow->name, name, strlen(name) + 1U);
+            __atomic_store_n(&flow->is_taken, FLOW_NOTED, __ATOMIC_RELEASE);
+            return STATUS_OK;
+        }
+    }
+    return STATUS_EXHAUSTED;
 }

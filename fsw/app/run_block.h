@@ -16,6 +16,7 @@
 #include <stdint.h>
 
 #define RUN_LINKS_MAX 16U
+#define RUN_FLOWS_MAX 32U
 #define RUN_IDENTITY_MAX 24U
 #define RUN_PATH_MAX 256U
 #define RUN_NAME_MAX 64U
@@ -51,6 +52,11 @@ typedef struct {                  // Addresses of one CAN bus (osal/can.h); in t
     char published[RUN_NAME_MAX]; ///< Where the simulator shows the bus to tools; "": nowhere.
 } run_bus_t;
 
+typedef struct {       // A shared memory or message queue that a component makes for a flow of its own.
+    uint32_t is_taken; ///< 0 free, 1 being written, 2 holds a name.
+    char name[RUN_NAME_MAX];
+} run_flow_t;
+
 typedef struct {
     uint32_t magic;
     char identity[RUN_IDENTITY_MAX]; ///< "hirosco-<number>": prefix of every name of this run.
@@ -68,6 +74,7 @@ typedef struct {
     uint16_t component_count;
     run_component_t components[MISSION_SUBSYSTEMS_MAX];
     run_bus_t buses[MISSION_BUSES_MAX];
+    run_flow_t flows[RUN_FLOWS_MAX]; ///< Removed by the launcher, whoever died before it could.
     /// UDP or TIPC socket of the consumer of link number i + 1; -1 without.
     int link_descriptors[RUN_LINKS_MAX];
     uint16_t link_ports[RUN_LINKS_MAX];
@@ -102,6 +109,9 @@ static inline uint32_t run_link_type(const run_block_t* const block)
 {
     return 0x4C000000U | (block->instance & 0x00FFFFFFU);
 }
+/// Note the name of a flow before it is made; once for each name. STATUS_OK, STATUS_EXHAUSTED (RUN_FLOWS_MAX,
+/// or longer than RUN_NAME_MAX). Any number of components at a time.
+MUST_USE status_t run_block_note_flow(run_block_t* block, const char* name);
 /// "/<identity>.<what>" and, if number is not 0, the number after it. False if it does not fit.
 bool run_name(const run_block_t* block, const char* what, unsigned number, char* out_name, size_t capacity);
 

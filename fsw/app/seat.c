@@ -46,7 +46,13 @@ static status_t resolve_flow(void* const context, const endnode_kind_t kind, con
         text_add(&text, ".flow.");
     }
     text_add(&text, name);
-    return text.cut ? STATUS_NOT_FOUND : STATUS_OK;
+    if (text.cut) {
+        return STATUS_NOT_FOUND;
+    }
+    const bool is_of_run = (kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE);
+    return (is_of_run && (run_block_note_flow(seat->run, out_address->address) != STATUS_OK))
+               ? STATUS_NOT_FOUND
+               : STATUS_OK;
 }
 
 static bool link_name(void* const context, const uint16_t link, char* const out_name, const size_t capacity)
