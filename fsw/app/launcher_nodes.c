@@ -3,6 +3,7 @@
 // by a veth), and the sockets of messages and links on them.
 #include "fsw/app/launcher_internal.h"
 
+#include "fsw/framework/base/assertion.h"
 #include "fsw/framework/rtlink/agreement.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/file.h"
@@ -32,6 +33,7 @@ static bool fail(launcher_t* const launcher, const char* const what, const char*
 static void name_node(const char* const folder, const char* const identity, const unsigned node,
                       char* const name, const size_t capacity)
 {
+    FSW_ASSERT(node < RUN_NODES_MAX);
     text_t text = text_in(name, capacity);
     text_add(&text, folder);
     text_add(&text, identity);
