@@ -258,24 +258,37 @@ def _text(mission, bus, names, messages):
                   *(_signal(signal, message.receivers) for signal in message.signals), ""]
     about = (f"mission {mission.name}, bus {bus.attributes['name']}; interface 0x{mission.interface_hash:016X}, "
              f"configuration 0x{mission.configuration_hash:016X}; made from the descriptors")
-    lines += [f'CM_ "{about}";']
-    lines += ['BA_DEF_ "BusType" STRING ;', 'BA_DEF_ "Baudrate" INT 0 8000000;', 'BA_DEF_ BO_ "VFrameFormat" ENUM '
-              + ",".join(f'"{name}"' for name in _FRAME_FORMATS) + ";",
-              'BA_DEF_DEF_ "BusType" "CAN";', 'BA_DEF_DEF_ "Baudrate" 1000000;', 'BA_DEF_DEF_ "VFrameFormat" "StandardCAN";',
-              f'BA_ "BusType" "{"CAN FD" if "dataBitRate" in bus.attributes else "CAN"}";',
-              f'BA_ "Baudrate" {bus.unsigned("bitRate", 10000, 1000000)};']
-    lines += [f'BA_ "VFrameFormat" BO_ {message.identifier} {_FRAME_FORMATS.index("StandardCAN_FD")};'
-              for message in messages if message.is_fd]
-    for message in messages:
-        lines += [f"VAL_ {message.identifier} {signal.name} "
-                  + " ".join(f'{value} "{word}"' for value, word in sorted(signal.words.items())) + " ;"
-                  for signal in message.signals if signal.words]
+    lines += [f'CM_ "{about}";', *_attributes(bus, messages), *_words(messages), *_selections(messages)]
+    return "\n".join(lines) + "\n"
+
+
+def _attributes(bus, messages):
+    formats = ",".join(f'"{name}"' for name in _FRAME_FORMATS)
+    return ['BA_DEF_ "BusType" STRING ;', 'BA_DEF_ "Baudrate" INT 0 8000000;',
+            f'BA_DEF_ BO_ "VFrameFormat" ENUM {formats};',
+            'BA_DEF_DEF_ "BusType" "CAN";', 'BA_DEF_DEF_ "Baudrate" 1000000;', 'BA_DEF_DEF_ "VFrameFormat" "StandardCAN";',
+            f'BA_ "BusType" "{"CAN FD" if "dataBitRate" in bus.attributes else "CAN"}";',
+            f'BA_ "Baudrate" {bus.unsigned("bitRate", 10000, 1000000)};',
+            *(f'BA_ "VFrameFormat" BO_ {message.identifier} {_FRAME_FORMATS.index("StandardCAN_FD")};'
+              for message in messages if message.is_fd)]
+
+
+def _words(messages):
+    """Words for values of signals."""
+    return [f"VAL_ {message.identifier} {signal.name} "
+            + " ".join(f'{value} "{word}"' for value, word in sorted(signal.words.items())) + " ;"
+            for message in messages for signal in message.signals if signal.words]
+
+
+def _selections(messages):
+    """Which value of its selector each multiplexed signal goes with."""
+    lines = []
     for message in messages:
         selector = next((signal.name for signal in message.signals if signal.selects), None)
         lines += [f"SG_MUL_VAL_ {message.identifier} {signal.name} {selector} "
                   + ", ".join(f"{value}-{value}" for value in signal.when) + ";"
                   for signal in message.signals if signal.when]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 _FRAME_FORMATS = ("StandardCAN", "ExtendedCAN", *(f"reserved{number}" for number in range(2, 14)), "StandardCAN_FD",

@@ -8,8 +8,9 @@
 ///     const uint32_t seen = osal_doorbell_rings(bell);
 ///     if (!look()) { status = osal_doorbell_wait(bell, seen, timeout_ms); }
 ///
-/// A waiter whose ringer was last seen on another processor looks for OSAL_DOORBELL_LOOK_NS before it sleeps: to
-/// wake a sleeping processor takes as long, and a ring that comes meanwhile enters the kernel on neither side.
+/// A waiter whose ringer was last seen on another processor looks for OSAL_DOORBELL_LOOK_NS before it sleeps:
+/// to wake a sleeping processor takes as long, and a ring that comes meanwhile enters the kernel on neither
+/// side.
 ///
 /// Context    Any task. Ringing never blocks, and enters the kernel only if somebody waits; a waiter that
 ///            died leaves nothing behind but such calls. Waiting is for the executive of a program with a
