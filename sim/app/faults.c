@@ -51,29 +51,23 @@ const char* fault_word(fault_kind_t kind)
 
 bool fault_is_onset(const fault_t* fault)
 {
-    switch (fault->kind) {
-    case FAULT_UNPLUG:
-    case FAULT_CUT:
-    case FAULT_BUS_OFF:
-    case FAULT_RESET:
+    static const enum {
+        BY_VALUE,
+        ALWAYS,
+        NEVER,
+        BY_ORDER
+    } onset[FAULT_KIND_COUNT] = {
+        [FAULT_UNPLUG] = ALWAYS, [FAULT_CUT] = ALWAYS, [FAULT_BUS_OFF] = ALWAYS,   [FAULT_RESET] = ALWAYS,
+        [FAULT_PLUG] = NEVER,    [FAULT_MEND] = NEVER, [FAULT_RESTART] = BY_ORDER,
+    };
+    switch (onset[fault->kind]) {
+    case ALWAYS:
         return true;
-    case FAULT_PLUG:
-    case FAULT_MEND:
+    case NEVER:
         return false;
-    case FAULT_RESTART:
+    case BY_ORDER:
         return fault->value == (double)FAULT_RESTART_ORDER;
-    case FAULT_LOSS:
-    case FAULT_CORRUPTION:
-    case FAULT_DUPLICATION:
-    case FAULT_DELAY:
-    case FAULT_BABBLE:
-    case FAULT_STUCK:
-    case FAULT_OVERFLOW:
-    case FAULT_ARBITRATION:
-    case FAULT_ERROR:
-    case FAULT_TORQUE_OFFSET:
-    case FAULT_TEMPERATURE:
-    case FAULT_KIND_COUNT:
+    case BY_VALUE:
         break;
     }
     return fault->value != 0.0;
@@ -170,40 +164,54 @@ static status_t take_restart(const scenario_line_t* line, size_t index, fault_t*
     return scenario_error(line, line->word[index], "auto, order or now", error);
 }
 
+static status_t take_code(const scenario_line_t* line, size_t index, fault_t* fault,
+                          char error[SCENARIO_ERROR_MAX])
+{
+    const char* word         = line->word[index];
+    char* end                = NULL;
+    const unsigned long code = strtoul(word, &end, 0);
+    fault->code              = (uint16_t)code;
+    const bool is_code       = (end != word) && (*end == '\0') && (code != 0U) && (code <= 0xFFFFU);
+    return is_code ? STATUS_OK : scenario_error(line, word, "an emergency code 0x0001..0xFFFF", error);
+}
+
+static status_t take_bus(const scenario_line_t* line, size_t index, bool with_redundant, fault_t* fault,
+                         char error[SCENARIO_ERROR_MAX])
+{
+    const char* word     = line->word[index];
+    const char* expected = with_redundant ? "robot, joystick, robot-b or joystick-b" : "robot or joystick";
+    return parse_bus(word, with_redundant, fault) ? STATUS_OK : scenario_error(line, word, expected, error);
+}
+
+/// A joint of the robot bus, or any node of the bus that stands before it.
+static status_t take_node(const scenario_line_t* line, size_t index, bool is_joint, fault_t* fault,
+                          char error[SCENARIO_ERROR_MAX])
+{
+    const char* word = line->word[index];
+    const char* expected =
+        is_joint ? "JOINT1 or JOINT2" : "JOINT1, JOINT2 (robot), STICK (joystick), FLIGHT or their id";
+    const bool is_node = parse_node(word, is_joint ? 0U : fault->bus, &fault->node) &&
+                         !(is_joint && (fault->node == FAULT_NODE_FLIGHT));
+    return is_node ? STATUS_OK : scenario_error(line, word, expected, error);
+}
+
 static status_t take_argument(const scenario_line_t* line, size_t index, char kind, fault_t* fault,
                               char error[SCENARIO_ERROR_MAX])
 {
-    const char* word = line->word[index];
     switch (kind) {
     case 'B':
-        return parse_bus(word, false, fault) ? STATUS_OK
-                                             : scenario_error(line, word, "robot or joystick", error);
     case 'b':
-        return parse_bus(word, true, fault)
-                   ? STATUS_OK
-                   : scenario_error(line, word, "robot, joystick, robot-b or joystick-b", error);
+        return take_bus(line, index, kind == 'b', fault, error);
     case 'm':
     case 'n':
-        return parse_node(word, fault->bus, &fault->node)
-                   ? STATUS_OK
-                   : scenario_error(line, word,
-                                    "JOINT1, JOINT2 (robot), STICK (joystick), FLIGHT or their id", error);
     case 'j':
-        if (parse_node(word, 0U, &fault->node) && (fault->node != FAULT_NODE_FLIGHT)) {
-            return STATUS_OK;
-        }
-        return scenario_error(line, word, "JOINT1 or JOINT2", error);
+        return take_node(line, index, kind == 'j', fault, error);
     case 'r':
         return take_restart(line, index, fault, error);
     case 's':
         return take_switch(line, index, fault, error);
-    case 'c': {
-        char* end                = NULL;
-        const unsigned long code = strtoul(word, &end, 0);
-        fault->code              = (uint16_t)code;
-        const bool is_code       = (end != word) && (*end == '\0') && (code != 0U) && (code <= 0xFFFFU);
-        return is_code ? STATUS_OK : scenario_error(line, word, "an emergency code 0x0001..0xFFFF", error);
-    }
+    case 'c':
+        return take_code(line, index, fault, error);
     default:
         return take_number(line, index, kind, fault, error);
     }
@@ -400,46 +408,47 @@ static void apply_to_wire(const fault_world_t* world, const fault_t* fault)
     }
 }
 
+static void reset_node(const fault_world_t* world, const fault_t* fault)
+{
+    if (device_node(world, fault->node) != NULL) {
+        node_power_on(device_node(world, fault->node));
+    }
+}
+
+static void offset_torque(const fault_world_t* world, const fault_t* fault)
+{
+    drive_set_torque_offset(world->drive[fault->node - FAULT_NODE_JOINT1], fault->value);
+}
+
+static void set_temperature(const fault_world_t* world, const fault_t* fault)
+{
+    drive_set_temperature(world->drive[fault->node - FAULT_NODE_JOINT1], fault->value, fault->time_ns);
+}
+
 const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world)
 {
+    static void (*const apply[FAULT_KIND_COUNT])(const fault_world_t* world, const fault_t* fault) = {
+        [FAULT_UNPLUG]        = switch_node,
+        [FAULT_PLUG]          = switch_node,
+        [FAULT_CUT]           = switch_node,
+        [FAULT_MEND]          = switch_node,
+        [FAULT_LOSS]          = apply_to_wire,
+        [FAULT_CORRUPTION]    = apply_to_wire,
+        [FAULT_DUPLICATION]   = apply_to_wire,
+        [FAULT_STUCK]         = apply_to_wire,
+        [FAULT_RESET]         = reset_node,
+        [FAULT_ERROR]         = set_error,
+        [FAULT_TORQUE_OFFSET] = offset_torque,
+        [FAULT_TEMPERATURE]   = set_temperature,
+        [FAULT_DELAY]         = apply_to_controller,
+        [FAULT_BABBLE]        = apply_to_controller,
+        [FAULT_OVERFLOW]      = apply_to_controller,
+        [FAULT_BUS_OFF]       = apply_to_controller,
+        [FAULT_RESTART]       = apply_to_controller,
+        [FAULT_ARBITRATION]   = apply_to_controller,
+    };
     const fault_t* fault = &faults->fault[faults->next];
     faults->next++;
-    switch (fault->kind) {
-    case FAULT_UNPLUG:
-    case FAULT_PLUG:
-    case FAULT_CUT:
-    case FAULT_MEND:
-        switch_node(world, fault);
-        break;
-    case FAULT_LOSS:
-    case FAULT_CORRUPTION:
-    case FAULT_DUPLICATION:
-    case FAULT_STUCK:
-        apply_to_wire(world, fault);
-        break;
-    case FAULT_RESET:
-        if (device_node(world, fault->node) != NULL) {
-            node_power_on(device_node(world, fault->node));
-        }
-        break;
-    case FAULT_ERROR:
-        set_error(world, fault);
-        break;
-    case FAULT_TORQUE_OFFSET:
-        drive_set_torque_offset(world->drive[fault->node - FAULT_NODE_JOINT1], fault->value);
-        break;
-    case FAULT_TEMPERATURE:
-        drive_set_temperature(world->drive[fault->node - FAULT_NODE_JOINT1], fault->value, fault->time_ns);
-        break;
-    case FAULT_DELAY:
-    case FAULT_BABBLE:
-    case FAULT_OVERFLOW:
-    case FAULT_BUS_OFF:
-    case FAULT_RESTART:
-    case FAULT_ARBITRATION:
-    case FAULT_KIND_COUNT:
-        apply_to_controller(world, fault);
-        break;
-    }
+    apply[fault->kind](world, fault);
     return fault;
 }
