@@ -2,6 +2,7 @@
 #include "pus/st129_management.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "pus/fields.h"
 
 void pus_management_init(pus_management_t* const management, const pus_management_port_t* const port)
 {
@@ -11,64 +12,44 @@ void pus_management_init(pus_management_t* const management, const pus_managemen
     *management = (pus_management_t){.port = *port};
 }
 
+static const pus_field_t transition_fields[] = {
+    PUS_FIELD(pus_transition_t, previous), PUS_FIELD(pus_transition_t, state),
+    PUS_FIELD(pus_transition_t, phase),    PUS_FIELD(pus_transition_t, configuration),
+    PUS_FIELD(pus_transition_t, cause),    PUS_FIELD(pus_transition_t, code),
+    PUS_FIELD(pus_transition_t, cycle),    PUS_FIELDS_END};
+
+static const pus_field_t status_fields[] = {PUS_FIELD(pus_subsystem_status_t, state),
+                                            PUS_FIELD(pus_subsystem_status_t, phase),
+                                            PUS_FIELD(pus_subsystem_status_t, target),
+                                            PUS_FIELD(pus_subsystem_status_t, configuration),
+                                            PUS_FIELD(pus_subsystem_status_t, interface_hash),
+                                            PUS_FIELD(pus_subsystem_status_t, configuration_hash),
+                                            PUS_FIELD(pus_subsystem_status_t, epoch),
+                                            PUS_FIELD(pus_subsystem_status_t, cycle),
+                                            PUS_FIELDS_END};
+
 status_t pus_transition_report(pus_process_t* const process, const pus_transition_t* const transition,
                                const uint64_t now_ns)
 {
-    FSW_ASSERT((process != NULL) && (transition != NULL));
-    octet_writer_t writer =
-        pus_tm_begin(process, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_TRANSITION, PUS_USER_GROUND, now_ns);
-    octet_write_u8(&writer, transition->previous);
-    octet_write_u8(&writer, transition->state);
-    octet_write_u8(&writer, transition->phase);
-    octet_write_u16(&writer, transition->configuration);
-    octet_write_u8(&writer, transition->cause);
-    octet_write_u16(&writer, transition->code);
-    octet_write_u32(&writer, transition->cycle);
-    return pus_tm_post(process, &writer);
+    static const pus_layout_t layout = {PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_TRANSITION, transition_fields};
+    return pus_fields_post(process, &layout, PUS_USER_GROUND, transition, now_ns);
 }
 
 status_t pus_transition_read(octet_reader_t* const reader, pus_transition_t* const out_transition)
 {
-    FSW_ASSERT((reader != NULL) && (out_transition != NULL));
-    out_transition->previous      = octet_read_u8(reader);
-    out_transition->state         = octet_read_u8(reader);
-    out_transition->phase         = octet_read_u8(reader);
-    out_transition->configuration = octet_read_u16(reader);
-    out_transition->cause         = octet_read_u8(reader);
-    out_transition->code          = octet_read_u16(reader);
-    out_transition->cycle         = octet_read_u32(reader);
-    return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
+    return pus_fields_read_all(reader, transition_fields, out_transition);
 }
 
 status_t pus_subsystem_status_report(pus_process_t* const process, const uint16_t destination,
                                      const pus_subsystem_status_t* const status, const uint64_t now_ns)
 {
-    FSW_ASSERT((process != NULL) && (status != NULL));
-    octet_writer_t writer =
-        pus_tm_begin(process, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_STATUS, destination, now_ns);
-    octet_write_u8(&writer, status->state);
-    octet_write_u8(&writer, status->phase);
-    octet_write_u8(&writer, status->target);
-    octet_write_u16(&writer, status->configuration);
-    octet_write_u64(&writer, status->interface_hash);
-    octet_write_u64(&writer, status->configuration_hash);
-    octet_write_u32(&writer, status->epoch);
-    octet_write_u32(&writer, status->cycle);
-    return pus_tm_post(process, &writer);
+    static const pus_layout_t layout = {PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_STATUS, status_fields};
+    return pus_fields_post(process, &layout, destination, status, now_ns);
 }
 
 status_t pus_subsystem_status_read(octet_reader_t* const reader, pus_subsystem_status_t* const out_status)
 {
-    FSW_ASSERT((reader != NULL) && (out_status != NULL));
-    out_status->state              = octet_read_u8(reader);
-    out_status->phase              = octet_read_u8(reader);
-    out_status->target             = octet_read_u8(reader);
-    out_status->configuration      = octet_read_u16(reader);
-    out_status->interface_hash     = octet_read_u64(reader);
-    out_status->configuration_hash = octet_read_u64(reader);
-    out_status->epoch              = octet_read_u32(reader);
-    out_status->cycle              = octet_read_u32(reader);
-    return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
+    return pus_fields_read_all(reader, status_fields, out_status);
 }
 
 static pus_reply_t request_state(void* const self, pus_request_t* const request)

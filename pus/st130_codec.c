@@ -8,29 +8,51 @@
 #define OFFER_SIZE 24U  // Of an entry of TM[130,2] [octets].
 #define STATUS_SIZE 52U // Of an entry of TM[130,9] [octets].
 
-void link_properties_write(octet_writer_t* const writer, const pus_link_properties_t* const properties)
-{
-    octet_write_u32(writer, properties->layout_hash);
-    octet_write_u32(writer, properties->layout_size);
-    octet_write_u8(writer, properties->byte_order);
-    octet_write_u32(writer, properties->period_us);
-    octet_write_u16(writer, properties->tolerance_permille);
-    octet_write_u8(writer, properties->method);
-    octet_write_u8(writer, properties->depth);
-    octet_write_u32(writer, properties->age_max_us);
-}
+// P and the two ends, as they lie in each message.
+#define PROPERTIES(record, member)                                                                           \
+    PUS_FIELD(record, member.layout_hash), PUS_FIELD(record, member.layout_size),                            \
+        PUS_FIELD(record, member.byte_order), PUS_FIELD(record, member.period_us),                           \
+        PUS_FIELD(record, member.tolerance_permille), PUS_FIELD(record, member.method),                      \
+        PUS_FIELD(record, member.depth), PUS_FIELD(record, member.age_max_us)
+#define ENDS(record, member)                                                                                 \
+    PUS_FIELD(record, member.producer_apid), PUS_FIELD(record, member.producer_port),                        \
+        PUS_FIELD(record, member.consumer_apid), PUS_FIELD(record, member.consumer_port)
 
-static void properties_read(octet_reader_t* const reader, pus_link_properties_t* const out_properties)
-{
-    out_properties->layout_hash        = octet_read_u32(reader);
-    out_properties->layout_size        = octet_read_u32(reader);
-    out_properties->byte_order         = octet_read_u8(reader);
-    out_properties->period_us          = octet_read_u32(reader);
-    out_properties->tolerance_permille = octet_read_u16(reader);
-    out_properties->method             = octet_read_u8(reader);
-    out_properties->depth              = octet_read_u8(reader);
-    out_properties->age_max_us         = octet_read_u32(reader);
-}
+static const pus_field_t request_fields[] = {
+    PUS_FIELD(pus_link_request_t, transaction), PUS_FIELD(pus_link_request_t, link),
+    ENDS(pus_link_request_t, ends), PROPERTIES(pus_link_request_t, properties), PUS_FIELDS_END};
+
+const pus_field_t link_accept_fields[] = {PUS_FIELD(pus_link_accept_t, transaction),
+                                          PUS_FIELD(pus_link_accept_t, link),
+                                          PROPERTIES(pus_link_accept_t, properties), PUS_FIELDS_END};
+
+const pus_field_t link_refuse_fields[] = {
+    PUS_FIELD(pus_link_refuse_t, transaction), PUS_FIELD(pus_link_refuse_t, reason),
+    PUS_FIELD(pus_link_refuse_t, field), PROPERTIES(pus_link_refuse_t, supported), PUS_FIELDS_END};
+
+static const pus_field_t open_fields[] = {PUS_FIELD(pus_link_open_t, link), PUS_FIELD(pus_link_open_t, epoch),
+                                          PUS_FIELDS_END};
+
+static const pus_field_t close_fields[] = {PUS_FIELD(pus_link_close_t, link),
+                                           PUS_FIELD(pus_link_close_t, reason), PUS_FIELDS_END};
+
+static const pus_field_t transition_fields[] = {
+    PUS_FIELD(pus_link_transition_t, link), PUS_FIELD(pus_link_transition_t, previous),
+    PUS_FIELD(pus_link_transition_t, state), PUS_FIELD(pus_link_transition_t, cause), PUS_FIELDS_END};
+
+const pus_field_t link_offer_fields[] = {PUS_FIELD(pus_link_offer_t, port), PUS_FIELD(pus_link_offer_t, role),
+                                         PROPERTIES(pus_link_offer_t, properties), PUS_FIELDS_END};
+
+const pus_field_t link_status_fields[] = {PUS_FIELD(pus_link_status_t, link),
+                                          PUS_FIELD(pus_link_status_t, state),
+                                          ENDS(pus_link_status_t, ends),
+                                          PROPERTIES(pus_link_status_t, properties),
+                                          PUS_FIELD(pus_link_status_t, sent),
+                                          PUS_FIELD(pus_link_status_t, received),
+                                          PUS_FIELD(pus_link_status_t, lost),
+                                          PUS_FIELD(pus_link_status_t, late),
+                                          PUS_FIELD(pus_link_status_t, last_sequence),
+                                          PUS_FIELDS_END};
 
 void link_endpoint_write(octet_writer_t* const writer, const pus_endpoint_t* const endpoint)
 {
@@ -55,22 +77,6 @@ static void endpoint_read(octet_reader_t* const reader, pus_endpoint_t* const ou
     (void)memcpy(out_endpoint->octets, octets, size);
 }
 
-void link_ends_write(octet_writer_t* const writer, const pus_link_ends_t* const ends)
-{
-    octet_write_u16(writer, ends->producer_apid);
-    octet_write_u16(writer, ends->producer_port);
-    octet_write_u16(writer, ends->consumer_apid);
-    octet_write_u16(writer, ends->consumer_port);
-}
-
-static void ends_read(octet_reader_t* const reader, pus_link_ends_t* const out_ends)
-{
-    out_ends->producer_apid = octet_read_u16(reader);
-    out_ends->producer_port = octet_read_u16(reader);
-    out_ends->consumer_apid = octet_read_u16(reader);
-    out_ends->consumer_port = octet_read_u16(reader);
-}
-
 static status_t done(const octet_reader_t* const reader)
 {
     return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
@@ -78,51 +84,36 @@ static status_t done(const octet_reader_t* const reader)
 
 void pus_link_request_write(octet_writer_t* const writer, const pus_link_request_t* const request)
 {
-    octet_write_u32(writer, request->transaction);
-    octet_write_u16(writer, request->link);
-    link_ends_write(writer, &request->ends);
-    link_properties_write(writer, &request->properties);
+    pus_fields_write(writer, request_fields, request);
 }
 
 status_t pus_link_request_read(octet_reader_t* const reader, pus_link_request_t* const out_request)
 {
-    out_request->transaction = octet_read_u32(reader);
-    out_request->link        = octet_read_u16(reader);
-    ends_read(reader, &out_request->ends);
-    properties_read(reader, &out_request->properties);
-    return done(reader);
+    return pus_fields_read_all(reader, request_fields, out_request);
 }
 
 status_t pus_link_accept_read(octet_reader_t* const reader, pus_link_accept_t* const out_accept)
 {
-    out_accept->transaction = octet_read_u32(reader);
-    out_accept->link        = octet_read_u16(reader);
-    properties_read(reader, &out_accept->properties);
+    pus_fields_read(reader, link_accept_fields, out_accept);
     endpoint_read(reader, &out_accept->endpoint);
     return done(reader);
 }
 
 status_t pus_link_refuse_read(octet_reader_t* const reader, pus_link_refuse_t* const out_refuse)
 {
-    out_refuse->transaction = octet_read_u32(reader);
-    out_refuse->reason      = octet_read_u8(reader);
-    out_refuse->field       = octet_read_u8(reader);
-    properties_read(reader, &out_refuse->supported);
-    return done(reader);
+    return pus_fields_read_all(reader, link_refuse_fields, out_refuse);
 }
 
 void pus_link_open_write(octet_writer_t* const writer, const pus_link_open_t* const open)
 {
-    octet_write_u16(writer, open->link);
-    octet_write_u32(writer, open->epoch);
+    pus_fields_write(writer, open_fields, open);
     link_endpoint_write(writer, &open->peer);
     octet_write_u32(writer, open->deadline_ms);
 }
 
 status_t pus_link_open_read(octet_reader_t* const reader, pus_link_open_t* const out_open)
 {
-    out_open->link  = octet_read_u16(reader);
-    out_open->epoch = octet_read_u32(reader);
+    pus_fields_read(reader, open_fields, out_open);
     endpoint_read(reader, &out_open->peer);
     out_open->deadline_ms = octet_read_u32(reader);
     return done(reader);
@@ -130,24 +121,28 @@ status_t pus_link_open_read(octet_reader_t* const reader, pus_link_open_t* const
 
 void pus_link_close_write(octet_writer_t* const writer, const pus_link_close_t* const close)
 {
-    octet_write_u16(writer, close->link);
-    octet_write_u8(writer, close->reason);
+    pus_fields_write(writer, close_fields, close);
 }
 
 status_t pus_link_close_read(octet_reader_t* const reader, pus_link_close_t* const out_close)
 {
-    out_close->link   = octet_read_u16(reader);
-    out_close->reason = octet_read_u8(reader);
-    return done(reader);
+    return pus_fields_read_all(reader, close_fields, out_close);
+}
+
+status_t pus_link_transition_report(pus_process_t* const process,
+                                    const pus_link_transition_t* const transition, const uint64_t now_ns)
+{
+    octet_writer_t writer =
+        pus_tm_begin(process, PUS_SERVICE_RTLINK, PUS_LINK_TRANSITION, PUS_USER_GROUND, now_ns);
+    pus_fields_write(&writer, transition_fields, transition);
+    pus_time_write(&writer, process->epoch_ns + transition->time_ns);
+    return pus_tm_post(process, &writer);
 }
 
 status_t pus_link_transition_read(octet_reader_t* const reader, pus_link_transition_t* const out_transition)
 {
-    out_transition->link     = octet_read_u16(reader);
-    out_transition->previous = octet_read_u8(reader);
-    out_transition->state    = octet_read_u8(reader);
-    out_transition->cause    = octet_read_u8(reader);
-    const status_t status    = pus_time_read(reader, &out_transition->time_ns);
+    pus_fields_read(reader, transition_fields, out_transition);
+    const status_t status = pus_time_read(reader, &out_transition->time_ns);
     return (status == STATUS_OK) ? done(reader) : STATUS_INVALID;
 }
 
@@ -167,9 +162,7 @@ status_t pus_link_offers_read(octet_reader_t* const reader, uint16_t* const out_
 
 void pus_link_offer_read(octet_reader_t* const reader, pus_link_offer_t* const out_offer)
 {
-    out_offer->port = octet_read_u16(reader);
-    out_offer->role = octet_read_u8(reader);
-    properties_read(reader, &out_offer->properties);
+    pus_fields_read(reader, link_offer_fields, out_offer);
 }
 
 status_t pus_link_statuses_read(octet_reader_t* const reader, uint16_t* const out_count)
@@ -179,13 +172,5 @@ status_t pus_link_statuses_read(octet_reader_t* const reader, uint16_t* const ou
 
 void pus_link_status_read(octet_reader_t* const reader, pus_link_status_t* const out_status)
 {
-    out_status->link  = octet_read_u16(reader);
-    out_status->state = octet_read_u8(reader);
-    ends_read(reader, &out_status->ends);
-    properties_read(reader, &out_status->properties);
-    out_status->sent          = octet_read_u32(reader);
-    out_status->received      = octet_read_u32(reader);
-    out_status->lost          = octet_read_u32(reader);
-    out_status->late          = octet_read_u32(reader);
-    out_status->last_sequence = octet_read_u32(reader);
+    pus_fields_read(reader, link_status_fields, out_status);
 }

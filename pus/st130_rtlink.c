@@ -17,11 +17,8 @@ void pus_rtlink_init(pus_rtlink_t* const rtlink, const pus_rtlink_port_t* const 
 status_t pus_link_accept_report(pus_process_t* const process, const uint16_t destination,
                                 const pus_link_accept_t* const accept, const uint64_t now_ns)
 {
-    FSW_ASSERT((process != NULL) && (accept != NULL));
     octet_writer_t writer = pus_tm_begin(process, PUS_SERVICE_RTLINK, PUS_LINK_ACCEPT, destination, now_ns);
-    octet_write_u32(&writer, accept->transaction);
-    octet_write_u16(&writer, accept->link);
-    link_properties_write(&writer, &accept->properties);
+    pus_fields_write(&writer, link_accept_fields, accept);
     link_endpoint_write(&writer, &accept->endpoint);
     return pus_tm_post(process, &writer);
 }
@@ -29,27 +26,8 @@ status_t pus_link_accept_report(pus_process_t* const process, const uint16_t des
 status_t pus_link_refuse_report(pus_process_t* const process, const uint16_t destination,
                                 const pus_link_refuse_t* const refuse, const uint64_t now_ns)
 {
-    FSW_ASSERT((process != NULL) && (refuse != NULL));
-    octet_writer_t writer = pus_tm_begin(process, PUS_SERVICE_RTLINK, PUS_LINK_REFUSE, destination, now_ns);
-    octet_write_u32(&writer, refuse->transaction);
-    octet_write_u8(&writer, refuse->reason);
-    octet_write_u8(&writer, refuse->field);
-    link_properties_write(&writer, &refuse->supported);
-    return pus_tm_post(process, &writer);
-}
-
-status_t pus_link_transition_report(pus_process_t* const process,
-                                    const pus_link_transition_t* const transition, const uint64_t now_ns)
-{
-    FSW_ASSERT((process != NULL) && (transition != NULL));
-    octet_writer_t writer =
-        pus_tm_begin(process, PUS_SERVICE_RTLINK, PUS_LINK_TRANSITION, PUS_USER_GROUND, now_ns);
-    octet_write_u16(&writer, transition->link);
-    octet_write_u8(&writer, transition->previous);
-    octet_write_u8(&writer, transition->state);
-    octet_write_u8(&writer, transition->cause);
-    pus_time_write(&writer, process->epoch_ns + transition->time_ns);
-    return pus_tm_post(process, &writer);
+    static const pus_layout_t layout = {PUS_SERVICE_RTLINK, PUS_LINK_REFUSE, link_refuse_fields};
+    return pus_fields_post(process, &layout, destination, refuse, now_ns);
 }
 
 // Lists: a filter {N x {u16}} selects entries; N = 0 selects all.
@@ -83,9 +61,7 @@ static bool write_offer(const pus_rtlink_port_t* const port, const uint16_t inde
         return false;
     }
     *out_id = offer.port;
-    octet_write_u16(writer, offer.port);
-    octet_write_u8(writer, offer.role);
-    link_properties_write(writer, &offer.properties);
+    pus_fields_write(writer, link_offer_fields, &offer);
     return true;
 }
 
@@ -97,15 +73,7 @@ static bool write_status(const pus_rtlink_port_t* const port, const uint16_t ind
         return false;
     }
     *out_id = status.link;
-    octet_write_u16(writer, status.link);
-    octet_write_u8(writer, status.state);
-    link_ends_write(writer, &status.ends);
-    link_properties_write(writer, &status.properties);
-    octet_write_u32(writer, status.sent);
-    octet_write_u32(writer, status.received);
-    octet_write_u32(writer, status.lost);
-    octet_write_u32(writer, status.late);
-    octet_write_u32(writer, status.last_sequence);
+    pus_fields_write(writer, link_status_fields, &status);
     return true;
 }
 

@@ -2,6 +2,7 @@
 #include "pus/st131_mission.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "pus/fields.h"
 
 void pus_mission_init(pus_mission_t* const mission, const pus_mission_port_t* const port)
 {
@@ -12,48 +13,44 @@ void pus_mission_init(pus_mission_t* const mission, const pus_mission_port_t* co
     *mission = (pus_mission_t){.port = *port};
 }
 
+static const pus_field_t mode_fields[] = {PUS_FIELD(pus_mode_transition_t, previous),
+                                          PUS_FIELD(pus_mode_transition_t, mode),
+                                          PUS_FIELD(pus_mode_transition_t, cause), PUS_FIELDS_END};
+
+static const pus_field_t log_fields[] = {
+    PUS_FIELD(pus_log_transition_t, previous), PUS_FIELD(pus_log_transition_t, strategy),
+    PUS_FIELD(pus_log_transition_t, first_record), PUS_FIELD(pus_log_transition_t, code), PUS_FIELDS_END};
+
+static const pus_field_t subsystem_fields[] = {PUS_FIELD(pus_subsystem_entry_t, apid),
+                                               PUS_FIELD(pus_subsystem_entry_t, process),
+                                               PUS_FIELD(pus_subsystem_entry_t, state),
+                                               PUS_FIELD(pus_subsystem_entry_t, phase),
+                                               PUS_FIELD(pus_subsystem_entry_t, configuration),
+                                               PUS_FIELD(pus_subsystem_entry_t, restarts),
+                                               PUS_FIELDS_END};
+
 status_t pus_mode_transition_report(pus_process_t* const process,
                                     const pus_mode_transition_t* const transition, const uint64_t now_ns)
 {
-    FSW_ASSERT((process != NULL) && (transition != NULL));
-    octet_writer_t writer =
-        pus_tm_begin(process, PUS_SERVICE_MISSION, PUS_MISSION_MODE_TRANSITION, PUS_USER_GROUND, now_ns);
-    octet_write_u8(&writer, transition->previous);
-    octet_write_u8(&writer, transition->mode);
-    octet_write_u8(&writer, transition->cause);
-    return pus_tm_post(process, &writer);
+    static const pus_layout_t layout = {PUS_SERVICE_MISSION, PUS_MISSION_MODE_TRANSITION, mode_fields};
+    return pus_fields_post(process, &layout, PUS_USER_GROUND, transition, now_ns);
 }
 
 status_t pus_mode_transition_read(octet_reader_t* const reader, pus_mode_transition_t* const out_transition)
 {
-    FSW_ASSERT((reader != NULL) && (out_transition != NULL));
-    out_transition->previous = octet_read_u8(reader);
-    out_transition->mode     = octet_read_u8(reader);
-    out_transition->cause    = octet_read_u8(reader);
-    return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
+    return pus_fields_read_all(reader, mode_fields, out_transition);
 }
 
 status_t pus_log_transition_report(pus_process_t* const process, const pus_log_transition_t* const transition,
                                    const uint64_t now_ns)
 {
-    FSW_ASSERT((process != NULL) && (transition != NULL));
-    octet_writer_t writer =
-        pus_tm_begin(process, PUS_SERVICE_MISSION, PUS_MISSION_LOG_TRANSITION, PUS_USER_GROUND, now_ns);
-    octet_write_u8(&writer, transition->previous);
-    octet_write_u8(&writer, transition->strategy);
-    octet_write_u64(&writer, transition->first_record);
-    octet_write_u16(&writer, transition->code);
-    return pus_tm_post(process, &writer);
+    static const pus_layout_t layout = {PUS_SERVICE_MISSION, PUS_MISSION_LOG_TRANSITION, log_fields};
+    return pus_fields_post(process, &layout, PUS_USER_GROUND, transition, now_ns);
 }
 
 status_t pus_log_transition_read(octet_reader_t* const reader, pus_log_transition_t* const out_transition)
 {
-    FSW_ASSERT((reader != NULL) && (out_transition != NULL));
-    out_transition->previous     = octet_read_u8(reader);
-    out_transition->strategy     = octet_read_u8(reader);
-    out_transition->first_record = octet_read_u64(reader);
-    out_transition->code         = octet_read_u16(reader);
-    return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
+    return pus_fields_read_all(reader, log_fields, out_transition);
 }
 
 static pus_reply_t set_mode(void* const self, pus_request_t* const request)
@@ -120,12 +117,7 @@ static pus_reply_t report_subsystems(void* const self, pus_request_t* const requ
     pus_request_perform(request);
     octet_writer_t writer = begin_list(request, PUS_MISSION_SUBSYSTEMS);
     while (!writer.failed && port->subsystem(port->context, count, &entry)) {
-        octet_write_u16(&writer, entry.apid);
-        octet_write_u8(&writer, entry.process);
-        octet_write_u8(&writer, entry.state);
-        octet_write_u8(&writer, entry.phase);
-        octet_write_u16(&writer, entry.configuration);
-        octet_write_u8(&writer, entry.restarts);
+        pus_fields_write(&writer, subsystem_fields, &entry);
         count++;
     }
     return end_list(request, &writer, count);
