@@ -12,6 +12,7 @@
 ##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
 ##                                                               PORT=  TOOLS=  OUT=runs/...
 ##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=  SIM_ROBOT_IF=
+##                                                               FOREIGN=<subsystem>: its program big-endian, emulated
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
@@ -25,6 +26,7 @@
 ##                   for build/vm/out            CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=folder
 ##   make bench      measure, print a table, write build/bench.json         ONLY=<part of a name>  CHECK=1
 ##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<one that is there>
+##   make foreign    the subsystems' programs for the big-endian s390x: build/s390x/bin/
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
 ##   make gse        set up the ground segment's command line and show how to call it
 ##   make format     clang-format all C sources in place
@@ -54,6 +56,12 @@ VARIANT := $(if $(FUZZ),fuzz,$(if $(COVERAGE),coverage,$(if $(SANITIZE),sanitize
 ifdef TSAN # With CC=clang.
 VARIANT := thread
 endif
+AR := ar
+ifdef S390X # Programs of a big-endian processor, for qemu-s390x.
+override CC := s390x-linux-gnu-gcc
+AR      := s390x-linux-gnu-ar
+VARIANT := s390x
+endif
 B       := build$(addprefix /,$(VARIANT))
 
 WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wstrict-prototypes -Wvla -Werror
@@ -76,6 +84,11 @@ OPTIMIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=fuzzer-no-link,address,und
 endif
 CFLAGS   := -std=c99 $(WARNINGS) $(OPTIMIZE) -ffp-contract=off
 CPPFLAGS := -D_POSIX_C_SOURCE=200809L -I. -Ibuild -isystem build/third_party/unity/src
+ifdef S390X
+CPPFLAGS += -isystem build/third_party/expat-s390x/include
+CFLAGS   += -fexcess-precision=fast # Else a float is a double there as long as it is not stored.
+LDFLAGS  := -static -Lbuild/third_party/expat-s390x/lib
+endif
 
 # --- libraries: one per folder -----------------------------------------------------------------------------------
 SOURCES  := $(shell find osal pus fsw sim -name '*.c' 2>/dev/null | LC_ALL=C sort)
@@ -92,7 +105,7 @@ LIBRARIES := $(foreach d,$(DIRS),$(call library,$d))
 define library_rule
 $(call library,$1): $(call objects,$(filter-out %_main.c,$(wildcard $1/*.c))) $1
 	@mkdir -p $$(@D) && rm -f $$@
-	$(Q)ar rcs $$@ $$(filter %.o,$$^)
+	$(Q)$(AR) rcs $$@ $$(filter %.o,$$^)
 endef
 $(foreach d,$(DIRS),$(eval $(call library_rule,$d)))
 
@@ -144,10 +157,13 @@ define program_rule
 $(call program_name,$1): $(call objects,$1) $(call libraries_of,$1)
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  link $$@")
-	$(Q)$(CC) $(CFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -Wl,--as-needed $(call externals_of,$1)
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -Wl,--as-needed $(call externals_of,$1)
 endef
 $(foreach m,$(MAINS),$(eval $(call program_rule,$m)))
 PROGRAMS := $(foreach m,$(MAINS),$(call program_name,$m))
+# Those that a stand-in can take part for: all components but the two that others reach in shared memory.
+FOREIGN_PROGRAMS := $(foreach p,$(filter-out supervisor communication,$(patsubst %_program.c,%,\
+                    $(notdir $(wildcard fsw/app/*_program.c)))),$B/bin/$(subst _,-,$p))
 
 # --- C tests: each links its own layer and those its layer sees ----------------------------------------------------
 selected   = $(if $(ONLY),$(foreach t,$1,$(if $(findstring $(ONLY),$t),$t)),$1)
@@ -170,17 +186,18 @@ mirrored   = $(patsubst test/unit/%,%,$(patsubst test/contract/%,%,$(patsubst %/
 test_name  = $(patsubst %.c,$B/%,$1)
 fixtures   = $(filter-out $(dir $1)test_%,$(wildcard $(dir $1)*.c))
 
+TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) -lexpat -lpthread -lm
+
 define test_rule
 $(call test_name,$1): $(call objects,$1 $(call fixtures,$1)) $(SUPPORT_A) $(call layer_libraries,$(call mirrored,$1))
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(CFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) \
-	    -Wl,--as-needed -lcmocka -lexpat -lode -llcm -lsqlite3 -lpthread -lm
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -Wl,--as-needed $(TEST_EXTERNALS)
 endef
 $(foreach t,$(TESTS),$(eval $(call test_rule,$t)))
 
 $(SUPPORT_A): $(SUPPORT) $B/obj/unity.o
 	@mkdir -p $(@D) && rm -f $@
-	$(Q)ar rcs $@ $^
+	$(Q)$(AR) rcs $@ $^
 $B/obj/unity.o: | build/setup/test
 	@mkdir -p $(@D)
 	$(Q)$(CC) -std=c99 $(OPTIMIZE) -c build/third_party/unity/src/unity.c -o $@
@@ -208,7 +225,7 @@ $(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
 -include $(patsubst %.o,%.d,$(call objects,$(FUZZ_SOURCES)))
 
 # --- targets for people --------------------------------------------------------------------------------------------
-.PHONY: force all help programs tests thread-tests benches fuzzers fuzz fuzz-corpus sim-run vm test test-hil check check-full bench doctor setup clean gse format new-subsystem docs
+.PHONY: force all help programs tests thread-tests foreign foreign-programs foreign-tests benches fuzzers fuzz fuzz-corpus sim-run vm test test-hil check check-full bench doctor setup clean gse format new-subsystem docs
 help:
 	@sed -n 's/^## \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 
@@ -216,6 +233,8 @@ all: build/setup/run
 	$(PARALLEL) programs
 programs: $(LIBRARIES) $(PROGRAMS)
 	@:
+foreign: build/setup/test
+	$(PARALLEL) S390X=1 foreign-programs
 # What has several tasks at one thing: built and run once more to look for data races.
 THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_link_doorbell.c $(patsubst %,test/contract/osal/test_%.c, \
                 mutex event task doorbell inversion),$(TESTS))
@@ -223,10 +242,19 @@ thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))
 	@:
 tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
 	@:
+# What puts numbers into octets, where numbers lie the other way round. Only Unity's, since cmocka is not there for it,
+# and what needs neither several tasks (the emulator has no locks with inheritance of priority) nor the clock on the wall.
+FOREIGN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_foreign_wire.c $(foreach f,base parameter rtlink message,\
+                 test/unit/fsw/framework/$f/%),$(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
+FOREIGN_TESTS := $(if $(FOREIGN_TESTS),$(shell grep -L cmocka.h $(FOREIGN_TESTS)))
+foreign-tests: $(FOREIGN_PROGRAMS) $(foreach t,$(FOREIGN_TESTS),$(call test_name,$t))
+	@:
+foreign-programs: $(FOREIGN_PROGRAMS)
+	@:
 benches: $(patsubst test/bench/%.c,$B/bench/%,$(call selected,$(BENCHES))) $(TRANSPORTS:%=$B/bench/transport/%)
 	@:
 
-build/setup/%: gse/setup/setup.sh gse/setup/unity.sh gse/setup/packages.txt gse/requirements.txt test/requirements.txt
+build/setup/%: gse/setup/setup.sh gse/setup/unity.sh gse/setup/expat_s390x.sh gse/setup/packages.txt gse/requirements.txt test/requirements.txt
 	@sh gse/setup/setup.sh $*
 setup: build/setup/full
 doctor:
@@ -235,13 +263,15 @@ doctor:
 # Only what was said on the command line is passed on; the launcher knows the defaults and refuses nonsense.
 option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
 adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
-sim-run: all
+sim-run: all $(if $(FOREIGN),foreign)
 	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,seed,SEED) \
 	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
 	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT) \
-	    $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
+	    $(call option,foreign,FOREIGN) $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
 	    $(call adapter,sim-interface,robot,SIM_ROBOT_IF) $(call adapter,sim-interface,joystick,SIM_JOYSTICK_IF)
 
+NEEDS_FOREIGN = $(findstring $(or $(ONLY),test/hil),test/hil/test_big_endian.py)
+BUILD_FOREIGN = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 foreign-tests
 HIL_TESTS = $(call selected,$(sort $(wildcard test/hil/test_*.py)))
 test: build/setup/$(if $(HIL_TESTS),vm,test)
 	+@failed=; \
@@ -249,9 +279,11 @@ test: build/setup/$(if $(HIL_TESTS),vm,test)
 	$(MAKE) -k --no-print-directory -j$(JOBS) SANITIZE=1 programs tests || failed="$$failed the sanitizer build"; \
 	$(if $(or $(if $(ONLY),,all),$(findstring fuzz,$(ONLY))),$(BUILD_FUZZERS) -k ONLY= || failed="$$failed the fuzz build";) \
 	$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || failed="$$failed the build against data races"; \
+	$(if $(NEEDS_FOREIGN),$(BUILD_FOREIGN) -k || failed="$$failed the big-endian build";) \
 	$(VENV) test/support/run_tests.py --threads '$(call selected,$(THREAD_TESTS))' --jobs $(JOBS) --only '$(ONLY)' --failed "$$failed" $(call selected,$(TESTS))
 
 test-hil: build/setup/vm all
+	+$(if $(NEEDS_FOREIGN),@$(BUILD_FOREIGN))
 	@HIL_PLACE='$(PLACE)' $(VENV) -m pytest -q -rs -p no:cacheprovider --timeout=600 --rootdir=. \
 	    $(or $(HIL_TESTS),$(error no test in test/hil has '$(ONLY)' in its path))
 

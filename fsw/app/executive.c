@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/app/executive.h"
 
+#include "fsw/app/foreign.h"
 #include "fsw/app/loop_tasks.h"
 #include "fsw/app/program.h"
 #include "fsw/framework/base/text.h"
@@ -21,6 +22,8 @@ typedef struct { // All storage that the program itself needs, beside its compon
     osal_shm_t run_shm;
     osal_shm_t calendar_shm;
     loop_tasks_t loop_tasks;
+    foreign_t foreign;
+    bool is_foreign; // Takes part by way of a stand-in.
 } executive_t;
 
 static executive_t storage;
@@ -49,6 +52,20 @@ static unsigned number_of(const char* const digits)
     return number;
 }
 
+/// Null, or what is wrong.
+static const char* take_seat(run_block_t* const run, const unsigned component,
+                             osal_calendar_t* const calendar)
+{
+    descriptor_loader_init(&storage.loader);
+    if (descriptor_load_mission(&storage.loader, run->mission_path, &storage.mission, &storage.scratch) !=
+        STATUS_OK) {
+        return descriptor_error(&storage.loader);
+    }
+    return (seat_take(&storage.seat, run, &storage.mission, component, calendar, NULL) == STATUS_OK)
+               ? NULL
+               : storage.seat.error;
+}
+
 static const char* open_run(const char* const name, const unsigned component,
                             osal_calendar_t** const out_calendar)
 {
@@ -68,14 +85,24 @@ static const char* open_run(const char* const name, const unsigned component,
         }
         *out_calendar = osal_calendar_attach(osal_shm_address(&storage.calendar_shm));
     }
-    descriptor_loader_init(&storage.loader);
-    if (descriptor_load_mission(&storage.loader, run->mission_path, &storage.mission, &storage.scratch) !=
-        STATUS_OK) {
-        return descriptor_error(&storage.loader);
+    return take_seat(run, component, *out_calendar);
+}
+
+/// Null, or what is wrong.
+static const char* join_by_stand_in(const unsigned descriptor)
+{
+    foreign_t* const foreign = &storage.foreign;
+    storage.is_foreign       = true;
+    const status_t joined =
+        (descriptor != UINT32_MAX) ? foreign_join(foreign, (int)descriptor) : STATUS_INVALID;
+    if (joined != STATUS_OK) {
+        return "the stand-in does not tell of a run; `hirosco run --foreign SUBSYSTEM` starts both";
     }
-    return (seat_take(&storage.seat, run, &storage.mission, component, *out_calendar, NULL) == STATUS_OK)
-               ? NULL
-               : storage.seat.error;
+    const char* const error = take_seat(&foreign->run, foreign->component, NULL);
+    if (error == NULL) {
+        foreign_serve(foreign, &storage.seat);
+    }
+    return error;
 }
 
 /// Where time is real, services that have a loop of their own have a task of their own.
@@ -119,7 +146,9 @@ static void follow_priority(const char* const executable, const program_t* const
     }
 }
 
-static void loop(const char* const executable, const program_t* const program)
+/// Until the run has ended or the process is asked to. STATUS_OK, STATUS_CLOSED; others: the stand-in and
+/// this program do not understand each other.
+static status_t loop(const char* const executable, const program_t* const program)
 {
     seat_t* const seat = &storage.seat;
     uint64_t wake_ns   = 0U;
@@ -134,9 +163,10 @@ static void loop(const char* const executable, const program_t* const program)
             const uint64_t latest_ns = osal_clock_now_ns(&seat->clock) + REAL_WAIT_MAX_NS;
             wake_ns                  = (wake_ns < latest_ns) ? wake_ns : latest_ns;
         }
-        if ((osal_clock_wait(&seat->clock, wake_ns, sockets, count) != STATUS_OK) ||
-            (osal_process_stop_count() > 0U)) {
-            return;
+        const status_t status = storage.is_foreign ? foreign_wait(&storage.foreign, wake_ns)
+                                                   : osal_clock_wait(&seat->clock, wake_ns, sockets, count);
+        if ((status != STATUS_OK) || (osal_process_stop_count() > 0U)) {
+            return status;
         }
         seat_pump(seat, osal_clock_messages_due(&seat->clock), program->link_datagram, program->self);
         wake_ns = program->step(program->self, osal_clock_now_ns(&seat->clock),
@@ -148,9 +178,9 @@ static void loop(const char* const executable, const program_t* const program)
 int executive_main(const int argument_count, char* const arguments[], const char* const executable,
                    const program_open_t open)
 {
-    const bool is_well_called = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0) &&
-                                (strcmp(arguments[3], "--component") == 0);
-    if (!is_well_called) {
+    const bool is_well_called = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0);
+    const bool is_foreign     = is_well_called && (strcmp(arguments[3], "--stand-in") == 0);
+    if (!is_foreign && (!is_well_called || (strcmp(arguments[3], "--component") != 0))) {
         (void)complain(executable,
                        "usage: --run NAME --component INDEX (the launcher `hirosco run` starts it)");
         return 2;
@@ -158,7 +188,9 @@ int executive_main(const int argument_count, char* const arguments[], const char
     osal_process_catch_stop();
     osal_process_ignore_interrupt();
     osal_calendar_t* calendar = NULL;
-    const char* const error   = open_run(arguments[2], number_of(arguments[4]), &calendar);
+    const unsigned number     = number_of(arguments[4]);
+    const char* const error =
+        is_foreign ? join_by_stand_in(number) : open_run(arguments[2], number, &calendar);
     if (error != NULL) {
         return complain(executable, error);
     }
@@ -170,10 +202,14 @@ int executive_main(const int argument_count, char* const arguments[], const char
         return complain(executable, "cannot start the tasks of its loops");
     }
     note_attributes(executable);
-    loop(executable, &program);
+    const status_t status = loop(executable, &program);
     loop_tasks_stop(&storage.loop_tasks);
     if (program.close != NULL) {
         program.close(program.self);
     }
-    return 0;
+    if (storage.is_foreign) {
+        foreign_leave(&storage.foreign);
+    }
+    return ((status == STATUS_OK) || (status == STATUS_CLOSED)) ? 0
+                                                                : complain(executable, status_text(status));
 }

@@ -5,7 +5,8 @@
 
 #include "fsw/app/program.h"
 
-/// Command line `--run NAME --component INDEX`, as the launcher gives it. Returns the exit code: 0 the run
+/// Command line `--run NAME --component INDEX`, as the launcher gives it, or `--run NAME --stand-in
+/// DESCRIPTOR`, as the stand-in of a foreign program does (foreign_wire.h). Returns the exit code: 0 the run
 /// ended, 1 could not start (one line on standard error), 2 usage.
 int executive_main(int argument_count, char* const arguments[], const char* executable, program_open_t open);
 

@@ -26,6 +26,8 @@ const char* launch_options_help(void)
            "  --transport udp|tipc     carrier of messages between processes (default: the mission's)\n"
            "  --links shm|udp|tipc     transfer method of real-time links (default: the mission's)\n"
            "  --nodes 1|2        on-board computers that the processes are spread over (default 1)\n"
+           "  --foreign SUBSYSTEM  its program runs big-endian: built for s390x (make foreign), in "
+           "qemu-s390x\n"
            "  --port N           ground port on 127.0.0.1 (default: the first free from the mission's)\n"
            "  --tools N          serve bus tools on 127.0.0.1 at this port (socketcand; python-can, "
            "SavvyCAN)\n"
@@ -235,6 +237,11 @@ static bool take(launch_options_t* const options, const char* const option, cons
     if (is_word(option, "--interface") || is_word(option, "--sim-interface")) {
         return take_interface(options, option, value, error);
     }
+    if (strcmp(option, "--foreign") == 0) {
+        options->foreign = value;
+        return is_name(value) ||
+               fail(error, option, value, "expected the name of a subsystem of the mission");
+    }
     if (strcmp(option, "--out") == 0) {
         options->output = value;
         return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) ||
@@ -285,6 +292,39 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
     return true;
 }
 
+/// A foreign program shares no memory with the rest of the run.
+static bool is_foreign_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+{
+    if (options->foreign[0] == '\0') {
+        return true;
+    }
+    options->links     = (options->links[0] == '\0') ? "udp" : options->links;
+    options->transport = (options->transport[0] == '\0') ? "udp" : options->transport;
+    if (options->is_image) {
+        return fail(error, "--foreign", "--form image",
+                    "a program of another processor is a process of its own; take processes");
+    }
+    if (!options->is_stepped) {
+        return fail(error, "--foreign", "--time real",
+                    "its stand-in hands over turn by turn, and an emulated processor keeps no deadline; take "
+                    "--time stepped");
+    }
+    if (strcmp(options->links, "udp") != 0) {
+        return fail(
+            error, "--foreign --links", options->links,
+            "it reads no structures of another byte order in shared memory, and has no TIPC; take udp");
+    }
+    if (strcmp(options->transport, "udp") != 0) {
+        return fail(error, "--foreign --transport", options->transport, "qemu-s390x has no TIPC; take udp");
+    }
+    if (options->bus != LAUNCH_BUS_SHM) {
+        return fail(error, "--foreign --bus", launch_bus_text(options->bus),
+                    "its stand-in hands over frames, but not what else a controller tells; take --bus shm");
+    }
+    return (options->nodes == 1U) ||
+           fail(error, "--foreign", "--nodes 2", "a stand-in and its program run on one on-board computer");
+}
+
 /// Combinations that make no sense, each with the reason.
 static bool is_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
@@ -332,6 +372,7 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
                                       .links      = "",
                                       .nodes      = 1U,
                                       .output     = "",
+                                      .foreign    = "",
                                       .has_report = true};
     error[0]     = '\0';
     for (int i = 0; i < argument_count; i += 2) {
@@ -342,5 +383,5 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
             return false;
         }
     }
-    return is_sensible(out_options, error);
+    return is_foreign_sensible(out_options, error) && is_sensible(out_options, error);
 }

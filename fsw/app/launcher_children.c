@@ -86,8 +86,6 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
     int descriptors[2U + RUN_LINKS_MAX];
     size_t count          = 0U;
     arguments_t arguments = {.count = 0U};
-    char name[RUN_NAME_MAX];
-    FSW_ASSERT(run_name(launcher->run, "run", 0U, name, sizeof name));
     component->start_count++;
     __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_RUNNING, __ATOMIC_RELEASE);
     __atomic_store_n(&component->is_wanted, 1U, __ATOMIC_RELEASE);
@@ -98,11 +96,7 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
             descriptors[count++] = launcher->run->link_descriptors[i];
         }
     }
-    arguments_add_program(&arguments, launcher, launcher->mission.subsystems[child->component].executable);
-    arguments_add(&arguments, "--run");
-    arguments_add(&arguments, name);
-    arguments_add(&arguments, "--component");
-    arguments_add_number(&arguments, child->component);
+    launcher_add_component(launcher, child->component, &arguments);
     if (launcher_enter_node(launcher, component->node)) {
         launcher_start_child(launcher, child, &arguments, descriptors, count);
         launcher_leave_node(launcher);

@@ -79,9 +79,18 @@ static void remove_flows(const run_block_t* const run)
     }
 }
 
+static void remove_name(void* const context, const char* const name)
+{
+    (void)context;
+    (void)osal_shm_remove(name);
+}
+
 static void remove_names(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
+    if (run_name(launcher->run, "foreign", 0U, name, sizeof name)) { // Of a program that was killed.
+        (void)osal_shm_each(name, remove_name, NULL);
+    }
     for (unsigned link = 1U; link <= RUN_LINKS_MAX; link++) {
         if (run_name(launcher->run, "link", link, name, sizeof name)) {
             (void)osal_shm_remove(name);

@@ -44,6 +44,13 @@ bool launcher_open_sockets(launcher_t* launcher);
 bool launcher_enter_node(launcher_t* launcher, unsigned node);
 void launcher_leave_node(launcher_t* launcher);
 
+/// launcher_foreign.c: a subsystem whose program is that of another processor. False: `reason` says what is
+/// missing and what to do.
+bool launcher_check_foreign(launcher_t* launcher);
+bool launcher_is_foreign(const launcher_t* launcher, unsigned component);
+/// Program and arguments of a component's process, or of its stand-in.
+void launcher_add_component(const launcher_t* launcher, unsigned component, arguments_t* arguments);
+
 /// launcher_clean_up.c: run a tool to its end. False if it failed.
 bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const char* name);
 

@@ -349,10 +349,11 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
         load_mission(launcher, mission_path, sizeof mission_path) && choose_methods(launcher, mission_path) &&
-        launcher_check_system(launcher) && find_scenario(launcher) && launcher_ready_interfaces(launcher) &&
-        make_folder(launcher, folder, sizeof folder) && make_run_block(launcher, mission_path, folder) &&
-        make_calendar(launcher) && launcher_make_buses(launcher) && launcher_make_nodes(launcher) &&
-        launcher_open_sockets(launcher) && listen_to_ground(launcher) && tell_ground(launcher);
+        launcher_check_foreign(launcher) && launcher_check_system(launcher) && find_scenario(launcher) &&
+        launcher_ready_interfaces(launcher) && make_folder(launcher, folder, sizeof folder) &&
+        make_run_block(launcher, mission_path, folder) && make_calendar(launcher) &&
+        launcher_make_buses(launcher) && launcher_make_nodes(launcher) && launcher_open_sockets(launcher) &&
+        listen_to_ground(launcher) && tell_ground(launcher);
     if (is_ready) {
         find_equipment(launcher);
         name_door(launcher);

@@ -63,6 +63,9 @@ static void add_options(text_t* const text, const launch_options_t* const option
     add_key(text, "nodes");
     text_add_unsigned(text, options->nodes);
     add_word(text, "links", options->links);
+    if (options->foreign[0] != '\0') {
+        add_word(text, "foreign", options->foreign);
+    }
 }
 
 /// Frames of SocketCAN buses that did not come as announced.

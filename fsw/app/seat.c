@@ -257,6 +257,8 @@ status_t seat_take(seat_t* const seat, run_block_t* const run, const mission_des
     seat->uplink = (pus_port_t){seat, send_up};
     if (calendar != NULL) {
         osal_clock_open_stepped(&seat->clock, calendar, run_participant(index));
+    } else if (run->is_stepped) {
+        osal_clock_open_granted(&seat->clock, &seat->deliveries);
     } else {
         osal_clock_open_real(&seat->clock, run->origin_ns);
     }

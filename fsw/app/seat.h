@@ -26,6 +26,7 @@ typedef struct { // Private, except the members named below.
     unsigned component; ///< Index in run->components.
     uint16_t apid;
     osal_clock_t clock;
+    osal_deliveries_t deliveries; // Where the calendar is out of reach.
     message_endpoint_t endpoint;
     uint8_t inbox[SEAT_INBOX_OCTETS];
     udp_carrier_t udp;
@@ -42,8 +43,9 @@ typedef struct { // Private, except the members named below.
     char error[SEAT_ERROR_MAX];
 } seat_t;
 
-/// Take the seat of component `index` of the run. `calendar` null: real time. `hub` null: messages by UDP
-/// or TIPC, as the run says.
+/// Take the seat of component `index` of the run. `calendar` null: real time, or, where the run is stepped, a
+/// clock whose grants are brought (osal_clock_take_grant). `hub` null: messages by UDP or TIPC, as the run
+/// says.
 /// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t seat_take(seat_t* seat, run_block_t* run, const mission_descriptor_t* mission,
                             unsigned index, osal_calendar_t* calendar, ring_carrier_t* hub);

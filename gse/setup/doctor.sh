@@ -37,6 +37,8 @@ machine() {
     row MACHINE STATE TARGET 'NEEDED FOR'
     [ -f build/third_party/unity/src/unity.c ] && state=present || state='fetched by make test'
     row Unity "$state" test 'unit tests of the portable core'
+    [ -f build/third_party/expat-s390x/lib/libexpat.a ] && state=present || state='fetched by make test'
+    row 'expat, s390x' "$state" test 'programs of a big-endian processor'
     [ -f build/vm/vmlinux ] && state=present || state='fetched by make vm'
     row 'kernel, micro-VM' "$state" hil 'vcan, TIPC where this kernel has none'
     [ "$(id -u)" -eq 0 ] && state=root || { sudo -n true 2>/dev/null && state='sudo' || state=no; }

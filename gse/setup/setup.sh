@@ -68,7 +68,13 @@ python_environment() {
 mkdir -p build/setup
 install_packages
 python_environment
-case $level in run | docs) ;; *) sh "$here/unity.sh" ;; esac
+case $level in
+run | docs) ;;
+*)
+    sh "$here/unity.sh"
+    sh "$here/expat_s390x.sh"
+    ;;
+esac
 for done_level in $levels; do
     touch "build/setup/$done_level"
 done

@@ -45,6 +45,20 @@ void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, uns
     *clock = (osal_clock_t){.mode = OSAL_CLOCK_STEPPED, .calendar = calendar, .participant = participant};
 }
 
+void osal_clock_open_granted(osal_clock_t* clock, osal_deliveries_t* deliveries)
+{
+    FSW_ASSERT((clock != NULL) && (deliveries != NULL));
+    *clock      = (osal_clock_t){.mode = OSAL_CLOCK_STEPPED, .deliveries = deliveries};
+    *deliveries = (osal_deliveries_t){.messages = {0U}};
+}
+
+void osal_clock_take_grant(osal_clock_t* clock, const osal_grant_t* grant)
+{
+    FSW_ASSERT((clock != NULL) && (grant != NULL) && (clock->deliveries != NULL));
+    clock->grant       = *grant;
+    *clock->deliveries = (osal_deliveries_t){.messages = {0U}};
+}
+
 uint64_t osal_clock_monotonic_ns(void)
 {
     struct timespec now = {0, 0};
@@ -104,17 +118,28 @@ status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* c
     FSW_ASSERT((clock != NULL) && (socket_count <= SOCKETS_MAX) &&
                ((sockets != NULL) || (socket_count == 0U)));
     if (clock->mode == OSAL_CLOCK_STEPPED) {
+        FSW_ASSERT(clock->calendar != NULL);
         return osal_calendar_wait(clock->calendar, clock->participant, wake_ns, &clock->grant);
     }
     wait_real(clock, wake_ns, sockets, socket_count);
     return STATUS_OK;
 }
 
+static void add_saturating(uint32_t* sum, uint32_t more)
+{
+    *sum = (more < (UINT32_MAX - *sum)) ? (*sum + more) : UINT32_MAX;
+}
+
 void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t messages, uint32_t octets)
 {
-    FSW_ASSERT(clock != NULL);
-    if (clock->mode == OSAL_CLOCK_STEPPED) {
+    FSW_ASSERT((clock != NULL) && (receiver < OSAL_CALENDAR_PARTICIPANTS_MAX));
+    if (clock->deliveries != NULL) {
+        add_saturating(&clock->deliveries->messages[receiver], messages);
+        add_saturating(&clock->deliveries->octets[receiver], octets);
+    } else if (clock->mode == OSAL_CLOCK_STEPPED) {
         osal_calendar_deliver(clock->calendar, clock->participant, receiver, messages, octets);
+    } else {
+        // Nobody counts in real time.
     }
 }
 

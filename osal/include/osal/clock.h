@@ -11,6 +11,9 @@
 /// they are for what is under way already, never for what another participant does after its own grant: that
 /// would wait for ever.
 ///
+/// A program that cannot reach the calendar's memory (one of another byte order) has a granted clock: stepped
+/// time whose grants somebody brings to it, and takes back what it told of deliveries.
+///
 /// Ownership  The caller places osal_clock_t. Context: the one task that runs the program's loop.
 #ifndef OSAL_CLOCK_H
 #define OSAL_CLOCK_H
@@ -35,9 +38,15 @@ typedef struct {
     bool is_slack_minimal; ///< Wake-ups are not put together with later ones.
 } osal_clock_attributes_t;
 
+typedef struct { ///< What was told of deliveries during a grant, by their receiver. Counts saturate.
+    uint32_t messages[OSAL_CALENDAR_PARTICIPANTS_MAX];
+    uint32_t octets[OSAL_CALENDAR_PARTICIPANTS_MAX];
+} osal_deliveries_t;
+
 typedef struct { // All fields are private, except `attributes`: read-only.
     osal_clock_mode_t mode;
     osal_calendar_t* calendar;
+    osal_deliveries_t* deliveries; // Of a granted clock.
     unsigned participant;
     uint64_t origin_ns;
     osal_grant_t grant;
@@ -50,6 +59,12 @@ void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns);
 /// Stepped clock: `participant` of the calendar.
 void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, unsigned participant);
 
+/// Granted clock: stepped time 0, nothing due. Deliveries are noted in `deliveries`, which must outlive it
+/// and is cleared.
+void osal_clock_open_granted(osal_clock_t* clock, osal_deliveries_t* deliveries);
+/// Granted clocks only: the next grant. Clears what was noted of deliveries.
+void osal_clock_take_grant(osal_clock_t* clock, const osal_grant_t* grant);
+
 /// Monotonic time of the machine [ns]; for origins and measurements, not for flight decisions.
 uint64_t osal_clock_monotonic_ns(void);
 /// Time of the run [ns]: real time since the origin, or the time of the present grant.
@@ -57,8 +72,8 @@ uint64_t osal_clock_now_ns(const osal_clock_t* clock);
 
 /// Wait until `wake_ns` or until one of `sockets` (0..8 of them, open) has something to read, or, stepped,
 /// until a delivery. Stepped: the present grant ends. Real: a caught stop signal (osal_process_catch_stop)
-/// ends the wait early too; a wake time that has passed still looks at the sockets. Returns STATUS_OK,
-/// STATUS_CLOSED (the run ended).
+/// ends the wait early too; a wake time that has passed still looks at the sockets. A granted clock cannot
+/// wait: that is a coding error. Returns STATUS_OK, STATUS_CLOSED (the run ended).
 MUST_USE status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
                                   size_t socket_count);
 

@@ -202,6 +202,36 @@ static void test_stepped_time_is_that_of_the_grant(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_clock_wait(&clock, 0U, NULL, 0U));
 }
 
+static void test_granted_time_is_what_is_brought(void)
+{
+    const osal_grant_t first  = {SLOT_NS, 2U, 3U};
+    const osal_grant_t second = {2U * SLOT_NS, 0U, 0U};
+    osal_deliveries_t told    = {.messages = {7U}};
+    osal_clock_t clock;
+    osal_clock_open_granted(&clock, &told);
+    TEST_ASSERT_EQUAL(OSAL_CLOCK_STEPPED, clock.mode);
+    TEST_ASSERT_EQUAL_UINT64(0U, osal_clock_now_ns(&clock));
+    TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(&clock));
+    TEST_ASSERT_EQUAL_UINT32(0U, told.messages[0]);
+    osal_clock_take_grant(&clock, &first);
+    TEST_ASSERT_EQUAL_UINT64(SLOT_NS, osal_clock_now_ns(&clock));
+    TEST_ASSERT_EQUAL_UINT32(2U, osal_clock_messages_due(&clock));
+    TEST_ASSERT_EQUAL_UINT32(3U, osal_clock_octets_due(&clock));
+    osal_clock_deliver(&clock, 1U, 1U, 0U);
+    osal_clock_deliver(&clock, 1U, 1U, 20U);
+    osal_clock_deliver(&clock, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, UINT32_MAX, 5U);
+    osal_clock_deliver(&clock, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, 1U, 0U);
+    TEST_ASSERT_EQUAL_UINT32(0U, told.messages[0]);
+    TEST_ASSERT_EQUAL_UINT32(2U, told.messages[1]);
+    TEST_ASSERT_EQUAL_UINT32(20U, told.octets[1]);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, told.messages[OSAL_CALENDAR_PARTICIPANTS_MAX - 1U]);
+    TEST_ASSERT_EQUAL_UINT32(5U, told.octets[OSAL_CALENDAR_PARTICIPANTS_MAX - 1U]);
+    osal_clock_take_grant(&clock, &second);
+    TEST_ASSERT_EQUAL_UINT32(0U, told.messages[1]);
+    TEST_ASSERT_EQUAL_UINT32(0U, told.octets[OSAL_CALENDAR_PARTICIPANTS_MAX - 1U]);
+    TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_octets_due(&clock));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -213,5 +243,6 @@ int main(void)
     RUN_TEST(test_signals_of_others_do_not_shorten_a_wait);
     RUN_TEST(test_stop_signal_ends_a_real_wait_once);
     RUN_TEST(test_stepped_time_is_that_of_the_grant);
+    RUN_TEST(test_granted_time_is_what_is_brought);
     return UNITY_END();
 }

@@ -57,6 +57,16 @@ static void real_controllers_are_named(void)
     TEST_ASSERT_TRUE(launch_has_simulator(&options));
 }
 
+static void a_foreign_program_takes_datagrams(void)
+{
+    TEST_ASSERT_TRUE(parse("--foreign MANIPULATOR"));
+    TEST_ASSERT_EQUAL_STRING("MANIPULATOR", options.foreign);
+    TEST_ASSERT_EQUAL_STRING("udp", options.links);
+    TEST_ASSERT_EQUAL_STRING("udp", options.transport);
+    TEST_ASSERT_TRUE(parse("--links shm"));
+    TEST_ASSERT_EQUAL_STRING("", options.foreign);
+}
+
 static void what_makes_no_sense_is_refused_with_the_reason(void)
 {
     static const struct {
@@ -75,6 +85,14 @@ static void what_makes_no_sense_is_refused_with_the_reason(void)
         {"--bus can --interface robot=can0 --interface joystick=can1 --sim-interface robot=can2", "on none"},
         {"--bus can --time real --interface robot=can0 --tools 29536", "no part in this run"},
         {"--bus vcan --nodes 2", "one network namespace"},
+        {"--foreign ../x", "name of a subsystem"},
+        {"--foreign MANIPULATOR --form image", "a process of its own"},
+        {"--foreign MANIPULATOR --time real", "keeps no deadline"},
+        {"--foreign MANIPULATOR --links shm", "take udp"},
+        {"--foreign MANIPULATOR --links tipc", "take udp"},
+        {"--foreign MANIPULATOR --transport tipc", "take udp"},
+        {"--foreign MANIPULATOR --bus vcan", "take --bus shm"},
+        {"--foreign MANIPULATOR --nodes 2", "one on-board computer"},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_FALSE_MESSAGE(parse(cases[i].line), cases[i].line);
@@ -100,6 +118,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(shared_memory_is_the_default);
     RUN_TEST(real_controllers_are_named);
+    RUN_TEST(a_foreign_program_takes_datagrams);
     RUN_TEST(what_makes_no_sense_is_refused_with_the_reason);
     RUN_TEST(there_are_not_more_interfaces_than_buses);
     return UNITY_END();

@@ -191,7 +191,11 @@ static void limits_of_the_wide_integers(void)
     for (size_t i = 0U; i < (sizeof rows / sizeof rows[0]); i++) {
         uint64_t memory = 0U;
         TEST_ASSERT_EQUAL_INT(rows[i].status, value_from_double(rows[i].type, rows[i].number, &memory));
-        TEST_ASSERT_EQUAL_MEMORY(&rows[i].bits, &memory, value_size(rows[i].type));
+        const uint32_t half =
+            (uint32_t)(rows[i].bits & UINT32_MAX); // As wide as the type, as this machine has it.
+        const bool is_half         = (value_size(rows[i].type) == sizeof half);
+        const void* const expected = is_half ? (const void*)&half : (const void*)&rows[i].bits;
+        TEST_ASSERT_EQUAL_MEMORY(expected, &memory, value_size(rows[i].type));
         if (rows[i].status == STATUS_OK) {
             TEST_ASSERT_TRUE(value_as_double(rows[i].type, &memory) == rows[i].number);
         }

@@ -319,7 +319,7 @@ static void a_damaged_slot_is_refused(void)
     memory[72] ^= 0xFFU; // Behind the line of the doorbell and the guard: the magic.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(1U, consumer.counters.refused);
-    memory[64] |= 1U; // A writer that died inside.
+    *(uint32_t*)(void*)&memory[64] |= 1U; // The guard: a writer that died inside.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(1U, consumer.counters.torn);
 }

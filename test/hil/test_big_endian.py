@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Byte order for real: a subsystem's program of a big-endian processor flies with little-endian ones, and nobody can tell from the buses."""
+
+import concurrent.futures
+import os
+import shutil
+import signal
+import subprocess
+import sys
+
+import place as places
+import pytest
+
+sys.path.insert(0, str(places.ROOT / "test" / "mission"))
+sys.path.insert(0, str(places.ROOT / "gse"))
+
+import flying
+from hirosco_gse import run as runs
+
+FOREIGN = places.ROOT / "build" / "s390x"
+MEMBERS = {"MANIPULATOR": 16, "JOYSTICK": 17}
+RUNNER = "qemu-s390x"
+BUS_LOGS = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "can-joystick-b.log")
+ENDS_WITHIN_S = 120.0
+FLIGHT_S = 20
+BIG, LITTLE = 0, 1  # Byte orders in an agreement of service 130.
+
+
+@pytest.fixture(scope="module")
+def folder(hil_folder):
+    path = hil_folder / "big-endian"
+    path.mkdir()
+    return path
+
+
+@pytest.fixture(scope="module")
+def native(folder):
+    """The same flight, all little-endian."""
+    flight = flying.fly(folder / "native", "--scenario", "hil", "--links", "udp")
+    assert flight.code == 0, flight.told()
+    return flight
+
+
+@pytest.fixture(scope="module", params=MEMBERS)
+def foreign(request, folder):
+    """(subsystem, its flight)."""
+    flight = flying.fly(folder / request.param, "--scenario", "hil", "--foreign", request.param)
+    assert flight.code == 0, flight.told()
+    return request.param, flight
+
+
+def test_programs_are_big_endian_and_static():
+    for name in MEMBERS:
+        head = (FOREIGN / "bin" / name.lower()).read_bytes()[:20]
+        assert head[:4] == b"\x7fELF" and head[5] == 2, "ELF, most significant octet first"
+        assert int.from_bytes(head[18:20], "big") == 22, "IBM S/390"
+
+
+def test_flight_is_in_order(foreign):
+    name, flight = foreign
+    assert flight.facts["foreign"] == name
+    assert flight.facts["links"] == "udp"
+    assert flight.facts["reproducible"] is True
+    flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize("log", BUS_LOGS)
+def test_buses_carry_the_same(native, foreign, log):
+    _, flight = foreign
+    assert flight.octets(log) == native.octets(log)
+
+
+def test_truth_is_the_same(native, foreign):
+    _, flight = foreign
+    assert flight.octets("truth.lcm") == native.octets("truth.lcm")
+
+
+def _crc(octets):
+    """CRC-16 of a packet."""
+    value = 0xFFFF
+    for octet in octets:
+        value ^= octet << 8
+        for _ in range(8):
+            value = ((value << 1) ^ 0x1021 if value & 0x8000 else value << 1) & 0xFFFF
+    return value
+
+
+def test_packets_differ_in_the_byte_order_of_its_link_only(native, foreign):
+    """Who produces a link says so when it is agreed: offered and asked by request, accepted by each end and to the ground."""
+    name, flight = foreign
+    differing = 0
+    assert len(flight.packets) == len(native.packets)
+    for (time_ns, direction, here), (other_ns, other_direction, raw) in zip(native.packets, flight.packets):
+        assert (time_ns, direction) == (other_ns, other_direction)
+        if here == raw:
+            continue
+        differing += 1
+        places_of = [i for i in range(len(here) - 2) if here[i] != raw[i]]
+        assert len(here) == len(raw) and len(places_of) == 1, f"{here.hex()} {raw.hex()}"
+        assert here[7] == 130 and here[8] in (3, 4)
+        assert (here[places_of[0]], raw[places_of[0]]) == (LITTLE, BIG)
+        assert int.from_bytes(raw[-2:], "big") == _crc(raw[:-2])
+    assert differing == 4
+    told = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=True).stdout
+    agreed = [line for line in told.splitlines() if " TM 1 " in line and "[130,4]" in line]
+    assert [f"byte_order={BIG}" in line for line in agreed].count(True) == 1, agreed
+
+
+# ---- Deaths ----
+
+@pytest.fixture(scope="module")
+def scenario(folder):
+    lines = ["0.0 hand rest", f"2 hand circle 0.1 0.5 1 {FLIGHT_S} 1", *flying.bring_up(0.1)]
+    lines += [f"{second} operator ping all" for second in range(3, FLIGHT_S)]
+    return flying.write_scenario(folder / "death.scn", *lines, f"{FLIGHT_S} operator shutdown")
+
+
+def _below(pid):
+    """Name -> process id of everything that descends from a process."""
+    found, parents = {}, {pid}
+    for _ in range(3):
+        for child, parent, name in flying.processes():
+            if parent in parents:
+                found[name] = child
+        parents |= set(found.values())
+    return found
+
+
+@pytest.mark.parametrize("victim", [RUNNER, "stand-in"])
+def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
+    """The program, or its stand-in: the subsystem is lost like any other, its drives leave operation, its partner follows."""
+    flight = flying.start(folder / f"death-{victim}", "--scenario", scenario, "--foreign", "MANIPULATOR")
+    try:
+        operational = len(flying.bring_up(0.1)) + 2
+        flying.wait_until(lambda: flight.steps() >= operational or flight.process.poll() is not None, 120, "operation")
+        assert flight.process.poll() is None, flight.told()
+        os.kill(_below(flight.process.pid)[victim], signal.SIGKILL)
+        flight.wait(ENDS_WITHIN_S)
+    finally:
+        flight.abandon()
+    assert flight.code == 1, flight.told()
+    assert "manipulator" in flight.facts["exit_reason"]
+    if victim == RUNNER:
+        assert "was ended by signal 9" in flight.console, "the stand-in says how its program was lost"
+    states = [raw[22] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x81\x02"
+              and int.from_bytes(raw[:2], "big") & 0x7FF == MEMBERS["JOYSTICK"]]
+    assert 6 in states, "its partner goes to ERROR_OPERATIONAL"
+    drives = {}
+    for entry in runs.load(flight.folder).truth["DRIVE"]:
+        drives[entry["bus"], int(entry["node"]), int(entry["axis"])] = entry
+    assert len(drives) == 4
+    assert not [drive for drive, entry in drives.items() if entry["statusword"] & 0x6F == 0x27]
+    flying.assert_clean(flight)
+
+
+# ---- What is refused ----
+
+@pytest.mark.parametrize("name, told", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"), ("COMMUNICATION", "shared memory")])
+def test_subsystem_that_cannot_be_foreign(folder, name, told):
+    refused = flying.refuse("run", "--foreign", name, "--out", folder / "refused")
+    assert refused.returncode == 1
+    assert told in refused.stderr + refused.stdout
+
+
+def test_program_that_is_not_built(folder):
+    """The launcher looks for programs in its working folder: one without any."""
+    root = folder / "bare"
+    root.mkdir()
+    shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
+    refused = subprocess.run([flying.BIN / "hirosco", "run", "--foreign", "MANIPULATOR"], cwd=root, stdin=subprocess.DEVNULL,
+                             capture_output=True, text=True, timeout=60)
+    assert refused.returncode == 1
+    assert "make foreign" in refused.stderr + refused.stdout
+
+
+def test_stand_in_and_program_alone():
+    """Called by hand, each says who starts it."""
+    alone = subprocess.run([flying.BIN / "stand-in"], capture_output=True, text=True, timeout=60)
+    assert alone.returncode == 2 and "hirosco run --foreign" in alone.stderr
+    no_run = subprocess.run([flying.BIN / "stand-in", "--run", "/hirosco-0.run", "--component", "2", "--program", "x", "--runner", "y"],
+                            capture_output=True, text=True, timeout=60)
+    assert no_run.returncode == 1 and "no such run" in no_run.stderr
+    program = subprocess.run([RUNNER, FOREIGN / "bin" / "manipulator", "--run", "x", "--stand-in", "0"], stdin=subprocess.DEVNULL,
+                             capture_output=True, text=True, timeout=60, cwd=places.ROOT)
+    assert program.returncode == 1 and "stand-in does not tell of a run" in program.stderr
+
+
+# ---- Units ----
+
+def _units():
+    return sorted(str(path.relative_to(FOREIGN)) for path in (FOREIGN / "test" / "unit").rglob("test_*")
+                  if path.suffix == "" and path.is_file()) if FOREIGN.exists() else []
+
+
+def test_units_pass_on_a_big_endian_processor():
+    """What puts numbers into octets: packets, services, parameters, links, CANopen (`make foreign-tests` builds them)."""
+    programs = _units()
+    assert len(programs) >= 20, "make S390X=1 foreign-tests"
+
+    def run(program):
+        return program, subprocess.run([RUNNER, FOREIGN / program], cwd=places.ROOT, stdin=subprocess.DEVNULL,
+                                       capture_output=True, text=True, timeout=600)
+
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        failed = [f"{program}:\n{ended.stdout[-2000:]}{ended.stderr[-2000:]}"
+                  for program, ended in pool.map(run, programs) if ended.returncode != 0]
+    assert not failed, "\n".join(failed)
