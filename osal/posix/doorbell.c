@@ -33,13 +33,10 @@ static uint32_t processor(void)
 void osal_doorbell_ring(osal_doorbell_t* bell)
 {
     FSW_ASSERT(bell != NULL);
-    const uint32_t here = processor();
-    if (__atomic_load_n(&bell->ringer, __ATOMIC_RELAXED) != here) {
-        __atomic_store_n(&bell->ringer, here, __ATOMIC_RELAXED);
-    }
     // Sequentially consistent on both sides: either the ringer sees the waiter, or the waiter sees the ring.
     (void)__atomic_add_fetch(&bell->rings, 1U, __ATOMIC_SEQ_CST);
     if (__atomic_load_n(&bell->waiters, __ATOMIC_SEQ_CST) > 0U) {
+        __atomic_store_n(&bell->ringer, processor(), __ATOMIC_RELAXED);
         (void)syscall(SYS_futex, &bell->rings, FUTEX_WAKE, INT_MAX, NULL, NULL, 0);
     }
 }

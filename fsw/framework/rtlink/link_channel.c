@@ -8,15 +8,15 @@
 #define NAME_MAX_OCTETS 64U
 
 #define WORDS_OF(octets) (((octets) + 7U) / 8U)
-#define CACHE_LINE_OCTETS 64U
-#define HEADER_WORDS WORDS_OF(LINK_FRAME_HEADER_OCTETS)
+#define APART_OCTETS 128U // Processors fetch cache lines by pairs of 64 octets.
+#define HEADER_WORDS LINK_FRAME_HEADER_WORDS
 
 /// What lies in the shared memory. `guard` is odd while the writer is inside. The frame is written and read
 /// word by word with relaxed atomics between fences, so that a torn read is seen and never undefined.
-/// The doorbell has a cache line of its own: readers that do not wait never touch it.
+/// The doorbell has cache lines of its own: readers that do not wait never touch it.
 typedef struct {
     osal_doorbell_t doorbell; // Rung after each sample.
-    uint8_t apart[CACHE_LINE_OCTETS - sizeof(osal_doorbell_t)];
+    uint8_t apart[APART_OCTETS - sizeof(osal_doorbell_t)];
     uint32_t guard;
     uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
 } link_slot_t;
@@ -87,13 +87,17 @@ static void store_words(uint64_t* const words, const uint8_t* const octets, cons
     }
 }
 
-static void write_slot(link_slot_t* const slot, const uint8_t header[LINK_FRAME_HEADER_OCTETS],
+static void write_slot(link_slot_t* const slot, const link_frame_header_t* const header,
                        const uint8_t* const payload, const size_t size)
 {
+    uint64_t words[HEADER_WORDS];
+    link_frame_pack(header, words);
     const uint32_t guard = __atomic_load_n(&slot->guard, __ATOMIC_RELAXED);
     __atomic_store_n(&slot->guard, guard + 1U, __ATOMIC_RELAXED);
     __atomic_thread_fence(__ATOMIC_RELEASE);
-    store_words(slot->words, header, LINK_FRAME_HEADER_OCTETS);
+    for (size_t i = 0U; i < HEADER_WORDS; i++) {
+        __atomic_store_n(&slot->words[i], words[i], __ATOMIC_RELAXED);
+    }
     store_words(&slot->words[HEADER_WORDS], payload, size);
     __atomic_store_n(&slot->guard, guard + 2U, __ATOMIC_RELEASE);
     osal_doorbell_ring(&slot->doorbell);
@@ -127,9 +131,7 @@ status_t link_producer_write(link_producer_t* const producer, const uint8_t stat
                                         .time_ns        = now_ns};
     status_t status                  = STATUS_OK;
     if (uses(&producer->terms, RTLINK_METHOD_SHARED_MEMORY)) {
-        uint8_t octets[LINK_FRAME_HEADER_OCTETS];
-        link_frame_encode_header(&header, octets);
-        write_slot(slot_of(&producer->shm), octets, payload, producer->terms.layout_octets);
+        write_slot(slot_of(&producer->shm), &header, payload, producer->terms.layout_octets);
     } else {
         status = send_datagram(producer, &header, payload);
     }
@@ -189,33 +191,30 @@ static uint32_t missing(const uint32_t ahead, const uint32_t decimation)
     return (passed > 0U) ? (passed - 1U) : 0U;
 }
 
-/// Take a frame over if it belongs to this opening of the link and is newer than the last.
-static status_t accept(link_consumer_t* const consumer, const uint8_t* const frame, const size_t size,
-                       const bool with_crc)
+/// Take a sample over if it belongs to this opening of the link and is newer than the last. `decoded` tells
+/// whether its header and checksum are in order.
+static status_t accept(link_consumer_t* const consumer, const status_t decoded,
+                       const link_frame_header_t* const header, const uint8_t* const payload)
 {
-    link_frame_header_t header = {0};
-    const uint8_t* payload     = NULL;
-    const size_t payload_size  = consumer->terms.layout_octets;
-    const status_t status      = link_frame_decode(frame, size, payload_size, with_crc, &header, &payload);
     const bool is_ours =
-        (status == STATUS_OK) && (header.link == consumer->link) && (header.epoch == consumer->epoch);
+        (decoded == STATUS_OK) && (header->link == consumer->link) && (header->epoch == consumer->epoch);
     if (!is_ours) {
         consumer->counters.refused++;
         return STATUS_INVALID;
     }
     if (consumer->has_sample) {
-        const uint32_t ahead = header.sequence - consumer->sequence;
+        const uint32_t ahead = header->sequence - consumer->sequence;
         if ((ahead == 0U) || (ahead > (UINT32_MAX / 2U))) {
             return STATUS_OK; // The same again, or overtaken.
         }
         consumer->counters.lost += missing(ahead, consumer->terms.decimation);
     }
-    (void)memcpy(consumer->payload, payload, payload_size);
+    (void)memcpy(consumer->payload, payload, consumer->terms.layout_octets);
     consumer->has_sample             = true;
-    consumer->sequence               = header.sequence;
-    consumer->peer_state             = header.producer_state;
-    consumer->sample_time_ns         = header.time_ns;
-    consumer->counters.last_sequence = header.sequence;
+    consumer->sequence               = header->sequence;
+    consumer->peer_state             = header->producer_state;
+    consumer->sample_time_ns         = header->time_ns;
+    consumer->counters.last_sequence = header->sequence;
     consumer->counters.frames++;
     return STATUS_OK;
 }
@@ -246,13 +245,15 @@ static bool copy_slot(const link_slot_t* const slot, const size_t words, uint32_
 static void take_from_slot(link_consumer_t* const consumer)
 {
     const link_slot_t* const slot = slot_of(&consumer->shm);
-    const size_t size             = LINK_FRAME_HEADER_OCTETS + consumer->terms.layout_octets;
+    const size_t count            = HEADER_WORDS + WORDS_OF(consumer->terms.layout_octets);
     const uint32_t taken          = consumer->guard;
     uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
     for (unsigned attempt = 0U; attempt < LINK_READ_ATTEMPTS; attempt++) {
-        if (copy_slot(slot, WORDS_OF(size), &consumer->guard, words)) {
+        if (copy_slot(slot, count, &consumer->guard, words)) {
             if (consumer->guard != taken) {
-                (void)accept(consumer, (const uint8_t*)words, size, false);
+                link_frame_header_t header;
+                const status_t status = link_frame_unpack(words, &header);
+                (void)accept(consumer, status, &header, (const uint8_t*)&words[HEADER_WORDS]);
             }
             return;
         }
@@ -297,7 +298,11 @@ status_t link_consumer_deliver(link_consumer_t* const consumer, const uint8_t* c
         consumer->counters.refused++;
         return STATUS_INVALID;
     }
-    return accept(consumer, frame, size, true);
+    link_frame_header_t header = {0};
+    const uint8_t* payload     = NULL;
+    const status_t status =
+        link_frame_decode(frame, size, consumer->terms.layout_octets, true, &header, &payload);
+    return accept(consumer, status, &header, payload);
 }
 
 void link_consumer_close(link_consumer_t* const consumer)

@@ -10,30 +10,32 @@
 #define MAGIC 0x5254U
 #define VERSION 1U
 
-/// Place of each field in the header, whose length is fixed and known to all.
-enum {
-    AT_MAGIC    = 0,
-    AT_VERSION  = 2,
-    AT_STATE    = 3,
-    AT_LINK     = 4,
-    AT_FLAGS    = 6,
-    AT_EPOCH    = 8,
-    AT_SEQUENCE = 12,
-    AT_TIME     = 16
-};
-
-void link_frame_encode_header(const link_frame_header_t* const header,
-                              uint8_t out_octets[LINK_FRAME_HEADER_OCTETS])
+/// Magic, version, state, link and flags, from the most significant octet on.
+static uint64_t first_word(const uint8_t state, const uint16_t link)
 {
-    FSW_ASSERT((header != NULL) && (out_octets != NULL));
-    octets_put_u16(&out_octets[AT_MAGIC], MAGIC);
-    out_octets[AT_VERSION] = VERSION;
-    out_octets[AT_STATE]   = header->producer_state;
-    octets_put_u16(&out_octets[AT_LINK], header->link);
-    octets_put_u16(&out_octets[AT_FLAGS], 0U);
-    octets_put_u32(&out_octets[AT_EPOCH], header->epoch);
-    octets_put_u32(&out_octets[AT_SEQUENCE], header->sequence);
-    octets_put_u64(&out_octets[AT_TIME], header->time_ns);
+    return ((uint64_t)MAGIC << 48U) | ((uint64_t)VERSION << 40U) | ((uint64_t)state << 32U) |
+           ((uint64_t)link << 16U);
+}
+
+void link_frame_pack(const link_frame_header_t* const header, uint64_t out_words[LINK_FRAME_HEADER_WORDS])
+{
+    FSW_ASSERT((header != NULL) && (out_words != NULL));
+    out_words[0] = first_word(header->producer_state, header->link);
+    out_words[1] = ((uint64_t)header->epoch << 32U) | header->sequence;
+    out_words[2] = header->time_ns;
+}
+
+status_t link_frame_unpack(const uint64_t words[LINK_FRAME_HEADER_WORDS],
+                           link_frame_header_t* const out_header)
+{
+    FSW_ASSERT((words != NULL) && (out_header != NULL));
+    *out_header = (link_frame_header_t){.producer_state = (uint8_t)((words[0] >> 32U) & 0xFFU),
+                                        .link           = (uint16_t)((words[0] >> 16U) & 0xFFFFU),
+                                        .epoch          = (uint32_t)(words[1] >> 32U),
+                                        .sequence       = (uint32_t)(words[1] & UINT32_MAX),
+                                        .time_ns        = words[2]};
+    return (words[0] == first_word(out_header->producer_state, out_header->link)) ? STATUS_OK
+                                                                                  : STATUS_INVALID;
 }
 
 size_t link_frame_encode(const link_frame_header_t* const header, const uint8_t* const payload,
@@ -42,7 +44,11 @@ size_t link_frame_encode(const link_frame_header_t* const header, const uint8_t*
     FSW_ASSERT((header != NULL) && (payload != NULL));
     FSW_ASSERT((payload_size >= 1U) && (payload_size <= RTLINK_PAYLOAD_MAX));
     const size_t checked = LINK_FRAME_HEADER_OCTETS + payload_size;
-    link_frame_encode_header(header, out_frame);
+    uint64_t words[LINK_FRAME_HEADER_WORDS];
+    link_frame_pack(header, words);
+    for (size_t i = 0U; i < LINK_FRAME_HEADER_WORDS; i++) {
+        octets_put_u64(&out_frame[8U * i], words[i]);
+    }
     (void)memcpy(&out_frame[LINK_FRAME_HEADER_OCTETS], payload, payload_size);
     if (with_crc) {
         octets_put_u32(&out_frame[checked], crc32_iso(out_frame, checked));
@@ -59,14 +65,12 @@ status_t link_frame_decode(const uint8_t* const frame, const size_t size, const 
     if (size != (checked + (with_crc ? LINK_FRAME_CRC_OCTETS : 0U))) {
         return STATUS_TRUNCATED;
     }
-    out_header->producer_state = frame[AT_STATE];
-    out_header->link           = octets_u16_at(&frame[AT_LINK]);
-    out_header->epoch          = octets_u32_at(&frame[AT_EPOCH]);
-    out_header->sequence       = octets_u32_at(&frame[AT_SEQUENCE]);
-    out_header->time_ns        = octets_u64_at(&frame[AT_TIME]);
-    *out_payload               = &frame[LINK_FRAME_HEADER_OCTETS];
-    if ((octets_u16_at(&frame[AT_MAGIC]) != MAGIC) || (frame[AT_VERSION] != VERSION) ||
-        (octets_u16_at(&frame[AT_FLAGS]) != 0U)) {
+    uint64_t words[LINK_FRAME_HEADER_WORDS];
+    for (size_t i = 0U; i < LINK_FRAME_HEADER_WORDS; i++) {
+        words[i] = octets_u64_at(&frame[8U * i]);
+    }
+    *out_payload = &frame[LINK_FRAME_HEADER_OCTETS];
+    if (link_frame_unpack(words, out_header) != STATUS_OK) {
         return STATUS_INVALID;
     }
     if (with_crc && (octets_u32_at(&frame[checked]) != crc32_iso(frame, checked))) {

@@ -15,6 +15,7 @@
 #include <stdint.h>
 
 #define LINK_FRAME_HEADER_OCTETS 24U
+#define LINK_FRAME_HEADER_WORDS 3U ///< The same as numbers of 64 bits.
 #define LINK_FRAME_CRC_OCTETS 4U
 #define LINK_FRAME_MAX (LINK_FRAME_HEADER_OCTETS + RTLINK_PAYLOAD_MAX + LINK_FRAME_CRC_OCTETS)
 
@@ -26,9 +27,11 @@ typedef struct {
     uint64_t time_ns;
 } link_frame_header_t;
 
-/// Encode the header alone.
-void link_frame_encode_header(const link_frame_header_t* header,
-                              uint8_t out_octets[LINK_FRAME_HEADER_OCTETS]);
+/// The header as numbers, for memory that both sides share: nothing of it depends on the order of octets.
+void link_frame_pack(const link_frame_header_t* header, uint64_t out_words[LINK_FRAME_HEADER_WORDS]);
+/// STATUS_OK, STATUS_INVALID (magic, version or flags).
+MUST_USE status_t link_frame_unpack(const uint64_t words[LINK_FRAME_HEADER_WORDS],
+                                    link_frame_header_t* out_header);
 /// Encode header, payload and, if asked, CRC. Returns the frame's size [octets].
 /// payload_size 1..RTLINK_PAYLOAD_MAX.
 size_t link_frame_encode(const link_frame_header_t* header, const uint8_t* payload, size_t payload_size,

@@ -28,7 +28,7 @@
 typedef struct { // Private; may lie in shared memory. All zeros is a valid doorbell that never rang.
     uint32_t rings;
     uint32_t waiters;
-    uint32_t ringer; // Processor of the last ringer, from 1; 0 unknown.
+    uint32_t ringer; // Processor that last woke somebody, from 1; 0 unknown.
 } osal_doorbell_t;
 
 void osal_doorbell_create(osal_doorbell_t* bell);

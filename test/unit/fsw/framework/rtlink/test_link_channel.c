@@ -316,10 +316,10 @@ static void a_damaged_slot_is_refused(void)
     open_both(1U);
     write_number(1U, 0U);
     uint8_t* const memory = osal_shm_address(&producer.shm);
-    memory[72] ^= 0xFFU; // Behind the line of the doorbell and the guard: the magic.
+    *(uint64_t*)(void*)&memory[136] ^= 1ULL << 48U; // Behind the doorbell and the guard: the magic.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(1U, consumer.counters.refused);
-    *(uint32_t*)(void*)&memory[64] |= 1U; // The guard: a writer that died inside.
+    *(uint32_t*)(void*)&memory[128] |= 1U; // The guard: a writer that died inside.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(1U, consumer.counters.torn);
 }
