@@ -84,40 +84,6 @@ static status_t read_integer(const char** const text, bool* const out_negative, 
     return status;
 }
 
-status_t number_read_unsigned(const char** const text, uint64_t* const out_value)
-{
-    const char* at     = *text;
-    bool is_negative   = false;
-    uint64_t magnitude = 0U;
-    status_t status    = read_integer(&at, &is_negative, &magnitude);
-    if ((status == STATUS_OK) && is_negative) {
-        status = STATUS_OUT_OF_RANGE;
-    }
-    if (status == STATUS_OK) {
-        *out_value = magnitude;
-        *text      = at;
-    }
-    return status;
-}
-
-status_t number_read_signed(const char** const text, int64_t* const out_value)
-{
-    const char* at        = *text;
-    bool is_negative      = false;
-    uint64_t magnitude    = 0U;
-    const status_t status = read_integer(&at, &is_negative, &magnitude);
-    if (status != STATUS_OK) {
-        return status;
-    }
-    if (magnitude > ((uint64_t)INT64_MAX + (is_negative ? 1U : 0U))) {
-        return STATUS_OUT_OF_RANGE;
-    }
-    // -(magnitude - 1) - 1 stays within the type for the smallest value too.
-    *out_value = (is_negative && (magnitude > 0U)) ? (-(int64_t)(magnitude - 1U) - 1) : (int64_t)magnitude;
-    *text      = at;
-    return STATUS_OK;
-}
-
 typedef struct { // A decimal number: digits x 10^power.
     uint64_t digits;
     unsigned digit_count; // Without leading zeros.
@@ -224,55 +190,35 @@ static status_t read_bool(const char** const text, bool* const out_value)
     return (*at == '\0') ? STATUS_EMPTY : STATUS_INVALID;
 }
 
-static status_t read_unsigned_of(const char** const text, const value_type_t type, void* const memory)
+/// An integer of a type: magnitude and sign within its range, then two's complement in its own width.
+static status_t read_integer_of(const char** const text, const value_type_t type, void* const memory)
 {
-    const size_t size     = value_size(type);
-    uint64_t value        = 0U;
-    const char* at        = *text;
-    const status_t status = number_read_unsigned(&at, &value);
+    const bool is_signed = (type > VALUE_UINT64);
+    const uint64_t most =
+        (is_signed ? (uint64_t)INT64_MAX : UINT64_MAX) >> (8U * (sizeof most - value_size(type)));
+    const char* at   = *text;
+    bool is_negative = false;
+    uint64_t bits    = 0U;
+    status_t status  = read_integer(&at, &is_negative, &bits);
     if (status != STATUS_OK) {
         return status;
     }
-    if ((size < sizeof value) && ((value >> (8U * size)) != 0U)) {
-        return STATUS_OUT_OF_RANGE;
+    if (is_negative && is_signed) {
+        status = (bits <= (most + 1U)) ? STATUS_OK : STATUS_OUT_OF_RANGE;
+        bits   = 0U - bits;
+    } else {
+        status = (!is_negative && (bits <= most)) ? STATUS_OK : STATUS_OUT_OF_RANGE;
     }
-    const uint8_t as_u8   = (uint8_t)value;
-    const uint16_t as_u16 = (uint16_t)value;
-    const uint32_t as_u32 = (uint32_t)value;
-    (void)memcpy(memory,
-                 (size == 1U)   ? (const void*)&as_u8
-                 : (size == 2U) ? (const void*)&as_u16
-                 : (size == 4U) ? (const void*)&as_u32
-                                : (const void*)&value,
-                 size);
-    *text = at;
-    return STATUS_OK;
+    if (status == STATUS_OK) {
+        value_store(type, bits, memory);
+        *text = at;
+    }
+    return status;
 }
 
-static status_t read_signed_of(const char** const text, const value_type_t type, void* const memory)
+status_t number_read_unsigned(const char** const text, uint64_t* const out_value)
 {
-    const size_t size     = value_size(type);
-    int64_t value         = 0;
-    const char* at        = *text;
-    const status_t status = number_read_signed(&at, &value);
-    if (status != STATUS_OK) {
-        return status;
-    }
-    const int64_t limit = (size < sizeof value) ? ((int64_t)1 << ((8U * size) - 1U)) : INT64_MAX;
-    if ((size < sizeof value) && ((value >= limit) || (value < -limit))) {
-        return STATUS_OUT_OF_RANGE;
-    }
-    const int8_t as_i8   = (int8_t)value;
-    const int16_t as_i16 = (int16_t)value;
-    const int32_t as_i32 = (int32_t)value;
-    (void)memcpy(memory,
-                 (size == 1U)   ? (const void*)&as_i8
-                 : (size == 2U) ? (const void*)&as_i16
-                 : (size == 4U) ? (const void*)&as_i32
-                                : (const void*)&value,
-                 size);
-    *text = at;
-    return STATUS_OK;
+    return number_read_value(text, VALUE_UINT64, out_value);
 }
 
 static status_t read_float(const char** const text, float* const memory)
@@ -303,7 +249,7 @@ status_t number_read_value(const char** const text, const value_type_t type, voi
     if (type == VALUE_FLOAT) {
         return read_float(text, memory);
     }
-    return (type <= VALUE_UINT64) ? read_unsigned_of(text, type, memory) : read_signed_of(text, type, memory);
+    return read_integer_of(text, type, memory);
 }
 
 bool number_is_end(const char* const text)

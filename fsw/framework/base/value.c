@@ -58,22 +58,6 @@ static inline uint64_t load_bits(const size_t size, const void* const memory)
     return result;
 }
 
-static void store_bits(const size_t size, const uint64_t bits, void* const memory)
-{
-    const uint8_t octet = (uint8_t)(bits & UINT8_MAX);
-    const uint16_t half = (uint16_t)(bits & UINT16_MAX);
-    const uint32_t word = (uint32_t)(bits & UINT32_MAX);
-    if (size == sizeof octet) {
-        (void)memcpy(memory, &octet, sizeof octet);
-    } else if (size == sizeof half) {
-        (void)memcpy(memory, &half, sizeof half);
-    } else if (size == sizeof word) {
-        (void)memcpy(memory, &word, sizeof word);
-    } else {
-        (void)memcpy(memory, &bits, sizeof bits);
-    }
-}
-
 size_t value_size(const value_type_t type)
 {
     return scalar_of(type)->size;
@@ -94,6 +78,23 @@ status_t value_type_of(const char* const name, value_type_t* const out_type)
         }
     }
     return STATUS_NOT_FOUND;
+}
+
+void value_store(const value_type_t type, const uint64_t bits, void* const memory)
+{
+    const size_t size   = value_size(type);
+    const uint8_t octet = (uint8_t)(bits & UINT8_MAX);
+    const uint16_t half = (uint16_t)(bits & UINT16_MAX);
+    const uint32_t word = (uint32_t)(bits & UINT32_MAX);
+    if (size == sizeof octet) {
+        (void)memcpy(memory, &octet, sizeof octet);
+    } else if (size == sizeof half) {
+        (void)memcpy(memory, &half, sizeof half);
+    } else if (size == sizeof word) {
+        (void)memcpy(memory, &word, sizeof word);
+    } else {
+        (void)memcpy(memory, &bits, sizeof bits);
+    }
 }
 
 size_t value_put(uint8_t* const octets, const value_type_t type, const void* const memory, const size_t count)
@@ -144,7 +145,7 @@ status_t value_decode(octet_reader_t* const reader, const value_type_t type, voi
     if ((type == VALUE_BOOL) && (bits > 1U)) {
         return STATUS_INVALID;
     }
-    store_bits(size, bits, memory);
+    value_store(type, bits, memory);
     return STATUS_OK;
 }
 
@@ -197,6 +198,6 @@ status_t value_from_double(const value_type_t type, const double number, void* c
     if ((double)magnitude != ((number < 0.0) ? -number : number)) {
         return STATUS_OUT_OF_RANGE;
     }
-    store_bits(scalar->size, (number < 0.0) ? (0U - magnitude) : magnitude, memory);
+    value_store(type, (number < 0.0) ? (0U - magnitude) : magnitude, memory);
     return STATUS_OK;
 }

@@ -34,6 +34,8 @@ const char* value_type_name(value_type_t type);
 /// Scalar type of a descriptor word. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t value_type_of(const char* name, value_type_t* out_type);
 
+/// Store the low bits of a number, two's complement or IEEE 754, as a scalar.
+void value_store(value_type_t type, uint64_t bits, void* memory);
 /// Write one scalar from host memory (aligned for its type) big-endian.
 void value_encode(octet_writer_t* writer, value_type_t type, const void* memory);
 /// The same for `count` scalars one after the other, to a place that has room. Returns the octets written.

@@ -28,14 +28,13 @@ static const descriptor_field_t* initial_field(source_t* const source,
         return NULL;
     }
     const char* const wanted = parameter->is_struct ? source_raw(source, "field") : parameter->name;
-    for (uint16_t i = 0U; i < parameter->field_count; i++) {
-        const descriptor_field_t* const field = &descriptor->fields[parameter->first_field + i];
-        if (strcmp(field->name, wanted) == 0) {
-            return field;
-        }
+    const descriptor_field_t* const field =
+        descriptor_named(&descriptor->fields[parameter->first_field], parameter->field_count,
+                         sizeof descriptor->fields[0], wanted);
+    if (field == NULL) {
+        source_wrong(source, "field", "the name of a field of that parameter");
     }
-    source_wrong(source, "field", "the name of a field of that parameter");
-    return NULL;
+    return field;
 }
 
 void configuration_builder_initial(source_t* const source)
@@ -71,10 +70,8 @@ static void refuse_bound_services(source_t* const source, const char* const serv
                                            {"130", "links are opened, read and written with the control"}};
     for (size_t i = 0U; i < SOURCE_COUNT(bound); i++) {
         if (source_place(bound[i][0], strlen(bound[i][0]), services) != UINT32_MAX) {
-            source_fail(source, source->line, "service ");
-            source_say(source, bound[i][0]);
-            source_say(source, " cannot have a <Loop> of its own: ");
-            source_say(source, bound[i][1]);
+            source_refuse(source, source->line, "service % cannot have a <Loop> of its own: %", bound[i][0],
+                          bound[i][1], 0U);
         }
     }
 }
@@ -111,13 +108,13 @@ static uint8_t loop_of(source_t* const source)
     if (wanted == NULL) {
         return 0U;
     }
-    for (uint16_t i = 0U; i < configuration->loop_count; i++) {
-        if (strcmp(loops[i].name, wanted) == 0) {
-            return (uint8_t)(i + 1U);
-        }
+    const descriptor_loop_t* const loop =
+        descriptor_named(loops, configuration->loop_count, sizeof loops[0], wanted);
+    if (loop == NULL) {
+        source_wrong(source, "loop", "the name of a <Loop> above in this configuration");
+        return 0U;
     }
-    source_wrong(source, "loop", "the name of a <Loop> above in this configuration");
-    return 0U;
+    return (uint8_t)((loop - loops) + 1);
 }
 
 void configuration_builder_structure(source_t* const source)
@@ -138,7 +135,7 @@ void configuration_builder_sampled(source_t* const source)
     const descriptor_sampled_t* const sampled     = source->item;
     if ((structure->interval_cycles % sampled->nrep) != 0U) {
         source_wrong(source, "nrep", "a divisor of the interval ");
-        source_say_number(source, structure->interval_cycles);
+        source_say(source, "#", NULL, NULL, structure->interval_cycles);
     }
 }
 
@@ -290,12 +287,8 @@ static void check_same_ports(source_t* const source)
             const bool is_same =
                 (port->is_provided == other->is_provided) && (port->layout_hash == other->layout_hash);
             if ((has_name != (port->id == other->id)) || (has_name && !is_same)) {
-                source_fail(source, port->line, "port ");
-                source_say(source, port->name);
-                source_say(source, " differs from port ");
-                source_say(source, other->name);
-                source_say(source, " in line ");
-                source_say_number(source, other->line);
+                source_refuse(source, port->line, "port % differs from port % in line #", port->name,
+                              other->name, other->line);
             }
         }
     }

@@ -36,7 +36,7 @@ static status_t feed_file(descriptor_loader_t* const loader, source_t* const sou
     }
     if (read != STATUS_OK) {
         source_fail_as(source, 0U, read, "cannot read: ");
-        source_say(source, status_text(read));
+        source_say(source, "%", status_text(read), NULL, 0U);
     }
     return (read != STATUS_OK) ? read : fed;
 }

@@ -42,10 +42,10 @@ void endnode_builder_start(source_t* const source)
         const bool is_allowed  = (((uint32_t)rule->allowed >> i) & 1U) != 0U;
         const bool is_there    = source_has(source, name);
         if ((is_there != is_needed) && !(is_there && is_allowed)) {
-            source_fail(source, source->line, "<Endnode> of type ");
-            source_say(source, source_raw(source, "type"));
-            source_say(source, is_needed ? " needs attribute " : " has no attribute ");
-            source_say(source, name);
+            source_refuse(source, source->line,
+                          is_needed ? "<Endnode> of type % needs attribute %"
+                                    : "<Endnode> of type % has no attribute %",
+                          source_raw(source, "type"), name, 0U);
         }
     }
     endnode->format.baud = ((rule->allowed & BAUD) != 0U) ? bit_rates[endnode->format.baud] : 0U;

@@ -116,9 +116,8 @@ void mission_builder_lists(source_t* const source)
 {
     const mission_descriptor_t* const mission = source->item;
     if ((mission->subsystem_count == 0U) || (mission->mode_count == 0U)) {
-        source_fail(source, source->line, "expected <Subsystems> and <Modes>, not empty, before <");
-        source_say(source, source->open[source->depth - 1U]->name);
-        source_say(source, ">");
+        source_refuse(source, source->line, "expected <Subsystems> and <Modes>, not empty, before <%>",
+                      source->open[source->depth - 1U]->name, NULL, 0U);
     }
 }
 

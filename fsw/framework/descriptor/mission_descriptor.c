@@ -10,28 +10,23 @@
 #define STATE_OPERATIONAL 5U
 #define STATE_ERROR_OPERATIONAL 6U
 
+typedef char
+    subsystems_fit[(offsetof(mission_subsystem_t, apid) == offsetof(descriptor_event_t, id)) ? 1 : -1];
+
 const mission_subsystem_t* mission_find_subsystem(const mission_descriptor_t* const mission,
                                                   const uint16_t apid)
 {
     FSW_ASSERT(mission != NULL);
-    for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
-        if (mission->subsystems[i].apid == apid) {
-            return &mission->subsystems[i];
-        }
-    }
-    return NULL;
+    return descriptor_numbered(mission->subsystems, mission->subsystem_count, sizeof mission->subsystems[0],
+                               apid);
 }
 
 const mission_subsystem_t* mission_find_subsystem_name(const mission_descriptor_t* const mission,
                                                        const char* const name)
 {
     FSW_ASSERT((mission != NULL) && (name != NULL));
-    for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
-        if (strcmp(mission->subsystems[i].name, name) == 0) {
-            return &mission->subsystems[i];
-        }
-    }
-    return NULL;
+    return descriptor_named(mission->subsystems, mission->subsystem_count, sizeof mission->subsystems[0],
+                            name);
 }
 
 const mission_mode_t* mission_find_mode(const mission_descriptor_t* const mission, const uint8_t id)

@@ -16,11 +16,8 @@ typedef char ports_fit[(MISSION_PORTS_MAX >= DESCRIPTOR_PORTS_MAX) ? 1 : -1];
 static void refuse_name(source_t* const source, const uint32_t line, const char* const attribute,
                         const char* const words, const char* const expected)
 {
-    source_fail(source, line, attribute);
-    source_say(source, "=\"");
-    source_say(source, words);
-    source_say(source, "\" of <");
-    source_say(source, expected);
+    source_refuse(source, line, "%=\"%\" of <", attribute, words, 0U);
+    source_say(source, "%", expected, NULL, 0U);
 }
 
 static uint8_t methods_of(const descriptor_port_t* const port)
@@ -62,20 +59,19 @@ static const char* find_rule_name(mission_rule_t* const rule, const char* const 
                                   const subsystem_descriptor_t* const descriptor)
 {
     if (rule->service == SERVICE_FUNCTIONS) {
-        for (uint16_t i = 0U; i < descriptor->function_count; i++) {
-            if (strcmp(descriptor->functions[i].name, words) == 0) {
-                return NULL;
-            }
-        }
+        return (descriptor_named(descriptor->functions, descriptor->function_count,
+                                 sizeof descriptor->functions[0], words) == NULL)
+                   ? words
+                   : NULL;
+    }
+    const descriptor_configuration_t* const configuration =
+        descriptor_named(descriptor->configurations, descriptor->configuration_count,
+                         sizeof descriptor->configurations[0], words);
+    if (configuration == NULL) {
         return words;
     }
-    for (uint16_t i = 0U; i < descriptor->configuration_count; i++) {
-        if (strcmp(descriptor->configurations[i].name, words) == 0) {
-            rule->number = descriptor->configurations[i].id;
-            return NULL;
-        }
-    }
-    return words;
+    rule->number = configuration->id;
+    return NULL;
 }
 
 /// Functions and configurations of this subsystem that rules name.
@@ -111,12 +107,7 @@ static void find_plan_names(mission_builder_t* const builder, const mission_subs
 
 static const mission_bus_t* find_bus(const mission_descriptor_t* const mission, const char* const name)
 {
-    for (uint16_t i = 0U; i < mission->bus_count; i++) {
-        if (strcmp(mission->buses[i].name, name) == 0) {
-            return &mission->buses[i];
-        }
-    }
-    return NULL;
+    return descriptor_named(mission->buses, mission->bus_count, sizeof mission->buses[0], name);
 }
 
 /// Each redundant bus is the one redundant bus of another.
@@ -174,13 +165,9 @@ status_t mission_builder_take(mission_builder_t* const builder, const uint16_t i
     source_t* const source               = &builder->source;
     source->line                         = subsystem->line;
     if ((strcmp(subsystem->name, descriptor->name) != 0) || (subsystem->apid != descriptor->apid)) {
-        source_fail(source, subsystem->line, subsystem->name);
-        source_say(source, " ");
-        source_say_number(source, subsystem->apid);
-        source_say(source, ": its descriptor says ");
-        source_say(source, descriptor->name);
-        source_say(source, " ");
-        source_say_number(source, descriptor->apid);
+        source_refuse(source, subsystem->line, "% #: its descriptor says % ", subsystem->name,
+                      descriptor->name, subsystem->apid);
+        source_say(source, "#", NULL, NULL, descriptor->apid);
     }
     subsystem->interface_hash     = descriptor->interface_hash;
     subsystem->configuration_hash = descriptor->configuration_hash;
@@ -202,12 +189,11 @@ static const mission_port_t* resolve_end(source_t* const source, const mission_d
         if ((strncmp(subsystem->name, words, length) != 0) || (subsystem->name[length] != '\0')) {
             continue;
         }
-        for (uint16_t p = 0U; p < subsystem->port_count; p++) {
-            if ((strcmp(subsystem->ports[p].name, &words[length + 1U]) == 0) &&
-                (subsystem->ports[p].is_provided == is_provided)) {
-                *out_apid = subsystem->apid;
-                return &subsystem->ports[p];
-            }
+        const mission_port_t* const port = descriptor_named(subsystem->ports, subsystem->port_count,
+                                                            sizeof subsystem->ports[0], &words[length + 1U]);
+        if ((port != NULL) && (port->is_provided == is_provided)) { // So in all configurations.
+            *out_apid = subsystem->apid;
+            return port;
         }
     }
     refuse_name(source, link->line, is_provided ? "from" : "to", words,
@@ -246,11 +232,11 @@ static void resolve_rule(mission_builder_t* const builder, const uint16_t index)
     if (words == NULL) {
         return;
     }
-    for (uint16_t i = 0U; (rule->service == SERVICE_LINKS) && (i < mission->link_count); i++) {
-        if (strcmp(mission->links[i].name, words) == 0) {
-            rule->number = mission->links[i].number;
-            return;
-        }
+    const mission_link_t* const link =
+        descriptor_named(mission->links, mission->link_count, sizeof mission->links[0], words);
+    if ((rule->service == SERVICE_LINKS) && (link != NULL)) {
+        rule->number = link->number;
+        return;
     }
     refuse_name(&builder->source, rule->line, "select", words,
                 (rule->service == SERVICE_LINKS)       ? "Allow>: expected a link of the mission"

@@ -152,10 +152,9 @@ void mission_rules_plan(source_t* const source)
 static void check_action_attribute(source_t* const source, const char* const attribute, const bool is_needed)
 {
     if (source_has(source, attribute) != is_needed) {
-        source_fail(source, source->line, "<Action do=\"");
-        source_say(source, source_raw(source, "do"));
-        source_say(source, is_needed ? "\"> needs attribute " : "\"> has no attribute ");
-        source_say(source, attribute);
+        source_refuse(source, source->line, "<Action do=\"%\"> % attribute ", source_raw(source, "do"),
+                      is_needed ? "needs" : "has no", 0U);
+        source_say(source, "%", attribute, NULL, 0U);
     }
 }
 

@@ -124,12 +124,8 @@ static void complete_parameter(source_t* const source, descriptor_parameter_t* c
     source_limit(source, parameter->wire_size, PARAMETER_OCTETS_MAX, " octets in one parameter");
     for (const descriptor_parameter_t* other = descriptor->parameters; other < parameter; other++) {
         if (other->id == parameter->id) {
-            source_fail(source, source->line, "layout and id of ");
-            source_say(source, parameter->name);
-            source_say(source, " are those of ");
-            source_say(source, other->name);
-            source_say(source, " in line ");
-            source_say_number(source, other->line);
+            source_refuse(source, source->line, "layout and id of % are those of % in line #",
+                          parameter->name, other->name, other->line);
         }
     }
 }
@@ -177,10 +173,8 @@ void parameter_builder_group(source_t* const source)
     const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
     char characters[DESCRIPTOR_PATH_MAX + 1U];
     if (builder->group_depth == DESCRIPTOR_NESTING_MAX) {
-        source_fail(source, source->line, "structures nested more than ");
-        source_say_number(source, DESCRIPTOR_NESTING_MAX);
-        source_say(source, " deep");
-
+        source_refuse(source, source->line, "structures nested more than # deep", NULL, NULL,
+                      DESCRIPTOR_NESTING_MAX);
         return;
     }
     text_t path = path_of(source, characters, source->item, &descriptor->fields[descriptor->field_count]);

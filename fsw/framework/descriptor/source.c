@@ -9,76 +9,71 @@
 
 // ---- Errors ----
 
-void source_say(source_t* const source, const char* const words)
+void source_say(source_t* const source, const char* const pattern, const char* const one,
+                const char* const other, const uint32_t number)
 {
-    if (source->is_telling) {
-        text_add(source->error, words);
+    const char* next = one;
+    for (const char* at = pattern; source->is_telling && (*at != '\0'); at++) {
+        if (*at == '%') {
+            text_add(source->error, next);
+            next = other;
+        } else if (*at == '#') {
+            text_add_unsigned(source->error, number);
+        } else {
+            text_add_character(source->error, *at);
+        }
     }
 }
 
-void source_say_number(source_t* const source, const uint32_t number)
+void source_refuse(source_t* const source, const uint32_t line, const char* const pattern,
+                   const char* const one, const char* const other, const uint32_t number)
 {
-    char digits[12];
-    text_t text = text_in(digits, sizeof digits);
-    text_add_unsigned(&text, number);
-    source_say(source, digits);
+    source->is_telling = (source->status == STATUS_OK);
+    if (source->is_telling) {
+        source->status = STATUS_INVALID;
+    }
+    source_say(source, "%:#: ", source->path, NULL, line);
+    source_say(source, pattern, one, other, number);
+}
+
+void source_fail(source_t* const source, const uint32_t line, const char* const message)
+{
+    source_refuse(source, line, "%", message, NULL, 0U);
 }
 
 void source_fail_as(source_t* const source, const uint32_t line, const status_t status,
                     const char* const message)
 {
-    source->is_telling = (source->status == STATUS_OK);
+    source_fail(source, line, message);
     if (source->is_telling) {
         source->status = status;
     }
-    source_say(source, source->path);
-    source_say(source, ":");
-    source_say_number(source, line);
-    source_say(source, ": ");
-    source_say(source, message);
-}
-
-void source_fail(source_t* const source, const uint32_t line, const char* const message)
-{
-    source_fail_as(source, line, STATUS_INVALID, message);
 }
 
 void source_wrong(source_t* const source, const char* const attribute, const char* const expected)
 {
     const char* const value = source_raw(source, attribute);
     FSW_ASSERT(value != NULL);
-    source_fail(source, source->line, attribute);
-    source_say(source, "=\"");
-    source_say(source, value);
-    source_say(source, "\" of <");
-    source_say(source, source->open[source->depth - 1U]->name);
-    source_say(source, ">: expected ");
-    source_say(source, expected);
+    source_refuse(source, source->line, "%=\"%\" of <", attribute, value, 0U);
+    source_say(source, "%>: expected %", source->open[source->depth - 1U]->name, expected, 0U);
 }
 
 void source_taken(source_t* const source, const char* const attribute, const char* const value,
                   const uint32_t line)
 {
-    source_fail(source, source->line, attribute);
-    source_say(source, " ");
-    source_say(source, value);
-    source_say(source, " is taken in line ");
-    source_say_number(source, line);
+    source_refuse(source, source->line, "% % is taken in line #", attribute, value, line);
 }
 
 /// Ends an error with a limit.
 static void add_limit(source_t* const source, const char* const what, const uint32_t most)
 {
-    source_say(source, what);
-    source_say(source, ", at most ");
-    source_say_number(source, most);
+    source_say(source, "%, at most #", what, NULL, most);
 }
 
 void source_limit(source_t* const source, const uint32_t octets, const uint32_t most, const char* const what)
 {
     if (octets > most) {
-        source_fail(source, source->line, "");
-        source_say_number(source, octets);
+        source_refuse(source, source->line, "#", NULL, NULL, octets);
         add_limit(source, what, most);
     }
 }
@@ -214,47 +209,37 @@ static void check_attributes(source_t* const source, const source_row_t* const r
             i++;
         }
         if (i == row->number) {
-            source_fail(source, source->line, "attribute ");
-            source_say(source, attributes[given]);
-            source_say(source, " of <");
-            source_say(source, row->name);
-            source_say(source, (i > 0U) ? ">: expected one of" : ">: expected none");
+            source_refuse(source, source->line, "attribute % of <%>: expected ", attributes[given], row->name,
+                          0U);
+            source_say(source, (i > 0U) ? "one of" : "none", NULL, NULL, 0U);
             for (i = 0U; i < row->number; i++) {
-                source_say(source, " ");
-                source_say(source, row->attributes[i].name);
+                source_say(source, " %", row->attributes[i].name, NULL, 0U);
             }
         }
     }
     for (size_t i = 0U; i < row->number; i++) {
         if (((row->attributes[i].form & SOURCE_NEEDED) != 0U) &&
             !source_has(source, row->attributes[i].name)) {
-            source_fail(source, source->line, "<");
-            source_say(source, row->name);
-            source_say(source, "> has no attribute ");
-            source_say(source, row->attributes[i].name);
+            source_refuse(source, source->line, "<%> has no attribute %", row->name, row->attributes[i].name,
+                          0U);
         }
     }
 }
 
 static void refuse_element(source_t* const source, const uint8_t parent)
 {
-    source_fail(source, source->line, "<");
-    source_say(source, source->element->name);
+    source_refuse(source, source->line, "<%>", source->element->name, NULL, 0U);
     if (source->depth > 0U) {
-        source_say(source, "> in <");
-        source_say(source, source->open[source->depth - 1U]->name);
+        source_say(source, " in <%>", source->open[source->depth - 1U]->name, NULL, 0U);
     }
-    source_say(source, ">: expected");
-    const char* before = " <";
+    const char* before = ": expected <%>";
     for (size_t i = 0U; i < source->row_count; i++) {
         if (source->rows[i].parent == parent) {
-            source_say(source, before);
-            source_say(source, source->rows[i].name);
-            source_say(source, ">");
-            before = " or <";
+            source_say(source, before, source->rows[i].name, NULL, 0U);
+            before = " or <%>";
         }
     }
-    source_say(source, (before[1] == '<') ? " nothing" : "");
+    source_say(source, (before[0] == ':') ? ": expected nothing" : "", NULL, NULL, 0U);
 }
 
 static const source_row_t* row_of(const source_t* const source, const uint8_t parent, const char* const name)
@@ -271,9 +256,7 @@ static const source_row_t* row_of(const source_t* const source, const uint8_t pa
 static void see(source_t* const source, const source_row_t* const row)
 {
     if (((source->seen >> row->kind) & row->times & 1U) != 0U) {
-        source_fail(source, source->line, "a second <");
-        source_say(source, row->name);
-        source_say(source, ">");
+        source_refuse(source, source->line, "a second <%>", row->name, NULL, 0U);
     }
     for (size_t i = 0U; i < source->row_count; i++) {
         if (source->rows[i].parent == row->kind) {
@@ -290,11 +273,7 @@ static void check_seen(source_t* const source, const source_row_t* const row)
         const source_row_t* const child = &source->rows[i];
         if ((child->parent == row->kind) && (child->times >= SOURCE_SOME) &&
             (((source->seen >> child->kind) & 1U) == 0U)) {
-            source_fail(source, source->line, "<");
-            source_say(source, row->name);
-            source_say(source, "> has no <");
-            source_say(source, child->name);
-            source_say(source, ">");
+            source_refuse(source, source->line, "<%> has no <%>", row->name, child->name, 0U);
         }
     }
 }

@@ -115,8 +115,12 @@ struct source {
 xml_handler_t source_handler(source_t* source);
 
 /// Errors. Each begins a text, to which more is added with source_say; if it is not the first error, all of
-/// it is dropped. `wrong` names an attribute that is there, its value and what is expected; `taken` an
-/// earlier line.
+/// it is dropped. In a pattern the first % stands for `one`, the next for `other`, and # for `number`: one
+/// call instead of one for each piece. `fail` takes a message as it is; `wrong` names an attribute that is
+/// there, its value and what is expected; `taken` an earlier line.
+void source_refuse(source_t* source, uint32_t line, const char* pattern, const char* one, const char* other,
+                   uint32_t number);
+void source_say(source_t* source, const char* pattern, const char* one, const char* other, uint32_t number);
 void source_fail(source_t* source, uint32_t line, const char* message);
 void source_wrong(source_t* source, const char* attribute, const char* expected);
 void source_taken(source_t* source, const char* attribute, const char* value, uint32_t line);
@@ -124,8 +128,6 @@ void source_taken(source_t* source, const char* attribute, const char* value, ui
 void source_limit(source_t* source, uint32_t octets, uint32_t most, const char* what);
 /// True if a list has room for one more; else the error.
 bool source_has_room(source_t* source, uint32_t count, uint32_t capacity, const char* what);
-void source_say(source_t* source, const char* words);
-void source_say_number(source_t* source, uint32_t number);
 /// Other statuses than STATUS_INVALID.
 void source_fail_as(source_t* source, uint32_t line, status_t status, const char* message);
 

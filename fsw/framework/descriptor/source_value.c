@@ -65,9 +65,7 @@ const char* source_text(source_t* const source, const char* const attribute, con
                      (form == SOURCE_TEXT)    ? "a text"
                      : (form == SOURCE_UPPER) ? "an upper-case identifier"
                                               : "a lower-case identifier");
-        source_say(source, " of at most ");
-        source_say_number(source, longest);
-        source_say(source, " characters");
+        source_say(source, " of at most # characters", NULL, NULL, longest);
     }
     return source_keep(source, value);
 }
@@ -114,11 +112,8 @@ static uint32_t bounded(source_t* const source, const source_attribute_t* const 
     if ((number < attribute->low) || (number > attribute->high)) {
         source_wrong(source, attribute->name,
                      is_time ? "a time like 500us, 2ms or 1s, from " : "a number from ");
-        source_say_number(source, attribute->low);
-        source_say(source, unit);
-        source_say(source, " to ");
-        source_say_number(source, attribute->high);
-        source_say(source, unit);
+        source_say(source, "#% to ", unit, NULL, attribute->low);
+        source_say(source, "#%", unit, NULL, attribute->high);
     }
     return (uint32_t)number;
 }
@@ -191,8 +186,7 @@ uint64_t source_number(source_t* const source, const char* const attribute, cons
     if (!source_is_spaced(value) || (number_read_value(&at, type, &scalar) != STATUS_OK) ||
         !number_is_end(at)) {
         source_wrong(source, attribute, "a number of type ");
-        source_say(source, value_type_name(type));
-
+        source_say(source, "%", value_type_name(type), NULL, 0U);
         return 0U;
     }
     const size_t size = value_put(octets, type, &scalar, 1U);
@@ -224,8 +218,7 @@ uint32_t source_word(source_t* const source, const char* const attribute, const 
     const uint32_t place    = source_place(value, strlen(value), words);
     if (place == UINT32_MAX) {
         source_wrong(source, attribute, "one of ");
-        source_say(source, words);
-
+        source_say(source, "%", words, NULL, 0U);
         return 0U;
     }
     return place;
@@ -258,7 +251,7 @@ uint32_t source_words(source_t* const source, const char* const attribute, const
     const uint32_t number = source_places(source_raw(source, attribute), words, out_places);
     if (number == 0U) {
         source_wrong(source, attribute, "some, each once, with one space between, of ");
-        source_say(source, words);
+        source_say(source, "%", words, NULL, 0U);
     }
     return number;
 }

@@ -65,11 +65,8 @@ void subsystem_builder_check_values(source_t* const source, const char* const at
     }
     if (!is_right || !number_is_end(at)) {
         source_wrong(source, attribute, "");
-        source_say_number(source, field->count);
-        source_say(source, " number(s) of type ");
-        source_say(source, value_type_name(field->type));
-        source_say(source, ", one space between");
-
+        source_say(source, "# number(s) of type %, one space between", value_type_name(field->type), NULL,
+                   field->count);
     } else if (!is_within) {
         source_wrong(source, attribute, "numbers within min and max");
     }

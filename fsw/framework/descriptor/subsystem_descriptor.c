@@ -5,40 +5,67 @@
 
 #include <string.h>
 
+typedef struct { // What entries begin with.
+    const char* name;
+    uint16_t id;
+} head_t;
+
+#define HAS_HEAD(type) (offsetof(type, id) == offsetof(head_t, id))
+typedef char entries_fit[(HAS_HEAD(descriptor_event_t) && HAS_HEAD(descriptor_function_t) &&
+                          HAS_HEAD(descriptor_configuration_t) && HAS_HEAD(descriptor_port_t))
+                             ? 1
+                             : -1];
+
+const void* descriptor_named(const void* const entries, const uint16_t count, const size_t size,
+                             const char* const name)
+{
+    const uint8_t* entry = entries;
+    for (uint32_t left = count; left > 0U; left--) {
+        const char* own = NULL;
+        (void)memcpy(&own, entry, sizeof own);
+        if (strcmp(own, name) == 0) {
+            return entry;
+        }
+        entry += size;
+    }
+    return NULL;
+}
+
+const void* descriptor_numbered(const void* const entries, const uint16_t count, const size_t size,
+                                const uint16_t id)
+{
+    const uint8_t* entry = entries;
+    for (uint32_t left = count; left > 0U; left--) {
+        uint16_t own = 0U;
+        (void)memcpy(&own, &entry[offsetof(head_t, id)], sizeof own);
+        if (own == id) {
+            return entry;
+        }
+        entry += size;
+    }
+    return NULL;
+}
+
 const descriptor_parameter_t* descriptor_find_parameter(const subsystem_descriptor_t* const descriptor,
                                                         const char* const name)
 {
     FSW_ASSERT((descriptor != NULL) && (name != NULL));
-    for (uint16_t i = 0U; i < descriptor->parameter_count; i++) {
-        if (strcmp(descriptor->parameters[i].name, name) == 0) {
-            return &descriptor->parameters[i];
-        }
-    }
-    return NULL;
+    return descriptor_named(descriptor->parameters, descriptor->parameter_count,
+                            sizeof descriptor->parameters[0], name);
 }
 
 const descriptor_event_t* descriptor_find_event(const subsystem_descriptor_t* const descriptor,
                                                 const uint16_t id)
 {
     FSW_ASSERT(descriptor != NULL);
-    for (uint16_t i = 0U; i < descriptor->event_count; i++) {
-        if (descriptor->events[i].id == id) {
-            return &descriptor->events[i];
-        }
-    }
-    return NULL;
+    return descriptor_numbered(descriptor->events, descriptor->event_count, sizeof descriptor->events[0], id);
 }
 
 const descriptor_event_t* descriptor_find_event_name(const subsystem_descriptor_t* const descriptor,
                                                      const char* const name)
 {
     FSW_ASSERT((descriptor != NULL) && (name != NULL));
-    for (uint16_t i = 0U; i < descriptor->event_count; i++) {
-        if (strcmp(descriptor->events[i].name, name) == 0) {
-            return &descriptor->events[i];
-        }
-    }
-    return NULL;
+    return descriptor_named(descriptor->events, descriptor->event_count, sizeof descriptor->events[0], name);
 }
 
 const descriptor_function_t* descriptor_find_function(const subsystem_descriptor_t* const descriptor,
@@ -59,12 +86,8 @@ const descriptor_configuration_t*
 descriptor_find_configuration(const subsystem_descriptor_t* const descriptor, const uint16_t id)
 {
     FSW_ASSERT(descriptor != NULL);
-    for (uint16_t i = 0U; i < descriptor->configuration_count; i++) {
-        if (descriptor->configurations[i].id == id) {
-            return &descriptor->configurations[i];
-        }
-    }
-    return NULL;
+    return descriptor_numbered(descriptor->configurations, descriptor->configuration_count,
+                               sizeof descriptor->configurations[0], id);
 }
 
 const descriptor_port_t* descriptor_find_port(const subsystem_descriptor_t* const descriptor,
@@ -72,13 +95,8 @@ const descriptor_port_t* descriptor_find_port(const subsystem_descriptor_t* cons
                                               const uint16_t id)
 {
     FSW_ASSERT((descriptor != NULL) && (configuration != NULL));
-    for (uint16_t i = 0U; i < configuration->port_count; i++) {
-        const descriptor_port_t* const port = &descriptor->ports[configuration->first_port + i];
-        if (port->id == id) {
-            return port;
-        }
-    }
-    return NULL;
+    return descriptor_numbered(&descriptor->ports[configuration->first_port], configuration->port_count,
+                               sizeof descriptor->ports[0], id);
 }
 
 const descriptor_device_t* descriptor_find_device(const subsystem_descriptor_t* const descriptor,
@@ -86,13 +104,8 @@ const descriptor_device_t* descriptor_find_device(const subsystem_descriptor_t* 
                                                   const char* const name)
 {
     FSW_ASSERT((descriptor != NULL) && (configuration != NULL) && (name != NULL));
-    for (uint16_t i = 0U; i < configuration->device_count; i++) {
-        const descriptor_device_t* const device = &descriptor->devices[configuration->first_device + i];
-        if (strcmp(device->name, name) == 0) {
-            return device;
-        }
-    }
-    return NULL;
+    return descriptor_named(&descriptor->devices[configuration->first_device], configuration->device_count,
+                            sizeof descriptor->devices[0], name);
 }
 
 const char* descriptor_state_name(const uint8_t state)

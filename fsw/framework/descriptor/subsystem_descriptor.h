@@ -271,6 +271,11 @@ typedef struct {
     uint32_t text_used;
 } subsystem_descriptor_t;
 
+/// Entry of a list, or NULL: the first of `count` entries of `size` octets with that name, or with that id.
+/// Entries begin with their name; one that has an id has it right behind, in 16 bits. For the searches below.
+const void* descriptor_named(const void* entries, uint16_t count, size_t size, const char* name);
+const void* descriptor_numbered(const void* entries, uint16_t count, size_t size, uint16_t id);
+
 /// Each returns the entry or NULL. Names compare exactly.
 const descriptor_parameter_t* descriptor_find_parameter(const subsystem_descriptor_t* descriptor,
                                                         const char* name);
