@@ -11,31 +11,35 @@
 #define HALF_PI_MIDDLE 6.07710050630396597660e-11
 #define HALF_PI_LOW 2.02226624879595063154e-21
 
+#define TERMS 7U
+
+/// Horner's scheme, highest term first.
+static double series(const double y, const double coefficients[TERMS])
+{
+    double sum = coefficients[0];
+    for (unsigned i = 1U; i < TERMS; i++) {
+        sum = coefficients[i] + (y * sum);
+    }
+    return sum;
+}
+
 /// Taylor series; for |x| <= pi/4 what is left out is below 5e-17.
 static double sine_of_eighth(const double x)
 {
+    static const double coefficients[TERMS] = {
+        -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0, 1.0 / 362880.0,
+        -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0};
     const double y = x * x;
-    double sum     = -1.0 / 1307674368000.0;
-    sum            = (1.0 / 6227020800.0) + (y * sum);
-    sum            = (-1.0 / 39916800.0) + (y * sum);
-    sum            = (1.0 / 362880.0) + (y * sum);
-    sum            = (-1.0 / 5040.0) + (y * sum);
-    sum            = (1.0 / 120.0) + (y * sum);
-    sum            = (-1.0 / 6.0) + (y * sum);
-    return x + (x * y * sum);
+    return x + (x * y * series(y, coefficients));
 }
 
 static double cosine_of_eighth(const double x)
 {
+    static const double coefficients[TERMS] = {
+        1.0 / 20922789888000.0, -1.0 / 87178291200.0, 1.0 / 479001600.0, -1.0 / 3628800.0,
+        1.0 / 40320.0,          -1.0 / 720.0,         1.0 / 24.0};
     const double y = x * x;
-    double sum     = 1.0 / 20922789888000.0;
-    sum            = (-1.0 / 87178291200.0) + (y * sum);
-    sum            = (1.0 / 479001600.0) + (y * sum);
-    sum            = (-1.0 / 3628800.0) + (y * sum);
-    sum            = (1.0 / 40320.0) + (y * sum);
-    sum            = (-1.0 / 720.0) + (y * sum);
-    sum            = (1.0 / 24.0) + (y * sum);
-    return 1.0 - (y * (0.5 - (y * sum)));
+    return 1.0 - (y * (0.5 - (y * series(y, coefficients))));
 }
 
 sine_cosine_t elementary_sine_cosine(const double angle_rad)

@@ -52,3 +52,11 @@ status_t endnode_socket_address(const char* const text, osal_address_t* const ou
     *out_address = (osal_address_t){.ipv4 = ipv4, .port = (uint16_t)number};
     return STATUS_OK;
 }
+
+status_t endnode_resolve_socket(const flow_resolver_t* const resolver, const endnode_kind_t kind,
+                                const char* const name, osal_address_t* const out_address)
+{
+    endnode_address_t address;
+    const status_t status = endnode_resolve(resolver, kind, name, &address);
+    return (status == STATUS_OK) ? endnode_socket_address(address.address, out_address) : status;
+}

@@ -46,6 +46,10 @@ typedef struct {
 MUST_USE status_t endnode_resolve(const flow_resolver_t* resolver, endnode_kind_t kind, const char* name,
                                   endnode_address_t* out_address);
 
+/// The same of an end node that is a socket address.
+MUST_USE status_t endnode_resolve_socket(const flow_resolver_t* resolver, endnode_kind_t kind,
+                                         const char* name, osal_address_t* out_address);
+
 /// "A.B.C.D:PORT" as a socket address. STATUS_OK, STATUS_INVALID.
 MUST_USE status_t endnode_socket_address(const char* text, osal_address_t* out_address);
 

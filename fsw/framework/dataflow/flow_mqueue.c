@@ -17,9 +17,7 @@ void flow_mqueue_init(flow_mqueue_t* const flow, const flow_mqueue_setup_t* cons
 static void release(flow_mqueue_t* const flow)
 {
     osal_mqueue_close(&flow->queue);
-    if (flow->setup.quota != NULL) {
-        quota_give(flow->setup.quota);
-    }
+    quota_give(flow->setup.quota);
 }
 
 static status_t open_queue(flow_mqueue_t* const flow)
@@ -43,7 +41,7 @@ static status_t open_queue(flow_mqueue_t* const flow)
 
 static void begin(flow_mqueue_t* const flow)
 {
-    status_t status = (flow->setup.quota != NULL) ? quota_take(flow->setup.quota) : STATUS_OK;
+    status_t status = quota_take(flow->setup.quota);
     if (status == STATUS_OK) {
         status = open_queue(flow);
         if (status != STATUS_OK) {

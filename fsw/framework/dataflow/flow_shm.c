@@ -28,6 +28,11 @@ static size_t words_of(const flow_shm_shape_t shape)
     return ((size_t)shape.value_octets + 7U) / 8U;
 }
 
+static size_t region_octets(const flow_shm_shape_t shape)
+{
+    return sizeof(region_t) + (words_of(shape) * shape.depth * sizeof(uint64_t));
+}
+
 static bool is_shape_valid(const flow_shm_shape_t shape)
 {
     const bool is_depth_valid = (shape.depth >= 1U) && (shape.depth <= DEPTH_MAX);
@@ -90,8 +95,7 @@ status_t flow_shm_create(flow_shm_t* const flow, const flow_resolver_t* const re
     if (status != STATUS_OK) {
         return status;
     }
-    const size_t size = sizeof(region_t) + (words_of(shape) * shape.depth * sizeof(uint64_t));
-    status            = osal_shm_create(&flow->shm, address.address, size);
+    status = osal_shm_create(&flow->shm, address.address, region_octets(shape));
     if (status != STATUS_OK) {
         return status;
     }
@@ -123,12 +127,11 @@ status_t flow_shm_open(flow_shm_t* const flow, const flow_resolver_t* const reso
         return status;
     }
     const region_t* const region = region_of(flow);
-    const size_t size            = sizeof(region_t) + (words_of(shape) * shape.depth * sizeof(uint64_t));
     const bool is_ready          = (osal_shm_size(&flow->shm) >= sizeof(region_t)) &&
                           (__atomic_load_n(&region->magic, __ATOMIC_ACQUIRE) == MAGIC);
     const bool is_same = is_ready && (region->kind == (uint32_t)shape.kind) &&
                          (region->value_octets == shape.value_octets) && (region->depth == shape.depth) &&
-                         (osal_shm_size(&flow->shm) >= size);
+                         (osal_shm_size(&flow->shm) >= region_octets(shape));
     if (!is_same) {
         osal_shm_close(&flow->shm);
         return is_ready ? STATUS_INVALID : STATUS_NOT_FOUND;

@@ -59,36 +59,31 @@ static osal_device_direction_t direction_of(const flow_format_t* const format)
 static status_t open_endnode(flow_stream_t* const flow)
 {
     endnode_address_t address;
-    status_t status = endnode_resolve(flow->resolver, flow->setup.kind, flow->setup.name, &address);
+    osal_address_t to = {0U, 0U};
+    if (flow->setup.kind == ENDNODE_TCP) {
+        const status_t resolved = endnode_resolve_socket(flow->resolver, ENDNODE_TCP, flow->setup.name, &to);
+        const status_t status =
+            (resolved == STATUS_OK) ? osal_tcp_connect_begin(&flow->socket, to) : resolved;
+        flow->is_connecting = (status == STATUS_BUSY);
+        return status;
+    }
+    const status_t status = endnode_resolve(flow->resolver, flow->setup.kind, flow->setup.name, &address);
     if (status != STATUS_OK) {
         return status;
     }
-    if (flow->setup.kind == ENDNODE_SERIAL) {
-        return osal_serial_open(&flow->device, address.address, flow->setup.format.baud);
-    }
-    if (flow->setup.kind == ENDNODE_FILE) {
-        return osal_device_open(&flow->device, address.address, direction_of(&flow->setup.format));
-    }
-    osal_address_t to = {0U, 0U};
-    status            = endnode_socket_address(address.address, &to);
-    if (status == STATUS_OK) {
-        status              = osal_tcp_connect_begin(&flow->socket, to);
-        flow->is_connecting = (status == STATUS_BUSY);
-    }
-    return status;
+    return (flow->setup.kind == ENDNODE_SERIAL)
+               ? osal_serial_open(&flow->device, address.address, flow->setup.format.baud)
+               : osal_device_open(&flow->device, address.address, direction_of(&flow->setup.format));
 }
 
-static void begin(flow_stream_t* const flow)
+/// What comes of an attempt.
+static void settle(flow_stream_t* const flow, const status_t status)
 {
-    status_t status = (flow->setup.quota != NULL) ? quota_take(flow->setup.quota) : STATUS_OK;
     if (status == STATUS_OK) {
-        flow->has_quota = (flow->setup.quota != NULL);
-        status          = open_endnode(flow);
-    }
-    if (status == STATUS_OK) {
-        flow->is_open = true;
+        flow->is_connecting = false;
+        flow->is_open       = true;
         reconnect_succeeded(&flow->reconnect, flow->now_ns);
-    } else if (!flow->is_connecting) {
+    } else if (!flow->is_connecting || (status != STATUS_BUSY)) {
         flow->failure = status;
         release(flow);
         reconnect_failed(&flow->reconnect, flow->now_ns);
@@ -97,20 +92,14 @@ static void begin(flow_stream_t* const flow)
     }
 }
 
-static void finish(flow_stream_t* const flow)
+static void begin(flow_stream_t* const flow)
 {
-    const status_t status = osal_tcp_connect_result(&flow->socket);
+    status_t status = quota_take(flow->setup.quota);
     if (status == STATUS_OK) {
-        flow->is_connecting = false;
-        flow->is_open       = true;
-        reconnect_succeeded(&flow->reconnect, flow->now_ns);
-    } else if (status != STATUS_BUSY) {
-        flow->failure = status;
-        release(flow);
-        reconnect_failed(&flow->reconnect, flow->now_ns);
-    } else {
-        // No answer yet.
+        flow->has_quota = true;
+        status          = open_endnode(flow);
     }
+    settle(flow, status);
 }
 
 // ---- Octets ----
@@ -153,7 +142,7 @@ status_t flow_stream_step(flow_stream_t* const flow, const uint64_t now_ns)
     FSW_ASSERT(flow != NULL);
     flow->now_ns = now_ns;
     if (flow->is_connecting) {
-        finish(flow);
+        settle(flow, osal_tcp_connect_result(&flow->socket));
     } else if (!flow->is_open && reconnect_is_due(&flow->reconnect, now_ns)) {
         begin(flow);
     } else {

@@ -27,39 +27,23 @@ void flow_tcp_set_quota(flow_tcp_t* const flow, quota_t* const quota)
     flow->quota = quota;
 }
 
-static status_t borrow(flow_tcp_t* const flow)
-{
-    return (flow->quota != NULL) ? quota_take(flow->quota) : STATUS_OK;
-}
-
-static void give_back(flow_tcp_t* const flow)
-{
-    if (flow->quota != NULL) {
-        quota_give(flow->quota);
-    }
-}
-
 status_t flow_tcp_open(flow_tcp_t* const flow, const flow_resolver_t* const resolver, const char* const name)
 {
     FSW_ASSERT((flow != NULL) && (resolver != NULL) && (name != NULL));
     if (osal_socket_is_open(&flow->listener)) {
         return STATUS_EXISTS;
     }
-    endnode_address_t text;
     osal_address_t address = {0};
-    status_t status        = endnode_resolve(resolver, ENDNODE_TCP, name, &text);
+    status_t status        = endnode_resolve_socket(resolver, ENDNODE_TCP, name, &address);
     if (status == STATUS_OK) {
-        status = endnode_socket_address(text.address, &address);
-    }
-    if (status == STATUS_OK) {
-        status = borrow(flow);
+        status = quota_take(flow->quota);
     }
     if (status != STATUS_OK) {
         return status;
     }
     status = osal_tcp_listen(&flow->listener, address);
     if (status != STATUS_OK) {
-        give_back(flow);
+        quota_give(flow->quota);
     }
     return status;
 }
@@ -70,13 +54,13 @@ status_t flow_tcp_adopt(flow_tcp_t* const flow, const int descriptor)
     if (osal_socket_is_open(&flow->listener)) {
         return STATUS_EXISTS;
     }
-    status_t status = borrow(flow);
+    status_t status = quota_take(flow->quota);
     if (status != STATUS_OK) {
         return status;
     }
     status = osal_socket_adopt(&flow->listener, descriptor);
     if (status != STATUS_OK) {
-        give_back(flow);
+        quota_give(flow->quota);
     }
     return status;
 }
@@ -103,7 +87,7 @@ void flow_tcp_end(flow_tcp_t* const flow, const flow_tcp_user_t* const user, con
         return;
     }
     osal_socket_close(&flow->clients[client].socket);
-    give_back(flow);
+    quota_give(flow->quota);
     flow->clients[client].held = 0U;
     flow->counters.ended++;
     if (user->disconnected != NULL) {
@@ -119,7 +103,7 @@ void flow_tcp_close(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
     }
     if (osal_socket_is_open(&flow->listener)) {
         osal_socket_close(&flow->listener);
-        give_back(flow);
+        quota_give(flow->quota);
     }
 }
 
@@ -140,11 +124,11 @@ static void accept_clients(flow_tcp_t* const flow, const flow_tcp_user_t* const 
         if (osal_tcp_accept(&flow->listener, &arrived, &from) != STATUS_OK) {
             return;
         }
-        const bool is_granted = (borrow(flow) == STATUS_OK);
+        const bool is_granted = (quota_take(flow->quota) == STATUS_OK);
         const unsigned place  = free_place(flow);
         if (!is_granted || (place == flow->capacity)) {
             if (is_granted) {
-                give_back(flow);
+                quota_give(flow->quota);
             }
             flow->counters.turned_away++;
             osal_socket_close(&arrived);

@@ -11,14 +11,6 @@ void flow_udp_init(flow_udp_t* const flow)
     *flow = (flow_udp_t){.socket = OSAL_SOCKET_CLOSED};
 }
 
-static status_t resolve_socket(const flow_resolver_t* const resolver, const char* const name,
-                               osal_address_t* const out_address)
-{
-    endnode_address_t address;
-    const status_t status = endnode_resolve(resolver, ENDNODE_UDP, name, &address);
-    return (status == STATUS_OK) ? endnode_socket_address(address.address, out_address) : status;
-}
-
 status_t flow_udp_open(flow_udp_t* const flow, const flow_resolver_t* const resolver, const char* const local,
                        const char* const peer, const size_t receive_octets)
 {
@@ -27,9 +19,9 @@ status_t flow_udp_open(flow_udp_t* const flow, const flow_resolver_t* const reso
         return STATUS_EXISTS;
     }
     osal_address_t address;
-    status_t status = resolve_socket(resolver, local, &address);
+    status_t status = endnode_resolve_socket(resolver, ENDNODE_UDP, local, &address);
     if (status == STATUS_OK) {
-        status = resolve_socket(resolver, peer, &flow->peer);
+        status = endnode_resolve_socket(resolver, ENDNODE_UDP, peer, &flow->peer);
     }
     return (status == STATUS_OK) ? osal_udp_open(&flow->socket, address, receive_octets) : status;
 }

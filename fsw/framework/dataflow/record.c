@@ -42,8 +42,7 @@ status_t record_encode(const record_layout_t* const layout, const flow_order_t o
         const uint8_t* memory             = (const uint8_t*)record + field->offset;
         for (uint16_t k = 0U; k < field->count; k++) {
             uint8_t scalar[SCALAR_OCTETS_MAX];
-            octet_writer_t writer = octet_writer(scalar, sizeof scalar);
-            value_encode(&writer, field->type, memory);
+            (void)value_put(scalar, field->type, memory, 1U);
             copy_scalar(scalar, size, order, &octets[*out_size]);
             *out_size += size;
             memory += size;

@@ -156,15 +156,22 @@ void parameter_withdraw_all(parameter_dictionary_t* const dictionary)
     unlock(dictionary);
 }
 
+/// End of a search: counts a failure and unlocks.
+static status_t found(parameter_dictionary_t* const dictionary, const parameter_entry_t* const entry,
+                      const parameter_entry_t** const out_entry)
+{
+    *out_entry = entry;
+    dictionary->refusals.unknown += (entry == NULL) ? 1U : 0U;
+    unlock(dictionary);
+    return (entry != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
+}
+
 status_t parameter_find(parameter_dictionary_t* const dictionary, const uint32_t id,
                         const parameter_entry_t** const out_entry)
 {
     FSW_ASSERT((dictionary != NULL) && (out_entry != NULL));
     lock(dictionary);
-    *out_entry = entry_of_id(dictionary, id);
-    dictionary->refusals.unknown += (*out_entry == NULL) ? 1U : 0U;
-    unlock(dictionary);
-    return (*out_entry != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
+    return found(dictionary, entry_of_id(dictionary, id), out_entry);
 }
 
 status_t parameter_find_name(parameter_dictionary_t* const dictionary, const char* const name,
@@ -172,10 +179,7 @@ status_t parameter_find_name(parameter_dictionary_t* const dictionary, const cha
 {
     FSW_ASSERT((dictionary != NULL) && (name != NULL) && (out_entry != NULL));
     lock(dictionary);
-    *out_entry = entry_of_name(dictionary, name);
-    dictionary->refusals.unknown += (*out_entry == NULL) ? 1U : 0U;
-    unlock(dictionary);
-    return (*out_entry != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
+    return found(dictionary, entry_of_name(dictionary, name), out_entry);
 }
 
 status_t parameter_set_settable(parameter_dictionary_t* const dictionary, const uint32_t id,
@@ -191,14 +195,19 @@ status_t parameter_set_settable(parameter_dictionary_t* const dictionary, const 
     return (entry != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
 }
 
-/// Index of a field, or field_count.
-static uint16_t field_of_name(const parameter_definition_t* const definition, const char* const name)
+/// Parameter with that id and field, or NULL; the index of the field.
+static const parameter_entry_t* entry_of_field(const parameter_dictionary_t* const dictionary,
+                                               const uint32_t id, const char* const name,
+                                               uint16_t* const out_index)
 {
-    uint16_t index = 0U;
-    while ((index < definition->field_count) && (strcmp(definition->fields[index].name, name) != 0)) {
-        index++;
+    const parameter_entry_t* const entry = entry_of_id(dictionary, id);
+    for (uint16_t i = 0U; (entry != NULL) && (i < entry->definition->field_count); i++) {
+        if (strcmp(entry->definition->fields[i].name, name) == 0) {
+            *out_index = i;
+            return entry;
+        }
     }
-    return index;
+    return NULL;
 }
 
 status_t parameter_set_bounds(parameter_dictionary_t* const dictionary, const uint32_t id,
@@ -207,13 +216,11 @@ status_t parameter_set_bounds(parameter_dictionary_t* const dictionary, const ui
     FSW_ASSERT((dictionary != NULL) && (field != NULL));
     status_t status = STATUS_NOT_FOUND;
     lock(dictionary);
-    const parameter_entry_t* const entry = entry_of_id(dictionary, id);
+    uint16_t index                       = 0U;
+    const parameter_entry_t* const entry = entry_of_field(dictionary, id, field, &index);
     if (entry != NULL) {
-        const uint16_t index = field_of_name(entry->definition, field);
-        if (index < entry->definition->field_count) {
-            entry->bounds[index] = (parameter_bounds_t){.min = min, .max = max};
-            status               = STATUS_OK;
-        }
+        entry->bounds[index] = (parameter_bounds_t){.min = min, .max = max};
+        status               = STATUS_OK;
     }
     unlock(dictionary);
     return status;
@@ -229,32 +236,43 @@ static bool is_within(const value_type_t type, const scalar_t* const scalar,
     return is_finite && (value >= bounds->min) && (value <= bounds->max);
 }
 
-/// Where scalar `index` of a field lies.
-static uint8_t* scalar_place(const parameter_entry_t* const entry, const parameter_field_t* const field,
-                             const uint16_t index)
+/// Check scalar number `place` of field `index`, and store it only if that `is_for_real`.
+static status_t take_scalar(const parameter_entry_t* const entry, const uint16_t index, const uint16_t place,
+                            const scalar_t* const scalar, const bool is_for_real)
 {
-    return (uint8_t*)entry->storage + field->offset + (index * value_size(field->type));
+    const parameter_field_t* const field = &entry->definition->fields[index];
+    const size_t size                    = value_size(field->type);
+    if (!is_within(field->type, scalar, &entry->bounds[index])) {
+        return STATUS_OUT_OF_RANGE;
+    }
+    if (is_for_real) {
+        (void)memcpy((uint8_t*)entry->storage + field->offset + (place * size), scalar, size);
+    }
+    return STATUS_OK;
 }
 
-/// Values of one field from text, stored only if `is_for_real`.
+/// Values of one field from text, stored only if `is_for_real`; without text they are zero.
 static status_t take_text(const parameter_entry_t* const entry, const uint16_t index, const char* text,
                           const bool is_for_real)
 {
     const parameter_field_t* const field = &entry->definition->fields[index];
+    if (text == NULL) {
+        if (is_for_real) {
+            (void)memset((uint8_t*)entry->storage + field->offset, 0, value_size(field->type) * field->count);
+        }
+        return STATUS_OK;
+    }
     for (uint16_t i = 0U; i < field->count; i++) {
-        scalar_t scalar       = {.u64 = 0U};
-        const status_t status = (text == NULL) ? STATUS_OK : number_read_value(&text, field->type, &scalar);
+        scalar_t scalar = {.u64 = 0U};
+        status_t status = number_read_value(&text, field->type, &scalar);
+        if (status == STATUS_OK) {
+            status = take_scalar(entry, index, i, &scalar, is_for_real);
+        }
         if (status != STATUS_OK) {
             return (status == STATUS_OUT_OF_RANGE) ? STATUS_OUT_OF_RANGE : STATUS_INVALID;
         }
-        if ((text != NULL) && !is_within(field->type, &scalar, &entry->bounds[index])) {
-            return STATUS_OUT_OF_RANGE;
-        }
-        if (is_for_real) {
-            (void)memcpy(scalar_place(entry, field, i), &scalar, value_size(field->type));
-        }
     }
-    return ((text == NULL) || number_is_end(text)) ? STATUS_OK : STATUS_INVALID;
+    return number_is_end(text) ? STATUS_OK : STATUS_INVALID;
 }
 
 status_t parameter_set_initial(parameter_dictionary_t* const dictionary, const uint32_t id,
@@ -263,14 +281,12 @@ status_t parameter_set_initial(parameter_dictionary_t* const dictionary, const u
     FSW_ASSERT((dictionary != NULL) && (field != NULL));
     status_t status = STATUS_NOT_FOUND;
     lock(dictionary);
-    const parameter_entry_t* const entry = entry_of_id(dictionary, id);
+    uint16_t index                       = 0U;
+    const parameter_entry_t* const entry = entry_of_field(dictionary, id, field, &index);
     if (entry != NULL) {
-        const uint16_t index = field_of_name(entry->definition, field);
-        if (index < entry->definition->field_count) {
-            status = take_text(entry, index, text, false);
-            if (status == STATUS_OK) {
-                status = take_text(entry, index, text, true);
-            }
+        status = take_text(entry, index, text, false);
+        if (status == STATUS_OK) {
+            status = take_text(entry, index, text, true);
         }
     }
     unlock(dictionary);
@@ -324,16 +340,13 @@ static status_t decode(const parameter_entry_t* const entry, octet_reader_t* con
     for (uint16_t f = 0U; f < entry->definition->field_count; f++) {
         const parameter_field_t* const field = &entry->definition->fields[f];
         for (uint16_t i = 0U; i < field->count; i++) {
-            scalar_t scalar       = {.u64 = 0U};
-            const status_t status = value_decode(reader, field->type, &scalar);
+            scalar_t scalar = {.u64 = 0U};
+            status_t status = value_decode(reader, field->type, &scalar);
+            if (status == STATUS_OK) {
+                status = take_scalar(entry, f, i, &scalar, is_for_real);
+            }
             if (status != STATUS_OK) {
                 return status;
-            }
-            if (!is_within(field->type, &scalar, &entry->bounds[f])) {
-                return STATUS_OUT_OF_RANGE;
-            }
-            if (is_for_real) {
-                (void)memcpy(scalar_place(entry, field, i), &scalar, value_size(field->type));
             }
         }
     }

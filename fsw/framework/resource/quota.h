@@ -4,7 +4,7 @@
 ///
 /// Ownership  The caller places quota_t. It holds nothing but numbers: who takes one gives it back.
 /// Context    One loop. Time O(1), never blocks.
-/// Errors     Each function lists its statuses; a null argument or a limit of 0 is a coding error.
+/// Errors     Each function lists its statuses; a limit of 0, or null where it is not allowed, is a coding error.
 #ifndef FSW_FRAMEWORK_RESOURCE_QUOTA_H
 #define FSW_FRAMEWORK_RESOURCE_QUOTA_H
 
@@ -29,9 +29,9 @@ typedef struct { // Private, except `stats`: read-only, for housekeeping telemet
 
 /// None lent. limit >= 1; the thresholds are those of pools (POOL_WARN_PERCENT, POOL_CLEAR_PERCENT).
 void quota_init(quota_t* quota, uint16_t limit);
-/// STATUS_OK, STATUS_EXHAUSTED.
+/// Null is no quota: nothing is counted, and nothing refused. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t quota_take(quota_t* quota);
-/// One less is used. Giving back what was never taken is a coding error.
+/// One less is used; of null nothing. Giving back what was never taken is a coding error.
 void quota_give(quota_t* quota);
 /// True once each time the warning has risen since the last call.
 bool quota_poll_warning(quota_t* quota);
