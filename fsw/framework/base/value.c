@@ -3,31 +3,22 @@
 
 #include "fsw/framework/base/assertion.h"
 
-#include <float.h>
 #include <stdbool.h>
 #include <string.h>
 
-/// One scalar type. `lower` and `beyond` bound the integers: lower <= number < beyond, both exact as double.
-typedef struct {
+typedef struct { // One scalar type.
     const char* name;
-    double lower;
-    double beyond;
     uint8_t size;
     bool is_signed;
 } scalar_t;
 
 static const scalar_t scalars[VALUE_SCALARS] = {
-    [VALUE_UINT8]  = {"UINT8", 0.0, 256.0, 1U, false},
-    [VALUE_UINT16] = {"UINT16", 0.0, 65536.0, 2U, false},
-    [VALUE_UINT32] = {"UINT32", 0.0, 4294967296.0, 4U, false},
-    [VALUE_UINT64] = {"UINT64", 0.0, 18446744073709551616.0, 8U, false},
-    [VALUE_INT8]   = {"INT8", -128.0, 128.0, 1U, true},
-    [VALUE_INT16]  = {"INT16", -32768.0, 32768.0, 2U, true},
-    [VALUE_INT32]  = {"INT32", -2147483648.0, 2147483648.0, 4U, true},
-    [VALUE_INT64]  = {"INT64", -9223372036854775808.0, 9223372036854775808.0, 8U, true},
-    [VALUE_FLOAT]  = {"FLOAT", 0.0, 0.0, 4U, true},
-    [VALUE_DOUBLE] = {"DOUBLE", 0.0, 0.0, 8U, true},
-    [VALUE_BOOL]   = {"BOOL", 0.0, 2.0, 1U, false},
+    [VALUE_UINT8] = {"UINT8", 1U, false},   [VALUE_UINT16] = {"UINT16", 2U, false},
+    [VALUE_UINT32] = {"UINT32", 4U, false}, [VALUE_UINT64] = {"UINT64", 8U, false},
+    [VALUE_INT8] = {"INT8", 1U, true},      [VALUE_INT16] = {"INT16", 2U, true},
+    [VALUE_INT32] = {"INT32", 4U, true},    [VALUE_INT64] = {"INT64", 8U, true},
+    [VALUE_FLOAT] = {"FLOAT", 4U, true},    [VALUE_DOUBLE] = {"DOUBLE", 8U, true},
+    [VALUE_BOOL] = {"BOOL", 1U, false},
 };
 
 static const scalar_t* scalar_of(const value_type_t type)
@@ -78,6 +69,11 @@ status_t value_type_of(const char* const name, value_type_t* const out_type)
         }
     }
     return STATUS_NOT_FOUND;
+}
+
+uint64_t value_bits(const value_type_t type, const void* const memory)
+{
+    return load_bits(value_size(type), memory);
 }
 
 void value_store(const value_type_t type, const uint64_t bits, void* const memory)
@@ -161,7 +157,7 @@ double value_as_double(const value_type_t type, const void* const memory)
         (void)memcpy(&single, memory, sizeof single);
         number = (double)single;
     } else {
-        const uint64_t bits = load_bits(scalar->size, memory);
+        const uint64_t bits = value_bits(type, memory);
         const uint64_t sign = 1ULL << ((8U * scalar->size) - 1U);
         if (scalar->is_signed && ((bits & sign) != 0U)) {
             // The magnitude of a negative number: the two's complement within its own width.
@@ -171,33 +167,4 @@ double value_as_double(const value_type_t type, const void* const memory)
         }
     }
     return number;
-}
-
-status_t value_from_double(const value_type_t type, const double number, void* const memory)
-{
-    FSW_ASSERT(memory != NULL);
-    const scalar_t* const scalar = scalar_of(type);
-    const double limit           = (type == VALUE_FLOAT) ? (double)FLT_MAX : DBL_MAX;
-    if (!((number >= -limit) && (number <= limit))) { // Not a number compares false, too.
-        return STATUS_OUT_OF_RANGE;
-    }
-    if (type == VALUE_DOUBLE) {
-        (void)memcpy(memory, &number, sizeof number);
-        return STATUS_OK;
-    }
-    if (type == VALUE_FLOAT) {
-        const float single = (float)number;
-        (void)memcpy(memory, &single, sizeof single);
-        return STATUS_OK;
-    }
-    if ((number < scalar->lower) || (number >= scalar->beyond)) {
-        return STATUS_OUT_OF_RANGE;
-    }
-    // In range, so the magnitude fits 64 bits; negation in unsigned arithmetic gives two's complement.
-    const uint64_t magnitude = (uint64_t)((number < 0.0) ? -number : number);
-    if ((double)magnitude != ((number < 0.0) ? -number : number)) {
-        return STATUS_OUT_OF_RANGE;
-    }
-    value_store(type, (number < 0.0) ? (0U - magnitude) : magnitude, memory);
-    return STATUS_OK;
 }

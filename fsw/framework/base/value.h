@@ -34,6 +34,8 @@ const char* value_type_name(value_type_t type);
 /// Scalar type of a descriptor word. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t value_type_of(const char* name, value_type_t* out_type);
 
+/// Bits of a scalar in host memory, in the low end of the result.
+uint64_t value_bits(value_type_t type, const void* memory);
 /// Store the low bits of a number, two's complement or IEEE 754, as a scalar.
 void value_store(value_type_t type, uint64_t bits, void* memory);
 /// Write one scalar from host memory (aligned for its type) big-endian.
@@ -45,8 +47,5 @@ size_t value_put(uint8_t* octets, value_type_t type, const void* memory, size_t 
 MUST_USE status_t value_decode(octet_reader_t* reader, value_type_t type, void* memory);
 /// The scalar as a double (64-bit integers may round).
 double value_as_double(value_type_t type, const void* memory);
-/// Store a double as a scalar. STATUS_OK, STATUS_OUT_OF_RANGE (does not fit, not finite, or not integral);
-/// then memory is unchanged.
-MUST_USE status_t value_from_double(value_type_t type, double number, void* memory);
 
 #endif // FSW_FRAMEWORK_BASE_VALUE_H

@@ -39,13 +39,11 @@ status_t record_encode(const record_layout_t* const layout, const flow_order_t o
     for (size_t i = 0U; i < layout->field_count; i++) {
         const record_field_t* const field = &layout->fields[i];
         const size_t size                 = value_size(field->type);
-        const uint8_t* memory             = (const uint8_t*)record + field->offset;
         for (uint16_t k = 0U; k < field->count; k++) {
             uint8_t scalar[SCALAR_OCTETS_MAX];
-            (void)value_put(scalar, field->type, memory, 1U);
+            (void)value_put(scalar, field->type, (const uint8_t*)record + field->offset + (k * size), 1U);
             copy_scalar(scalar, size, order, &octets[*out_size]);
             *out_size += size;
-            memory += size;
         }
     }
     return STATUS_OK;

@@ -4,37 +4,27 @@
 
 #include <string.h>
 
-static void add(uint64_t* const hash, const char* const words)
-{
-    *hash = fnv64(*hash, (const uint8_t*)words, strlen(words));
-}
-
-/// "<before><name> <number><behind>".
-static void add_entry(uint64_t* const hash, const char* const before, const char* const name,
-                      const uint32_t number, const char* const behind)
+/// The pattern, with `name` in place of % and `number` in place of #.
+static void add(uint64_t* const hash, const char* const pattern, const char* const name,
+                const uint32_t number)
 {
     char digits[12];
     text_t text = text_in(digits, sizeof digits);
-    text_add(&text, " ");
     text_add_unsigned(&text, number);
-    add(hash, before);
-    add(hash, name);
-    add(hash, digits);
-    add(hash, behind);
+    for (const char* at = pattern; *at != '\0'; at++) {
+        const char* const piece = (*at == '%') ? name : ((*at == '#') ? digits : at);
+        *hash                   = fnv64(*hash, (const uint8_t*)piece, (piece == at) ? 1U : strlen(piece));
+    }
 }
 
 static void hash_fields(uint64_t* const hash, const subsystem_descriptor_t* const descriptor,
                         const uint16_t first, const uint16_t count, const bool is_argument)
 {
-    for (uint16_t i = first; i < (first + count); i++) {
-        const descriptor_field_t* const field = &descriptor->fields[i];
-        if (is_argument) {
-            add_entry(hash, "argument ", field->name, field->id, "");
-        } else {
-            add(hash, "field ");
-            add(hash, field->name);
-        }
-        add_entry(hash, " ", value_type_name(field->type), field->count, "\n");
+    const descriptor_field_t* field = &descriptor->fields[first];
+    for (uint32_t left = count; left > 0U; left--) {
+        add(hash, is_argument ? "argument % #" : "field %", field->name, field->id);
+        add(hash, " % #\n", value_type_name(field->type), field->count);
+        field++;
     }
 }
 
@@ -42,12 +32,11 @@ static void hash_events(uint64_t* const hash, const subsystem_descriptor_t* cons
 {
     for (uint16_t e = 0U; e < descriptor->event_count; e++) {
         const descriptor_event_t* const event = &descriptor->events[e];
-        add_entry(hash, "event ", event->name, event->id, "\n");
+        add(hash, "event % #\n", event->name, event->id);
         hash_fields(hash, descriptor, event->first_field, event->field_count, false);
         for (uint16_t i = 0U; i < event->reference_count; i++) {
-            add(hash, "sample ");
-            add(hash, descriptor->parameters[descriptor->references[event->first_reference + i]].name);
-            add(hash, "\n");
+            add(hash, "sample %\n",
+                descriptor->parameters[descriptor->references[event->first_reference + i]].name, 0U);
         }
     }
 }
@@ -56,10 +45,11 @@ static void hash_configurations(uint64_t* const hash, const subsystem_descriptor
 {
     for (uint16_t c = 0U; c < descriptor->configuration_count; c++) {
         const descriptor_configuration_t* const configuration = &descriptor->configurations[c];
-        add_entry(hash, "configuration ", configuration->name, configuration->id, "\n");
+        add(hash, "configuration % #\n", configuration->name, configuration->id);
         for (uint16_t i = 0U; i < configuration->port_count; i++) {
             const descriptor_port_t* const port = &descriptor->ports[configuration->first_port + i];
-            add_entry(hash, "port ", port->name, port->id, port->is_provided ? " provides\n" : " requires\n");
+            add(hash, port->is_provided ? "port % # provides\n" : "port % # requires\n", port->name,
+                port->id);
             hash_fields(hash, descriptor, port->first_field, port->field_count, false);
         }
     }
@@ -68,17 +58,17 @@ static void hash_configurations(uint64_t* const hash, const subsystem_descriptor
 uint64_t subsystem_interface_hash(const subsystem_descriptor_t* const descriptor)
 {
     uint64_t hash = FNV64_START;
-    add_entry(&hash, "subsystem ", descriptor->name, descriptor->apid, "\n");
+    add(&hash, "subsystem % #\n", descriptor->name, descriptor->apid);
     for (uint16_t i = 0U; i < descriptor->parameter_count; i++) {
         const descriptor_parameter_t* const parameter = &descriptor->parameters[i];
-        add_entry(&hash, "parameter ", parameter->name, parameter->number, "");
-        add_entry(&hash, "", "", (parameter->id >> 16U) & 0x1FU, "\n");
+        add(&hash, "parameter % #", parameter->name, parameter->number);
+        add(&hash, " #\n", NULL, (parameter->id >> 16U) & 0x1FU);
         hash_fields(&hash, descriptor, parameter->first_field, parameter->field_count, false);
     }
     hash_events(&hash, descriptor);
     for (uint16_t i = 0U; i < descriptor->function_count; i++) {
         const descriptor_function_t* const function = &descriptor->functions[i];
-        add_entry(&hash, "function ", function->name, function->id, "\n");
+        add(&hash, "function % #\n", function->name, function->id);
         hash_fields(&hash, descriptor, function->first_argument, function->argument_count, true);
     }
     hash_configurations(&hash, descriptor);

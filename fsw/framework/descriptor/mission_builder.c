@@ -6,33 +6,22 @@
 #define EPOCH_FIRST_YEAR 1958U
 #define EPOCH_LAST_YEAR 2093U
 
-mission_builder_t* mission_builder_of(const source_t* const source)
-{
-    return source->builder;
-}
-
-/// Every fourth year, within the years that the epoch can have.
-static bool is_leap(const uint32_t year)
-{
-    return (year % 4U) == 0U;
-}
-
 /// Days from 1958-01-01, or UINT32_MAX if there is no such day.
 static uint32_t days_of(const uint32_t year, const uint32_t month, const uint32_t day)
 {
-    static const uint8_t lengths[] = {31U, 28U, 31U, 30U, 31U, 30U, 31U, 31U, 30U, 31U, 30U, 31U};
-    if ((year < EPOCH_FIRST_YEAR) || (year > EPOCH_LAST_YEAR) || (month < 1U) || (month > 12U) ||
-        (day < 1U) || (day > (lengths[month - 1U] + (((month == 2U) && is_leap(year)) ? 1U : 0U)))) {
+    static const uint16_t before[] = {0U,   31U,  59U,  90U,  120U, 151U, 181U,
+                                      212U, 243U, 273U, 304U, 334U, 365U}; // Days of the year before a month.
+    if ((year < EPOCH_FIRST_YEAR) || (year > EPOCH_LAST_YEAR) || (month < 1U) || (month > 12U)) {
         return UINT32_MAX;
     }
-    uint32_t days = day - 1U;
-    for (uint32_t y = EPOCH_FIRST_YEAR; y < year; y++) {
-        days += is_leap(y) ? 366U : 365U;
+    const bool is_leap      = (year % 4U) == 0U; // So in all years that the epoch can have.
+    const uint32_t leap_day = (is_leap && (month == 2U)) ? 1U : 0U;
+    if ((day < 1U) || (day > ((before[month] - before[month - 1U]) + leap_day))) {
+        return UINT32_MAX;
     }
-    for (uint32_t m = 1U; m < month; m++) {
-        days += lengths[m - 1U] + (((m == 2U) && is_leap(year)) ? 1U : 0U);
-    }
-    return days;
+    const uint32_t years = year - EPOCH_FIRST_YEAR;
+    return (years * 365U) + ((years + 1U) / 4U) + before[month - 1U] + ((is_leap && (month > 2U)) ? 1U : 0U) +
+           (day - 1U);
 }
 
 /// Numbers of a time like 2026-06-01T12:00:00: year to second. False if it is none.

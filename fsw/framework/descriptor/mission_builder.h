@@ -33,7 +33,10 @@ extern const source_list_t mission_modes;
     ((MISSION_SUBSYSTEMS_MAX + 1U) * (DESCRIPTOR_NAME_MAX + 1U)) ///< And " SELF NETWORK".
 #define MISSION_MODE_WORDS (MISSION_MODES_MAX * (DESCRIPTOR_NAME_MAX + 1U))
 
-mission_builder_t* mission_builder_of(const source_t* source);
+static inline mission_builder_t* mission_builder_of(const source_t* const source)
+{
+    return source->builder;
+}
 
 // Handlers: mission_builder.c
 void mission_builder_mission(source_t* source);

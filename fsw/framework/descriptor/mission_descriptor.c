@@ -21,14 +21,6 @@ const mission_subsystem_t* mission_find_subsystem(const mission_descriptor_t* co
                                apid);
 }
 
-const mission_subsystem_t* mission_find_subsystem_name(const mission_descriptor_t* const mission,
-                                                       const char* const name)
-{
-    FSW_ASSERT((mission != NULL) && (name != NULL));
-    return descriptor_named(mission->subsystems, mission->subsystem_count, sizeof mission->subsystems[0],
-                            name);
-}
-
 const mission_mode_t* mission_find_mode(const mission_descriptor_t* const mission, const uint8_t id)
 {
     FSW_ASSERT(mission != NULL);

@@ -183,7 +183,6 @@ typedef struct {
 
 /// Each returns the entry or NULL.
 const mission_subsystem_t* mission_find_subsystem(const mission_descriptor_t* mission, uint16_t apid);
-const mission_subsystem_t* mission_find_subsystem_name(const mission_descriptor_t* mission, const char* name);
 const mission_mode_t* mission_find_mode(const mission_descriptor_t* mission, uint8_t id);
 /// Link between two ports, as named by TC[130,3].
 const mission_link_t* mission_find_link(const mission_descriptor_t* mission, uint16_t producer_apid,

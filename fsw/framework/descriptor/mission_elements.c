@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // What may stand in a mission descriptor, and where it goes in the model.
-#include "fsw/framework/base/assertion.h"
 #include "fsw/framework/descriptor/mission_builder.h"
 
 #include <string.h>
@@ -238,7 +237,6 @@ static const source_row_t rows[] = {
 void mission_builder_begin(mission_builder_t* const builder, mission_descriptor_t* const mission,
                            const char* const path, text_t* const error)
 {
-    FSW_ASSERT((builder != NULL) && (mission != NULL) && (path != NULL) && (error != NULL));
     (void)memset(mission, 0, sizeof *mission);
     (void)memset(builder, 0, sizeof *builder);
     mission->name                 = "";

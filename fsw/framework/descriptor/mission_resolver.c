@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/crc.h"
 #include "fsw/framework/descriptor/mission_builder.h"
 
@@ -160,7 +159,6 @@ static void check_buses(mission_builder_t* const builder, const char* const path
 status_t mission_builder_take(mission_builder_t* const builder, const uint16_t index, const char* const path,
                               const subsystem_descriptor_t* const descriptor)
 {
-    FSW_ASSERT((builder != NULL) && (index < builder->mission->subsystem_count) && (descriptor != NULL));
     mission_subsystem_t* const subsystem = &builder->mission->subsystems[index];
     source_t* const source               = &builder->source;
     source->line                         = subsystem->line;
@@ -266,7 +264,6 @@ static uint64_t hash_subsystems(uint64_t hash, const mission_descriptor_t* const
 
 status_t mission_builder_resolve(mission_builder_t* const builder)
 {
-    FSW_ASSERT(builder != NULL);
     mission_descriptor_t* const mission = builder->mission;
     for (uint16_t i = 0U; i < mission->link_count; i++) {
         resolve_link(builder, i);

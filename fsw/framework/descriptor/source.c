@@ -255,15 +255,12 @@ static const source_row_t* row_of(const source_t* const source, const uint8_t pa
 /// Count an element in its parent; in itself nothing has been read yet.
 static void see(source_t* const source, const source_row_t* const row)
 {
-    if (((source->seen >> row->kind) & row->times & 1U) != 0U) {
+    uint32_t* const seen = &source->seen[source->depth - 1U];
+    if (((seen[0] >> row->kind) & row->times & 1U) != 0U) {
         source_refuse(source, source->line, "a second <%>", row->name, NULL, 0U);
     }
-    for (size_t i = 0U; i < source->row_count; i++) {
-        if (source->rows[i].parent == row->kind) {
-            source->seen &= ~((uint32_t)1U << source->rows[i].kind);
-        }
-    }
-    source->seen |= (uint32_t)1U << row->kind;
+    seen[0] |= (uint32_t)1U << row->kind;
+    seen[1] = 0U;
 }
 
 /// Refuse an element without one that must be in it.
@@ -272,7 +269,7 @@ static void check_seen(source_t* const source, const source_row_t* const row)
     for (size_t i = 0U; i < source->row_count; i++) {
         const source_row_t* const child = &source->rows[i];
         if ((child->parent == row->kind) && (child->times >= SOURCE_SOME) &&
-            (((source->seen >> child->kind) & 1U) == 0U)) {
+            (((source->seen[source->depth] >> child->kind) & 1U) == 0U)) {
             source_refuse(source, source->line, "<%> has no <%>", row->name, child->name, 0U);
         }
     }

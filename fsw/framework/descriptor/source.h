@@ -103,7 +103,7 @@ struct source {
     void* item;                         ///< Of the innermost one.
     uint16_t depth;
     uint16_t order; ///< Of the newest item in its range, or in its list without ranges, from 0.
-    uint32_t seen;  ///< Bit n: an element of kind n has been read in its parent.
+    uint32_t seen[SOURCE_DEPTH_MAX + 1U]; ///< Of each open element, bit n: a child of kind n has been read.
     uint64_t hash;
     char* text; ///< The model's strings.
     uint32_t text_capacity;

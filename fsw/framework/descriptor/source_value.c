@@ -181,20 +181,14 @@ uint64_t source_number(source_t* const source, const char* const attribute, cons
     const char* const value = source_raw(source, attribute);
     const char* at          = value;
     uint64_t scalar         = 0U;
-    uint64_t bits           = 0U;
-    uint8_t octets[sizeof scalar];
     if (!source_is_spaced(value) || (number_read_value(&at, type, &scalar) != STATUS_OK) ||
         !number_is_end(at)) {
         source_wrong(source, attribute, "a number of type ");
         source_say(source, "%", value_type_name(type), NULL, 0U);
         return 0U;
     }
-    const size_t size = value_put(octets, type, &scalar, 1U);
-    for (size_t i = 0U; i < size; i++) {
-        bits = (bits << 8U) | octets[i];
-    }
     *out_real = value_as_double(type, &scalar);
-    return bits;
+    return value_bits(type, &scalar);
 }
 
 // ---- Words ----

@@ -9,16 +9,6 @@
 
 #define AUXILIARY_OCTETS_MAX 1024U
 
-subsystem_builder_t* subsystem_builder_of(const source_t* const source)
-{
-    return source->builder;
-}
-
-subsystem_descriptor_t* subsystem_builder_model(const source_t* const source)
-{
-    return source->items[0];
-}
-
 void subsystem_builder_resources(source_t* const source)
 {
     const subsystem_descriptor_t* const descriptor = source->item;

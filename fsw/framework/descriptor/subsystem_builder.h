@@ -32,8 +32,16 @@ extern const source_list_t subsystem_sampled_references;
 #define SUBSYSTEM_FIELD_ATTRIBUTES 4U
 extern const source_attribute_t subsystem_field_attributes[SUBSYSTEM_FIELD_ATTRIBUTES];
 
-subsystem_builder_t* subsystem_builder_of(const source_t* source);
-subsystem_descriptor_t* subsystem_builder_model(const source_t* source);
+static inline subsystem_builder_t* subsystem_builder_of(const source_t* const source)
+{
+    return source->builder;
+}
+
+static inline subsystem_descriptor_t* subsystem_builder_model(const source_t* const source)
+{
+    return source->items[0];
+}
+
 /// Bounds and initial values of a field, whose other attributes are read.
 void subsystem_builder_complete(source_t* source, descriptor_field_t* field);
 /// Check `count` numbers of a field's type within its bounds.

@@ -68,20 +68,6 @@ const descriptor_event_t* descriptor_find_event_name(const subsystem_descriptor_
     return descriptor_named(descriptor->events, descriptor->event_count, sizeof descriptor->events[0], name);
 }
 
-const descriptor_function_t* descriptor_find_function(const subsystem_descriptor_t* const descriptor,
-                                                      const char wire_id[DESCRIPTOR_FUNCTION_NAME_MAX])
-{
-    FSW_ASSERT((descriptor != NULL) && (wire_id != NULL));
-    for (uint16_t i = 0U; i < descriptor->function_count; i++) {
-        char padded[DESCRIPTOR_FUNCTION_NAME_MAX] = {0};
-        (void)memcpy(padded, descriptor->functions[i].name, strlen(descriptor->functions[i].name));
-        if (memcmp(padded, wire_id, sizeof padded) == 0) {
-            return &descriptor->functions[i];
-        }
-    }
-    return NULL;
-}
-
 const descriptor_configuration_t*
 descriptor_find_configuration(const subsystem_descriptor_t* const descriptor, const uint16_t id)
 {
@@ -97,15 +83,6 @@ const descriptor_port_t* descriptor_find_port(const subsystem_descriptor_t* cons
     FSW_ASSERT((descriptor != NULL) && (configuration != NULL));
     return descriptor_numbered(&descriptor->ports[configuration->first_port], configuration->port_count,
                                sizeof descriptor->ports[0], id);
-}
-
-const descriptor_device_t* descriptor_find_device(const subsystem_descriptor_t* const descriptor,
-                                                  const descriptor_configuration_t* const configuration,
-                                                  const char* const name)
-{
-    FSW_ASSERT((descriptor != NULL) && (configuration != NULL) && (name != NULL));
-    return descriptor_named(&descriptor->devices[configuration->first_device], configuration->device_count,
-                            sizeof descriptor->devices[0], name);
 }
 
 const char* descriptor_state_name(const uint8_t state)
@@ -137,12 +114,4 @@ status_t descriptor_state_of(const char* const name, uint8_t* const out_state)
         }
     }
     return STATUS_NOT_FOUND;
-}
-
-const char* descriptor_severity_name(const descriptor_severity_t severity)
-{
-    static const char* const names[] = {"INFORMATIVE", "LOW", "MEDIUM", "HIGH"};
-    return ((severity >= DESCRIPTOR_INFORMATIVE) && (severity <= DESCRIPTOR_HIGH))
-               ? names[(unsigned)severity - (unsigned)DESCRIPTOR_INFORMATIVE]
-               : "UNKNOWN";
 }

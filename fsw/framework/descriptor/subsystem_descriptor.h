@@ -282,16 +282,10 @@ const descriptor_parameter_t* descriptor_find_parameter(const subsystem_descript
 const descriptor_event_t* descriptor_find_event(const subsystem_descriptor_t* descriptor, uint16_t id);
 const descriptor_event_t* descriptor_find_event_name(const subsystem_descriptor_t* descriptor,
                                                      const char* name);
-/// By wire id: 8 octets of text, padded with NUL.
-const descriptor_function_t* descriptor_find_function(const subsystem_descriptor_t* descriptor,
-                                                      const char wire_id[DESCRIPTOR_FUNCTION_NAME_MAX]);
 const descriptor_configuration_t* descriptor_find_configuration(const subsystem_descriptor_t* descriptor,
                                                                 uint16_t id);
 const descriptor_port_t* descriptor_find_port(const subsystem_descriptor_t* descriptor,
                                               const descriptor_configuration_t* configuration, uint16_t id);
-const descriptor_device_t* descriptor_find_device(const subsystem_descriptor_t* descriptor,
-                                                  const descriptor_configuration_t* configuration,
-                                                  const char* name);
 
 /// "OFFLINE".."SOFTWARE_DEINIT"; "UNKNOWN" beyond. Never null.
 const char* descriptor_state_name(uint8_t state);
@@ -299,6 +293,5 @@ const char* descriptor_state_name(uint8_t state);
 void descriptor_state_words(uint16_t states, text_t* out_words);
 /// Number of a state's name. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t descriptor_state_of(const char* name, uint8_t* out_state);
-const char* descriptor_severity_name(descriptor_severity_t severity);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H

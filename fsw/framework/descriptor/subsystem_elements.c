@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // What may stand in a subsystem descriptor, and where it goes in the model.
-#include "fsw/framework/base/assertion.h"
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
 #include <string.h>
@@ -450,7 +449,6 @@ static const source_row_t rows[] = {
 void subsystem_builder_begin(subsystem_builder_t* const builder, subsystem_descriptor_t* const descriptor,
                              const char* const path, text_t* const error)
 {
-    FSW_ASSERT((builder != NULL) && (descriptor != NULL) && (path != NULL) && (error != NULL));
     (void)memset(descriptor, 0, sizeof *descriptor);
     (void)memset(builder, 0, sizeof *builder);
     descriptor->name               = "";

@@ -4,7 +4,8 @@
 ///
 /// Ownership  The caller places quota_t. It holds nothing but numbers: who takes one gives it back.
 /// Context    One loop. Time O(1), never blocks.
-/// Errors     Each function lists its statuses; a limit of 0, or null where it is not allowed, is a coding error.
+/// Errors     Each function lists its statuses; a limit of 0, or null where it is not allowed, is a coding
+/// error.
 #ifndef FSW_FRAMEWORK_RESOURCE_QUOTA_H
 #define FSW_FRAMEWORK_RESOURCE_QUOTA_H
 

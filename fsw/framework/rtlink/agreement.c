@@ -45,13 +45,3 @@ rtlink_verdict_t rtlink_negotiate(const rtlink_terms_t* const producer, const rt
     out_agreed->decimation = consumer->period_us / producer->period_us;
     return RTLINK_ACCEPTED;
 }
-
-const char* rtlink_verdict_text(const rtlink_verdict_t verdict)
-{
-    static const char* const texts[] = {
-        "accepted",         "payload layout differs", "byte order unknown", "period is no integer multiple",
-        "no common method", "no resource left",       "not in this state",  "unknown port",
-    };
-    const unsigned index = (unsigned)verdict;
-    return (index < (sizeof texts / sizeof texts[0])) ? texts[index] : "unknown verdict";
-}

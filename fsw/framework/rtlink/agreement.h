@@ -51,7 +51,5 @@ rtlink_order_t rtlink_native_order(void);
 /// RTLINK_ACCEPTED with *out_agreed, else the reason, and *out_agreed holds what would be acceptable.
 rtlink_verdict_t rtlink_negotiate(const rtlink_terms_t* producer, const rtlink_terms_t* consumer,
                                   rtlink_terms_t* out_agreed);
-/// Words for a verdict ("payload layout differs"); never null.
-const char* rtlink_verdict_text(rtlink_verdict_t verdict);
 
 #endif // FSW_FRAMEWORK_RTLINK_AGREEMENT_H

@@ -52,6 +52,14 @@ static void the_warning_rises_at_three_quarters_and_falls_below_two_thirds(void)
     TEST_ASSERT_FALSE(quota_poll_warning(&quota));
 }
 
+static void no_quota_refuses_nothing(void)
+{
+    for (unsigned i = 0U; i < 10U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, quota_take(NULL));
+    }
+    quota_give(NULL);
+}
+
 static void give_too_much(void)
 {
     quota_init(&quota, 1U);
@@ -73,6 +81,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(so_many_are_lent_and_no_more);
+    RUN_TEST(no_quota_refuses_nothing);
     RUN_TEST(the_warning_rises_at_three_quarters_and_falls_below_two_thirds);
     RUN_TEST(coding_errors_are_assertions);
     return UNITY_END();
