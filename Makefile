@@ -374,7 +374,7 @@ check-misra-all: build/setup/check $(GENERATED)
 check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 osal pus fsw sim gse && echo 'check: no function is too complex'
 .PHONY: check-flights
-check-flights: build/setup/vm all # The long ones: many deaths at random moments.
+check-flights: build/setup/vm all foreign # The long ones: many deaths at random moments.
 	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long test/mission test/hil && echo 'check: every flight ends as it should'
 check-layers:
 	@$(PYTHON) test/lint/check_layers.py

@@ -3,6 +3,7 @@
 
 import concurrent.futures
 import os
+import random
 import shutil
 import signal
 import subprocess
@@ -85,9 +86,8 @@ def _crc(octets):
     return value
 
 
-def test_packets_differ_in_the_byte_order_of_its_link_only(native, foreign):
-    """Who produces a link says so when it is agreed: offered and asked by request, accepted by each end and to the ground."""
-    name, flight = foreign
+def _differing(native, flight):
+    """Number of packets that differ: each in the byte order of an agreement, and the checksum, only."""
     differing = 0
     assert len(flight.packets) == len(native.packets)
     for (time_ns, direction, here), (other_ns, other_direction, raw) in zip(native.packets, flight.packets):
@@ -97,13 +97,31 @@ def test_packets_differ_in_the_byte_order_of_its_link_only(native, foreign):
         differing += 1
         places_of = [i for i in range(len(here) - 2) if here[i] != raw[i]]
         assert len(here) == len(raw) and len(places_of) == 1, f"{here.hex()} {raw.hex()}"
-        assert here[7] == 130 and here[8] in (3, 4)
+        assert here[7] == 130 and here[8] in (3, 4, 9), "request, accept, report of a link"
         assert (here[places_of[0]], raw[places_of[0]]) == (LITTLE, BIG)
         assert int.from_bytes(raw[-2:], "big") == _crc(raw[:-2])
-    assert differing == 4
+    return differing
+
+
+def test_packets_differ_in_the_byte_order_of_its_link_only(native, foreign):
+    """Who produces a link says so when it is agreed: accepted by the producer, asked of the consumer, accepted by it and to the ground."""
+    _, flight = foreign
+    assert _differing(native, flight) == 4
     told = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=True).stdout
     agreed = [line for line in told.splitlines() if " TM 1 " in line and "[130,4]" in line]
     assert [f"byte_order={BIG}" in line for line in agreed].count(True) == 1, agreed
+
+
+@pytest.mark.long
+def test_whole_telepresence(folder):
+    """Contact, springs, pulled plugs and coming back: the same octets."""
+    one = flying.fly(folder / "telepresence-native", "--scenario", "telepresence", "--links", "udp")
+    other = flying.fly(folder / "telepresence", "--scenario", "telepresence", "--foreign", "MANIPULATOR", limit_s=600)
+    assert (one.code, other.code) == (0, 0), other.told()
+    for log in (*BUS_LOGS, "truth.lcm"):
+        assert one.octets(log) == other.octets(log), log
+    assert _differing(one, other) > 4, "it opens links again, and reports on them"
+    flying.assert_clean(other)
 
 
 # ---- Deaths ----
@@ -129,10 +147,28 @@ def _below(pid):
 @pytest.mark.parametrize("victim", [RUNNER, "stand-in"])
 def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
     """The program, or its stand-in: the subsystem is lost like any other, its drives leave operation, its partner follows."""
-    flight = flying.start(folder / f"death-{victim}", "--scenario", scenario, "--foreign", "MANIPULATOR")
+    flight = _die(folder / f"death-{victim}", scenario, victim, len(flying.bring_up(0.1)) + 2)
+    states = [raw[22] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x81\x02"
+              and int.from_bytes(raw[:2], "big") & 0x7FF == MEMBERS["JOYSTICK"]]
+    assert 6 in states, "its partner goes to ERROR_OPERATIONAL"
+    _assert_safe(flight)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(8))
+def test_kill_at_any_step(folder, scenario, seed):
+    """Also before it has joined."""
+    draw = random.Random(seed)
+    victim, step = draw.choice([RUNNER, "stand-in"]), draw.randint(0, FLIGHT_S)
+    _assert_safe(_die(folder / f"death-{seed}", scenario, victim, step))
+
+
+def _die(path, scenario, victim, step):
+    """kill -9 of the manipulator's program or its stand-in after a step of the operator."""
+    flight = flying.start(path, "--scenario", scenario, "--foreign", "MANIPULATOR")
     try:
-        operational = len(flying.bring_up(0.1)) + 2
-        flying.wait_until(lambda: flight.steps() >= operational or flight.process.poll() is not None, 120, "operation")
+        flying.wait_until(lambda: (flight.steps() >= step and victim in _below(flight.process.pid)) or flight.process.poll() is not None,
+                          120, f"step {step}")
         assert flight.process.poll() is None, flight.told()
         os.kill(_below(flight.process.pid)[victim], signal.SIGKILL)
         flight.wait(ENDS_WITHIN_S)
@@ -142,9 +178,11 @@ def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
     assert "manipulator" in flight.facts["exit_reason"]
     if victim == RUNNER:
         assert "was ended by signal 9" in flight.console, "the stand-in says how its program was lost"
-    states = [raw[22] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x81\x02"
-              and int.from_bytes(raw[:2], "big") & 0x7FF == MEMBERS["JOYSTICK"]]
-    assert 6 in states, "its partner goes to ERROR_OPERATIONAL"
+    return flight
+
+
+def _assert_safe(flight):
+    """No drive is in operation at the end, and nothing is left."""
     drives = {}
     for entry in runs.load(flight.folder).truth["DRIVE"]:
         drives[entry["bus"], int(entry["node"]), int(entry["axis"])] = entry
