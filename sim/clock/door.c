@@ -103,15 +103,15 @@ static bool take_line(door_t* door, char* out_line)
     return strlen(out_line) == length; // With a '\0' inside it is no line of text.
 }
 
-/// Wait for a line. False: the client was let go, or the run ended.
-static bool receive_line(door_t* door, char* out_line, uint32_t timeout_ms)
+/// Wait for a line. STATUS_OK, STATUS_TIMEOUT (the client is still there), STATUS_CLOSED (it was let go, or
+/// the run ended).
+static status_t wait_for_line(door_t* door, char* out_line, uint64_t until_ns)
 {
-    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
     while (memchr(door->line, '\n', door->line_size) == NULL) {
         size_t size = 0U;
         if (door->line_size == DOOR_LINE_BYTES) {
             let_go(door, &door->count.malformed);
-            return false;
+            return STATUS_CLOSED;
         }
         const status_t status = osal_stream_receive(&door->client, (uint8_t*)&door->line[door->line_size],
                                                     DOOR_LINE_BYTES - door->line_size, &size);
@@ -119,41 +119,57 @@ static bool receive_line(door_t* door, char* out_line, uint32_t timeout_ms)
         if (status == STATUS_EMPTY) {
             if (osal_calendar_is_closed(door->calendar)) {
                 osal_socket_close(&door->client);
-                return false;
+                return STATUS_CLOSED;
             }
             if (osal_clock_monotonic_ns() >= until_ns) {
-                let_go(door, &door->count.silent);
-                return false;
+                return STATUS_TIMEOUT;
             }
             (void)!osal_socket_wait_readable(&door->client, SLICE_MS);
         } else if (status != STATUS_OK) {
             let_go(door, &door->count.vanished);
-            return false;
+            return STATUS_CLOSED;
         } else {
             // Received; look again.
         }
     }
     if (!take_line(door, out_line)) {
         let_go(door, &door->count.malformed);
-        return false;
+        return STATUS_CLOSED;
     }
-    return true;
+    return STATUS_OK;
 }
 
-/// A client has come: true if it joins in due form.
-static bool admit(door_t* door, uint32_t timeout_ms)
+/// The same for as long as the door has patience. False: the client was let go, or the run ended.
+static bool receive_line(door_t* door, char* out_line)
+{
+    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)door->patience_ms * NS_PER_MS);
+    const status_t status   = wait_for_line(door, out_line, until_ns);
+    if (status == STATUS_TIMEOUT) {
+        let_go(door, &door->count.silent);
+    }
+    return status == STATUS_OK;
+}
+
+/// A client has come. STATUS_OK: it joins in due form; STATUS_TIMEOUT: it has not said so yet and has time
+/// left; STATUS_CLOSED: it was let go, or the run ended.
+static status_t admit(door_t* door, uint64_t until_ns)
 {
     char line[DOOR_LINE_BYTES];
-    door->line_size = 0U;
-    if (!receive_line(door, line, timeout_ms)) {
-        return false;
+    const uint64_t patience_ns = door->came_ns + ((uint64_t)door->patience_ms * NS_PER_MS);
+    const status_t status      = wait_for_line(door, line, (until_ns < patience_ns) ? until_ns : patience_ns);
+    if ((status == STATUS_TIMEOUT) && (osal_clock_monotonic_ns() >= patience_ns)) {
+        let_go(door, &door->count.silent);
+        return STATUS_CLOSED;
+    }
+    if (status != STATUS_OK) {
+        return status;
     }
     if (!parse_join(line, door->participant, &door->stream_port)) {
         let_go(door, &door->count.malformed);
-        return false;
+        return STATUS_CLOSED;
     }
     door->count.joined++;
-    return true;
+    return STATUS_OK;
 }
 
 static uint32_t rest_ms(uint64_t until_ns)
@@ -185,27 +201,40 @@ void door_close(door_t* door)
     }
 }
 
+/// Take in who stands before the door, if nobody does wait for somebody. STATUS_OK, STATUS_TIMEOUT,
+/// STATUS_IO.
+static status_t let_in(door_t* door, uint64_t until_ns)
+{
+    osal_address_t peer;
+    const status_t status = osal_tcp_accept(&door->listener, &door->client, &peer);
+    if (status == STATUS_OK) {
+        door->line_size = 0U;
+        door->came_ns   = osal_clock_monotonic_ns();
+        return STATUS_OK;
+    }
+    if (status != STATUS_EMPTY) {
+        return STATUS_IO;
+    }
+    const uint32_t left_ms = rest_ms(until_ns);
+    (void)!osal_socket_wait_readable(&door->listener, (left_ms < SLICE_MS) ? left_ms : SLICE_MS);
+    return STATUS_TIMEOUT;
+}
+
 status_t door_accept(door_t* door, uint32_t timeout_ms)
 {
     const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
-    osal_address_t peer;
     for (;;) {
-        const status_t status  = osal_tcp_accept(&door->listener, &door->client, &peer);
-        const uint32_t left_ms = rest_ms(until_ns);
+        status_t status = osal_socket_is_open(&door->client) ? STATUS_OK : let_in(door, until_ns);
         if (osal_calendar_is_closed(door->calendar)) {
             osal_socket_close(&door->client);
             return STATUS_CLOSED;
         }
-        if (status == STATUS_OK) {
-            if (admit(door, (left_ms < door->patience_ms) ? left_ms : door->patience_ms)) {
-                return STATUS_OK;
-            }
-        } else if (status != STATUS_EMPTY) {
-            return STATUS_IO;
-        } else if (left_ms == 0U) {
+        status = (status == STATUS_OK) ? admit(door, until_ns) : status;
+        if ((status == STATUS_OK) || (status == STATUS_IO)) {
+            return status;
+        }
+        if ((status == STATUS_TIMEOUT) && (rest_ms(until_ns) == 0U)) {
             return STATUS_TIMEOUT;
-        } else {
-            (void)!osal_socket_wait_readable(&door->listener, (left_ms < SLICE_MS) ? left_ms : SLICE_MS);
         }
     }
 }
@@ -226,7 +255,7 @@ status_t door_exchange(door_t* door, const osal_grant_t* grant, uint64_t* out_wa
         let_go(door, &door->count.vanished);
         return STATUS_CLOSED;
     }
-    if (!receive_line(door, line, door->patience_ms)) {
+    if (!receive_line(door, line)) {
         return STATUS_CLOSED;
     }
     if (strcmp(line, "leave") == 0) {

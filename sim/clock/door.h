@@ -34,6 +34,7 @@ typedef struct { // All fields are private, except stream_port and count: read-o
     uint32_t patience_ms;
     char line[DOOR_LINE_BYTES]; ///< Received and not yet used.
     size_t line_size;
+    uint64_t came_ns;     ///< When the client stood before the door (wall-clock).
     uint16_t stream_port; ///< Of the client inside; 0: it has no stream.
     struct {
         uint32_t joined;
@@ -51,7 +52,8 @@ MUST_USE status_t door_open(door_t* door, const char* path, const char* particip
 /// Let the client go, stop listening, remove the path.
 void door_close(door_t* door);
 
-/// Wait (wall-clock) for a client that joins in due form, at most timeout_ms. None may be inside. STATUS_OK,
+/// Wait (wall-clock) for a client that joins in due form, at most timeout_ms. None may be inside; one that
+/// has come and not joined yet is waited for by the next call, as long as the door has patience. STATUS_OK,
 /// STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t door_accept(door_t* door, uint32_t timeout_ms);
 /// Tell the client of its grant and wait for its answer. STATUS_OK, STATUS_CLOSED (it left, was counted out,

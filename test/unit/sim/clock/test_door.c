@@ -137,13 +137,26 @@ static void test_endless_line_and_zeros_are_malformed(void)
 static void test_silent_and_vanished_visitors(void)
 {
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, door_accept(&door, 0U));
+    door.patience_ms = 20U;
     come_in("join oper");
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, door_accept(&door, 20U));
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, door_accept(&door, 200U));
     TEST_ASSERT_EQUAL_UINT32(1U, door.count.silent);
     come_in("join oper");
     osal_socket_close(&client);
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, door_accept(&door, 20U));
     TEST_ASSERT_EQUAL_UINT32(1U, door.count.vanished);
+}
+
+static void test_visitor_may_take_several_rounds_to_say_its_name(void)
+{
+    come_in("join oper");
+    for (unsigned round = 0U; round < 3U; round++) {
+        TEST_ASSERT_EQUAL(STATUS_TIMEOUT, door_accept(&door, 1U));
+    }
+    say("ator 7\n");
+    TEST_ASSERT_EQUAL(STATUS_OK, door_accept(&door, 10000U));
+    TEST_ASSERT_EQUAL_UINT16(7U, door.stream_port);
+    TEST_ASSERT_EQUAL_UINT32(0U, door.count.silent);
 }
 
 static void test_answers_in_form(void)
@@ -346,6 +359,7 @@ int main(void)
     RUN_TEST(test_join_out_of_form_is_turned_away);
     RUN_TEST(test_endless_line_and_zeros_are_malformed);
     RUN_TEST(test_silent_and_vanished_visitors);
+    RUN_TEST(test_visitor_may_take_several_rounds_to_say_its_name);
     RUN_TEST(test_answers_in_form);
     RUN_TEST(test_answers_out_of_form_cost_the_place);
     RUN_TEST(test_client_that_vanishes_or_keeps_silent_loses_its_place);
