@@ -272,7 +272,7 @@ sim-run: all $(if $(FOREIGN),foreign)
 
 NEEDS_FOREIGN = $(findstring $(or $(ONLY),test/hil),test/hil/test_big_endian.py)
 BUILD_FOREIGN = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 foreign-tests
-HIL_TESTS = $(call selected,$(sort $(wildcard test/hil/test_*.py)))
+HIL_TESTS = $(strip $(call selected,$(sort $(wildcard test/hil/test_*.py))))
 test: build/setup/$(if $(HIL_TESTS),vm,test)
 	+@failed=; \
 	$(MAKE) -k --no-print-directory -j$(JOBS) programs tests || failed='the build'; \
