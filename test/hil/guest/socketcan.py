@@ -223,9 +223,15 @@ def case_real_devices_have_no_simulator():
 
 
 def case_a_burst_on_a_controller_is_counted():
+    """The emulated controller sends at once; a real one takes its time, and its queue fills: so does this one."""
     program = "build/test/unit/fsw/framework/dataflow/test_flow_can_socket"
-    ended = subprocess.run([program], env=dict(os.environ, CAN_CONTROLLERS="can0 can1"), capture_output=True, text=True,
-                           timeout=BOUND_S)
+    subprocess.run(["tc", "qdisc", "replace", "dev", "can0", "root", "netem", "limit", "5", "delay", "20ms"], check=True,
+                   timeout=BOUND_S)
+    try:
+        ended = subprocess.run([program], env=dict(os.environ, CAN_CONTROLLERS="can0 can1"), capture_output=True, text=True,
+                               timeout=BOUND_S)
+    finally:
+        subprocess.run(["tc", "qdisc", "del", "dev", "can0", "root"], check=True, timeout=BOUND_S)
     assert ended.returncode == 0 and "a_burst_on_a_controller_is_refused_and_counted:PASS" in ended.stdout, ended.stdout
 
 
