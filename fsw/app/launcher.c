@@ -121,13 +121,20 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
     }
 }
 
+/// Who was started later may have ended because of who was started before, and is looked at first: so the
+/// cause of an end is seen with it, and is told first.
 static void reap(launcher_t* const launcher)
 {
+    bool has_ended[LAUNCHER_CHILDREN_MAX] = {false};
+    for (size_t i = launcher->child_count; i > 0U; i--) {
+        child_t* const child = &launcher->children[i - 1U];
+        has_ended[i - 1U]    = child->is_alive &&
+                            (osal_process_poll(&child->process, &child->result) == STATUS_OK) &&
+                            child->result.has_ended;
+    }
     for (size_t i = 0U; i < launcher->child_count; i++) {
-        child_t* const child = &launcher->children[i];
-        if (child->is_alive && (osal_process_poll(&child->process, &child->result) == STATUS_OK) &&
-            child->result.has_ended) {
-            child_ended(launcher, child);
+        if (has_ended[i]) {
+            child_ended(launcher, &launcher->children[i]);
         }
     }
 }

@@ -198,7 +198,20 @@ class StepDriver:
                 self._clock.done(session.now_ns, _send(self._stream, session.outbox))
                 self._leave()
                 return end.value
+            self._check_open()
             self._clock.done(wake, _send(self._stream, session.outbox))
+
+    def _check_open(self):
+        """A spacecraft that has hung up takes no telecommand, though the first one sent to it seems to succeed."""
+        if not self._session.outbox:
+            return
+        try:
+            readable, _, _ = select.select([self._stream], [], [], 0)
+            is_closed = bool(readable) and self._stream.recv(1, socket.MSG_PEEK) == b""
+        except OSError as error:
+            raise LinkLost(f"link lost: {error.strerror}") from error
+        if is_closed:
+            raise LinkLost("the spacecraft closed the link")
 
     def _leave(self):
         """Hang up and leave within one more grant, so that the spacecraft sees it at a defined time."""

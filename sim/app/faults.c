@@ -12,7 +12,7 @@ static const char* const bus_words[NODE_CHANNELS][FAULT_BUSES] = {{"robot", "joy
                                                                   {"robot-b", "joystick-b"}};
 
 /// Arguments of a fault in their order: B bus, b bus or channel B of it, n node, m node or none, p
-/// probability, u us, s on or off, c code, j joint, t Nm, k degC, f frames, r way to restart.
+/// probability, u us, s on or off, c code, j joint, t Nm, k degC, f frames, r way to restart, x process.
 typedef struct {
     const char* word;
     const char* arguments;
@@ -38,11 +38,12 @@ static const grammar_t grammar[FAULT_KIND_COUNT] = {
     [FAULT_ERROR]         = {"error", "Bncs", "error <bus> <node> <code> on|off"},
     [FAULT_TORQUE_OFFSET] = {"torque-offset", "jt", "torque-offset <joint> <Nm>"},
     [FAULT_TEMPERATURE]   = {"temperature", "jk", "temperature <joint> <degC>"},
+    [FAULT_KILL]          = {"kill", "x", "kill <process>"},
 };
 
-static const char* const verbs_expected =
-    "unplug, plug, cut, mend, loss, corruption, duplication, delay, "
-    "babble, stuck, overflow, bus-off, restart, arbitration, reset, error, torque-offset or temperature";
+static const char* const verbs_expected = "unplug, plug, cut, mend, loss, corruption, duplication, delay, "
+                                          "babble, stuck, overflow, bus-off, restart, arbitration, reset, "
+                                          "error, torque-offset, temperature or kill";
 
 const char* fault_word(fault_kind_t kind)
 {
@@ -58,7 +59,7 @@ bool fault_is_onset(const fault_t* fault)
         BY_ORDER
     } onset[FAULT_KIND_COUNT] = {
         [FAULT_UNPLUG] = ALWAYS, [FAULT_CUT] = ALWAYS, [FAULT_BUS_OFF] = ALWAYS,   [FAULT_RESET] = ALWAYS,
-        [FAULT_PLUG] = NEVER,    [FAULT_MEND] = NEVER, [FAULT_RESTART] = BY_ORDER,
+        [FAULT_PLUG] = NEVER,    [FAULT_MEND] = NEVER, [FAULT_RESTART] = BY_ORDER, [FAULT_KILL] = ALWAYS,
     };
     switch (onset[fault->kind]) {
     case ALWAYS:
@@ -212,6 +213,10 @@ static status_t take_argument(const scenario_line_t* line, size_t index, char ki
         return take_switch(line, index, fault, error);
     case 'c':
         return take_code(line, index, fault, error);
+    case 'x':
+        return (strlen(line->word[index]) < sizeof fault->target)
+                   ? STATUS_OK
+                   : scenario_error(line, line->word[index], "the name of a process in run.json", error);
     default:
         return take_number(line, index, kind, fault, error);
     }
@@ -221,7 +226,7 @@ static status_t take_argument(const scenario_line_t* line, size_t index, char ki
 static void name_target(const scenario_line_t* line, const char* arguments, fault_t* fault)
 {
     size_t used = 0U;
-    for (size_t i = 1U; (i < line->word_count) && (strchr("Bbnmj", arguments[i - 1U]) != NULL); i++) {
+    for (size_t i = 1U; (i < line->word_count) && (strchr("Bbnmjx", arguments[i - 1U]) != NULL); i++) {
         const int more = snprintf(&fault->target[used], sizeof fault->target - used, "%s%s",
                                   (used == 0U) ? "" : " ", line->word[i]);
         used += (more > 0) ? (size_t)more : 0U;
@@ -425,6 +430,13 @@ static void set_temperature(const fault_world_t* world, const fault_t* fault)
     drive_set_temperature(world->drive[fault->node - FAULT_NODE_JOINT1], fault->value, fault->time_ns);
 }
 
+static void kill_process(const fault_world_t* world, const fault_t* fault)
+{
+    if (world->kill != NULL) {
+        world->kill(fault->target);
+    }
+}
+
 const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world)
 {
     static void (*const apply[FAULT_KIND_COUNT])(const fault_world_t* world, const fault_t* fault) = {
@@ -446,6 +458,7 @@ const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world)
         [FAULT_BUS_OFF]       = apply_to_controller,
         [FAULT_RESTART]       = apply_to_controller,
         [FAULT_ARBITRATION]   = apply_to_controller,
+        [FAULT_KILL]          = kill_process,
     };
     const fault_t* fault = &faults->fault[faults->next];
     faults->next++;

@@ -21,6 +21,7 @@
 ///     error         <bus> <node> <code> on|off   device error with its EMCY code, e.g. 0x4310
 ///     torque-offset <node> <Nm>             of the joint's torque sensor, on top of its own
 ///     temperature   <node> <degC>           of the joint's drive
+///     kill          <process>               SIGKILL, while everybody else waits (sim/app/death.h)
 #ifndef SIM_APP_FAULTS_H
 #define SIM_APP_FAULTS_H
 
@@ -58,6 +59,7 @@ typedef enum {
     FAULT_ERROR,
     FAULT_TORQUE_OFFSET,
     FAULT_TEMPERATURE,
+    FAULT_KILL,
     FAULT_KIND_COUNT
 } fault_kind_t;
 
@@ -102,6 +104,7 @@ typedef struct {
     fault_channel_t channel[FAULT_BUSES][NODE_CHANNELS];
     drive_t* drive[FAULT_DRIVES];
     joystick_t* joystick;
+    void (*kill)(const char* process); ///< Null: the world has no processes.
 } fault_world_t;
 
 /// Read the fault lines of a scenario. Returns STATUS_OK, or a status of scenario_read with `error` filled.

@@ -3,6 +3,7 @@
 
 #include "sim/app/channels.h"
 #include "sim/app/equipment.h"
+#include "sim/app/death.h"
 #include "sim/app/faults.h"
 #include "sim/app/segment.h"
 #include "sim/bus/bus.h"
@@ -496,7 +497,7 @@ static status_t open_tools(simulator_t* simulator, const simulator_config_t* con
 
 static void power_on(simulator_t* simulator)
 {
-    simulator->world = (fault_world_t){.joystick = simulator->joystick};
+    simulator->world = (fault_world_t){.joystick = simulator->joystick, .kill = death_of};
     for (unsigned i = 0U; i < BUSES; i++) {
         fault_channel_t* channels = simulator->world.channel[i];
         channels[NODE_CHANNEL_A] =

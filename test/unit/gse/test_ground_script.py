@@ -13,7 +13,7 @@ from hirosco_gse import packets
 from hirosco_gse.cli import main
 from hirosco_gse.link import StepClock, StepDriver
 from hirosco_gse.script import Script, ScriptError, ScriptFailure
-from hirosco_gse.session import LinkLost, Session
+from hirosco_gse.session import LinkLost, Request, Session
 from spacecraft import Spacecraft, failure, success
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -301,3 +301,25 @@ def test_the_end_of_the_run_is_a_lost_link(dictionary, tmp_path):
     with pytest.raises(LinkLost, match="run has ended|calendar is gone"):
         driver.run(Session(dictionary, 0).wait_until(1))
     server.close()
+
+
+def test_a_command_to_a_spacecraft_that_hung_up_is_a_lost_link(dictionary, tmp_path):
+    """In stepped time nobody looks at the stream before there is something to send."""
+    server = socket.socket(socket.AF_UNIX)
+    server.bind(str(tmp_path / "door"))
+    server.listen(1)
+    clock = StepClock(tmp_path / "door", 1)
+    door = server.accept()[0]
+    door.sendall(b"grant 0 0 0\n")
+    ours, theirs = socket.socketpair()
+    theirs.close()
+    session = Session(dictionary, 0)
+
+    def procedure():
+        session.send(Request(16, 17, 1))
+        yield None
+
+    with pytest.raises(LinkLost, match="closed the link"):
+        StepDriver(ours, session, clock).run(procedure())
+    for stream in (door, server, ours):
+        stream.close()

@@ -105,6 +105,8 @@ static void test_errors_name_file_line_and_what_is_expected(void)
     expect_error("1 fault cut robot-c", "robot-b or joystick-b");
     expect_error("1 fault overflow robot JOINT1 0", "number of frames");
     expect_error("1 fault restart robot FLIGHT later", "auto, order or now");
+    expect_error("1 fault kill", "kill <process>");
+    expect_error("1 fault kill a-name-that-is-as-long-as-no-process-of-a-run-has-it", "process in run.json");
 }
 
 static void test_no_scenario_means_no_faults(void)
@@ -218,9 +220,34 @@ static void test_bus_off_ends_by_order(void)
     close_world();
 }
 
+static const char* killed = "";
+
+static void note_kill(const char* process)
+{
+    killed = process;
+}
+
+static void test_a_kill_names_its_process(void)
+{
+    TEST_ASSERT_EQUAL_INT_MESSAGE(
+        STATUS_OK, load("1 fault kill supervisor\n2.000001 fault kill packet-archive-sqlite\n"), error);
+    open_world();
+    apply_next(); // In a world without processes.
+    TEST_ASSERT_EQUAL_STRING("", killed);
+    world.kill = note_kill;
+    TEST_ASSERT_EQUAL_UINT64(2000001000U, faults_next_ns(&faults));
+    const fault_t* fault = faults_apply_next(&faults, &world);
+    TEST_ASSERT_EQUAL_STRING("packet-archive-sqlite", killed);
+    TEST_ASSERT_EQUAL_STRING("packet-archive-sqlite", fault->target);
+    TEST_ASSERT_EQUAL_STRING("kill", fault_word(fault->kind));
+    TEST_ASSERT_TRUE(fault_is_onset(fault));
+    close_world();
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_a_kill_names_its_process);
     RUN_TEST(test_every_verb);
     RUN_TEST(test_errors_name_file_line_and_what_is_expected);
     RUN_TEST(test_no_scenario_means_no_faults);

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Deaths and pulled plugs at instants of simulated time that are drawn from a number: what happens, the flight, what is left of it.
+
+Run as a program it flies the numbers that it is given where real buses are, and leaves in $OUT a folder for each: logs, end.json."""
+
+import json
+import os
+import pathlib
+import random
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "test" / "mission"))
+
+import flying
+
+HIL = ROOT / "sim" / "scenarios" / "hil.scn"
+PROGRAM = "test/hil/deaths.py"
+KEPT = ("can-robot.log", "can-joystick.log", "packets.log", "packets.db", "truth.lcm", "operator.log", "console.log", "run.json")
+PROCESSES = ("simulator", "supervisor", "joystick", "manipulator", "communication", "operator", "packet-archive-sqlite", "launcher")
+IN_IMAGE = ("image", "operator", "packet-archive-sqlite")
+PULLS = ("unplug robot", "unplug joystick", "unplug robot JOINT1", "unplug robot JOINT2", "unplug joystick STICK",
+         "unplug robot FLIGHT", "unplug joystick FLIGHT", "cut robot", "cut joystick", "cut robot JOINT2", "cut joystick STICK",
+         "cut robot FLIGHT", "cut robot-b")
+CARRIERS = (("--bus", "vcan"), ("--bus", "vcan", "--transport", "tipc"), ("--transport", "tipc", "--links", "tipc"),
+            ("--transport", "tipc", "--nodes", "2"), ("--nodes", "2"))  # CAN interfaces belong to one node.
+FIRST_US, LAST_US = 20_000, 2_400_000  # From before the first command to the shutdown.
+ENABLED_US = (1_120_000, 2_290_000)  # The scenario holds all drives in operation.
+DURATION_S = 5  # For operators that wait for what cannot come any more.
+LIMIT_S = 300.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """What happens, when, and on which flight."""
+
+    number: int
+    fault: str
+    time_us: int
+    options: tuple
+
+    @property
+    def victim(self):
+        """Process that is killed; None: a plug is pulled."""
+        verb, _, name = self.fault.partition(" ")
+        return name if verb == "kill" else None
+
+    def __str__(self):
+        return f"{self.number}: {self.fault} at {self.time_us} us, {' '.join(self.options)}"
+
+
+def drawn(number, on_real_buses=False):
+    """The case of a number: three of five are deaths, more than half happen while all drives are in operation."""
+    chance = random.Random(number)
+    form = "processes" if on_real_buses else chance.choice(("processes", "processes", "processes", "image"))
+    if chance.random() < 0.6:
+        fault = f"kill {chance.choice(IN_IMAGE if form == 'image' else PROCESSES)}"
+    else:
+        fault = chance.choice(PULLS)
+    time_us = chance.randint(*(ENABLED_US if chance.random() < 0.5 else (FIRST_US, LAST_US)))
+    carrier = CARRIERS[number % len(CARRIERS)] if on_real_buses else ()
+    return Case(number, fault, time_us, ("--form", form, *carrier))
+
+
+def interfaces():
+    """Network interfaces and namespaces there are."""
+    words = (["ip", "-o", "link", "show"], ["ip", "netns", "list"])
+    texts = [subprocess.run(word, stdin=subprocess.DEVNULL, capture_output=True, text=True).stdout for word in words]
+    return sorted(line.split(":")[1].strip() for line in texts[0].splitlines()) + texts[1].split()
+
+
+def fly(case, folder, scenario_folder):
+    """The flight of a case; (Flight, what is left of it)."""
+    scenario = scenario_folder / f"death-{case.number}.scn"
+    scenario.write_text(f"{HIL.read_text()} {case.time_us / 1e6:.6f} fault {case.fault}\n")
+    flight = flying.start(folder, "--scenario", scenario, "--duration", DURATION_S, *case.options)
+    try:
+        flight.wait(LIMIT_S)
+    finally:
+        flight.abandon()
+    return flight, left_of(flight, case)
+
+
+def left_of(flight, case):
+    """What a run must not leave. The names of a launcher that was killed stay, and are removed here."""
+    is_killed = case.victim == "launcher"
+
+    def entries():
+        return [entry for entry in flight.leftovers() if entry.startswith("process ") or not is_killed]
+
+    try:
+        flying.wait_until(lambda: not entries(), flying.GONE_WITHIN_S, "")
+    except AssertionError:
+        return entries()
+    for entry in flight.leftovers():
+        pathlib.Path(entry).unlink(missing_ok=True)  # Another run may be quicker.
+    return []
+
+
+def main(numbers):
+    """One flight after the other; results.jsonl tells which of them came to an end, and left nothing."""
+    out, work = pathlib.Path(os.environ["OUT"]), pathlib.Path("/dev/shm/deaths")
+    work.mkdir()
+    before, is_owed = interfaces(), False
+    with open(out / "results.jsonl", "w") as results:
+        for case in (drawn(number, True) for number in numbers):
+            folder, message = work / str(case.number), ""
+            try:
+                flight, left = fly(case, folder, work)
+                # What a killed launcher made stays until the next run.
+                is_owed = case.victim == "launcher"
+                left += [] if is_owed else [f"interface {name}" for name in interfaces() if name not in before]
+                (out / str(case.number)).mkdir()
+                for name in KEPT:
+                    if (folder / name).exists():
+                        shutil.copy(folder / name, out / str(case.number) / name)
+                end = {"code": flight.code, "output": flight.output, "left": left}
+                (out / str(case.number) / "end.json").write_text(json.dumps(end))
+            except (AssertionError, OSError) as problem:
+                message = str(problem)
+            shutil.rmtree(folder, ignore_errors=True)
+            print(json.dumps({"case": str(case.number), "passed": not message, "message": message}), file=results, flush=True)
+            print(f"{case}: {message or 'flown'}", flush=True)
+
+
+if __name__ == "__main__":
+    main(map(int, sys.argv[1:]))

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: Apache-2.0
+"""200 deaths and pulled plugs at instants drawn from their numbers: 180 on shared memory here, 20 over vcan and TIPC, on one or two
+nodes. Each ends as it is defined: the others safe, within the bounds, by the raw logs; the run ended and told, nothing left."""
+
+import concurrent.futures
+import json
+import pathlib
+import shutil
+import sqlite3
+import types
+
+import deaths
+import flying
+import pytest
+from hirosco_gse import logs
+from hirosco_gse import run as runs
+from place import PYTHON
+
+HERE = range(180)
+THERE = range(17660, 17680)  # Each carrier meets a member's death and a pulled plug in operation.
+AT_ONCE = 2
+THERE_S = 1500
+APIDS = {"joystick": 17, "manipulator": 16}
+OWNER = {"robot": 16, "joystick": 17}
+REACTION_US = 5_000
+TOLD_US = 10_000
+SUPERVISOR_LOST_US = 3_000_000
+ENABLED, ENABLED_MASK = 0x27, 0x6F
+ERROR_OPERATIONAL, OFFLINE = 6, 0
+DRIVES = 4
+
+
+# --- logs ---------------------------------------------------------------------------------------------------------------
+
+def drives_of(folder):
+    """(entries of the faults, drive -> its entries in order) of the truth."""
+    channels = logs.parse_lcm((folder / "truth.lcm").read_bytes())
+    truth = runs.decode_truth({name: channels[name] for name in ("DRIVE", "FAULT") if name in channels})
+    drives = {}
+    for entry in truth["DRIVE"]:
+        drives.setdefault((entry["bus"], int(entry["node"]), int(entry["axis"])), []).append(entry)
+    return truth["FAULT"], drives
+
+
+def is_enabled(entry):
+    return entry["statusword"] & ENABLED_MASK == ENABLED
+
+
+def enabled_at(drives, time_us):
+    """Drives that were in operation-enabled just before."""
+    return {drive for drive, history in drives.items()
+            if any(is_enabled(e) for e in [e for e in history if e["time_us"] < time_us][-1:])}
+
+
+def left_after(drives, drive, time_us):
+    """Microseconds from then until the drive was first out of operation; None: never."""
+    return next((int(e["time_us"]) - time_us for e in drives[drive] if e["time_us"] >= time_us and not is_enabled(e)), None)
+
+
+def lines_before(path, time_us):
+    """Whole lines of a bus log before a time."""
+    lines = path.read_bytes().split(b"\n")[:-1]
+    return [line for line in lines if int(line[1:11]) * 1_000_000 + int(line[12:18]) < time_us]
+
+
+def reports(packets, service, subtype):
+    """(time_us, APID, octets) of a kind of telemetry."""
+    return [(time_ns // 1000, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for time_ns, direction, _, raw in packets
+            if direction == "TM" and raw[7] == service and raw[8] == subtype]
+
+
+# --- what is defined ------------------------------------------------------------------------------------------------------
+
+def judge(case, end, folder, undisturbed):
+    """Raise AssertionError unless it ended as it is defined; `undisturbed`: logs of the same flight when nothing happens."""
+    assert not end.left, end.left
+    for log in ("can-robot.log", "can-joystick.log"):
+        judge_before(case, folder / log, undisturbed / log)
+    if case.victim == "launcher":
+        assert end.code in (-9, 137), "the launcher is the one that was killed"
+        return
+    facts = json.loads((folder / "run.json").read_text())
+    assert end.code in (0, 1) and facts["exit_code"] == end.code, end.output
+    judge_packets(folder)
+    if case.victim in ("simulator", "image"):  # With it the devices are gone too.
+        judge_death(case, end, facts)
+        return
+    faults, drives = drives_of(folder)
+    assert [(int(f["time_us"]), f"{f['kind']} {f['target']}") for f in faults] == [(case.time_us, case.fault)]
+    assert len(drives) == DRIVES
+    assert not [drive for drive, history in drives.items() if is_enabled(history[-1])], "in operation at the end"
+    packets = logs.read_packets(folder / "packets.log")
+    if case.victim is None:
+        judge_pull(case, end, facts, drives, packets)
+        if case.fault == "cut robot-b":
+            assert (folder / "can-robot.log").read_bytes() == (undisturbed / "can-robot.log").read_bytes()
+    else:
+        judge_death(case, end, facts)
+        judge_others(case, drives, packets, facts)
+
+
+def judge_before(case, log, undisturbed):
+    """Until it happened the flight was as it is without; a simulator that dies has not written all."""
+    seen, expected = lines_before(log, case.time_us), lines_before(undisturbed, case.time_us)
+    if case.victim in ("simulator", "image", "launcher"):
+        expected = expected[: len(seen)]
+    assert seen == expected, f"{log.name} differs before it happened"
+
+
+def judge_packets(folder):
+    """The archive has every packet of the log, in order and without a gap."""
+    packets = logs.read_packets(folder / "packets.log")
+    with sqlite3.connect(f"file:{folder}/packets.db?mode=ro", uri=True) as database:
+        rows = database.execute("SELECT number, raw FROM packet ORDER BY number").fetchall()
+    assert [number for number, _ in rows] == list(range(1, len(packets) + 1))
+    assert [raw for _, raw in rows] == [raw for *_, raw in packets]
+
+
+def judge_death(case, end, facts):
+    """The run has failed, and says who died of what."""
+    assert end.code == 1, end.output
+    assert facts["exit_reason"].startswith(f"{case.victim} was ended by signal 9"), facts["exit_reason"]
+    assert f"failed: {case.victim} was ended by signal 9" in end.output
+    assert facts["reproducible"] is False
+    entry = next(entry for entry in facts["processes"] if entry["name"] == case.victim)
+    assert entry.get("signal") == 9 or entry["starts"] == 2, entry
+
+
+def judge_others(case, drives, packets, facts):
+    """A member: all drives as after a pulled plug. The supervisor: within its time-out. Who is not vital: down in order."""
+    in_operation = enabled_at(drives, case.time_us)
+    left = {drive: left_after(drives, drive, case.time_us) for drive in in_operation}
+    if case.victim in APIDS and len(in_operation) == DRIVES:
+        assert max(left.values()) <= REACTION_US, left
+        other = next(apid for name, apid in APIDS.items() if name != case.victim)
+        judge_told(case, packets, [other])
+    elif case.victim == "supervisor" and in_operation:
+        assert max(left.values()) <= SUPERVISOR_LOST_US + REACTION_US, left
+    elif case.victim in ("communication", "operator", "packet-archive-sqlite"):
+        states = {apid: raw[22] for _, apid, raw in reports(packets, 129, 2)}
+        assert all(states.get(apid, OFFLINE) == OFFLINE for apid in APIDS.values()), states
+        others = [entry for entry in facts["processes"] if entry["name"] not in (case.victim, "operator")]
+        assert all(entry.get("exit_code") == 0 for entry in others), others
+
+
+def judge_told(case, packets, apids):
+    """TM[129,2] to ERROR_OPERATIONAL of each."""
+    for apid in apids:
+        told = [(time_us - case.time_us, raw[22]) for time_us, source, raw in reports(packets, 129, 2)
+                if source == apid and time_us >= case.time_us and raw[21] != raw[22]]
+        assert told and told[0][1] == ERROR_OPERATIONAL and told[0][0] <= TOLD_US, f"APID {apid}: {told}"
+
+
+def judge_pull(case, end, facts, drives, packets):
+    """All drives out of operation, all members told, the owner's HIGH event; nobody died of it."""
+    assert not [entry for entry in facts["processes"] if "signal" in entry or entry.get("starts", 1) != 1], facts["processes"]
+    if case.fault == "cut robot-b":  # The channel that is not in use.
+        assert end.code == 0 and facts["reproducible"], end.output
+        return
+    assert end.code == 0 or facts["exit_reason"].startswith("operator ended with exit code"), facts["exit_reason"]
+    in_operation = enabled_at(drives, case.time_us)
+    if len(in_operation) == DRIVES:
+        left = {drive: left_after(drives, drive, case.time_us) for drive in in_operation}
+        assert max(left.values()) <= REACTION_US, left
+        judge_told(case, packets, APIDS.values())
+        high = [(time_us - case.time_us, apid) for time_us, apid, _ in reports(packets, 5, 4) if time_us >= case.time_us]
+        assert high and high[0][1] == OWNER[case.fault.split()[1]] and high[0][0] <= TOLD_US, high
+        assert end.code == 1, "the operator's next command was refused"
+
+
+# --- flights ----------------------------------------------------------------------------------------------------------------
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """The flight in which nothing happens."""
+    folder = tmp_path_factory.mktemp("undisturbed") / "run"
+    flight = flying.fly(folder, "--scenario", "hil", "--form", "image")
+    assert flight.code == 0, flight.told()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def ended(request, tmp_path_factory, undisturbed):
+    """Number -> future of its flight and judgement: two at a time, ahead of the tests that ask for them."""
+    parent = tmp_path_factory.mktemp("deaths")
+    asked = [item.callspec.params["number"] for item in request.session.items
+             if item.name.startswith("test_death_on_shared_memory")]
+
+    def flown(number):
+        case, folder = deaths.drawn(number), parent / str(number)
+        flight, left = deaths.fly(case, folder, parent)
+        end = types.SimpleNamespace(code=flight.code, output=flight.output, left=left)
+        judge(case, end, folder, undisturbed)
+        shutil.rmtree(folder)
+
+    with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
+        futures = {number: pool.submit(flown, number) for number in asked}
+        yield futures
+        pool.shutdown(cancel_futures=True)
+
+
+@pytest.mark.parametrize("number", HERE, ids=lambda number: str(deaths.drawn(number)))
+def test_death_on_shared_memory(ended, number):
+    ended[number].result()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", THERE, ids=lambda number: str(deaths.drawn(number, True)))
+def test_death_on_real_buses(place, undisturbed, number):
+    group = place.group("deaths", f"{PYTHON} {deaths.PROGRAM} {' '.join(map(str, THERE))}", seconds=THERE_S)
+    group.check(str(number))
+    folder = pathlib.Path(group.result.folder) / str(number)
+    end = types.SimpleNamespace(**json.loads((folder / "end.json").read_text()))
+    judge(deaths.drawn(number, True), end, folder, undisturbed)
+
+
+def test_everybody_dies_and_every_plug_is_pulled():
+    """What the numbers draw: all there is, also while all drives are in operation."""
+    cases = [deaths.drawn(number) for number in HERE]
+    expected = {f"kill {name}" for name in (*deaths.PROCESSES, *deaths.IN_IMAGE)} | set(deaths.PULLS)
+    begin, end = deaths.ENABLED_US
+    assert {case.fault for case in cases} == expected
+    assert {case.fault for case in cases if begin <= case.time_us <= end} == expected
+    for carrier in deaths.CARRIERS:
+        met = [case for case in (deaths.drawn(number, True) for number in THERE)
+               if case.options[2:] == carrier and begin <= case.time_us <= end]
+        assert [case for case in met if case.victim in APIDS] and [case for case in met if case.fault in deaths.PULLS[:-1]]
