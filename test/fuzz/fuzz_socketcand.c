@@ -20,9 +20,10 @@ static unsigned own_node;
 static socketcand_t* server;
 static osal_socket_t clients[CLIENTS];
 
-static void tap(void* const context, const osal_can_frame_t* const frame)
+static void tap(void* const context, const uint32_t senders, const osal_can_frame_t* const frame)
 {
     (void)context;
+    (void)senders;
     FUZZ_CHECK(frame->length <= OSAL_CAN_DATA_MAX);
 }
 
