@@ -11,6 +11,7 @@
 #include "generated/joystick_descriptor.h"
 #include "generated/manipulator_descriptor.h"
 #include "generated/supervisor_descriptor.h"
+#include "test/support/consistent_parameter.h"
 
 #include <stdio.h>
 #include <stdlib.h>

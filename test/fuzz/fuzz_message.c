@@ -7,6 +7,7 @@
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"
 #include "test/fuzz/fuzz.h"
+#include "test/support/consistent_octet_ring.h"
 
 #include <string.h>
 

@@ -12,6 +12,7 @@
 #include "test/fuzz/can_records.h"
 #include "test/fuzz/memory_socket.h"
 #include "test/support/scripted_bus.h"
+#include "test/support/consistent_pool.h"
 
 #include <string.h>
 

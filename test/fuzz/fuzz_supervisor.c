@@ -7,6 +7,8 @@
 // frame; 8 a process dies or comes back; 9 a member reads its mailbox.
 #include "fsw/supervisor/supervisor.h"
 #include "test/fuzz/fuzz.h"
+#include "test/support/consistent_octet_ring.h"
+#include "test/support/consistent_pool.h"
 
 #include <string.h>
 

@@ -9,6 +9,7 @@
 #include "fsw/framework/message/udp_carrier.h"
 #include "test/fuzz/fuzz.h"
 #include "test/fuzz/memory_socket.h"
+#include "test/support/consistent_octet_ring.h"
 
 #include <string.h>
 

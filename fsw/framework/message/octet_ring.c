@@ -120,15 +120,3 @@ status_t octet_ring_peek(const octet_ring_t* const ring, uint8_t* const octets, 
     }
     return STATUS_OK;
 }
-
-bool octet_ring_is_consistent(const octet_ring_t* const ring)
-{
-    FSW_ASSERT(ring != NULL);
-    size_t walked   = 0U;
-    uint32_t blocks = 0U;
-    while ((walked < ring->used) && (blocks < ring->blocks)) {
-        walked += LENGTH_OCTETS + length_at(ring, wrapped(ring, ring->head + walked));
-        blocks++;
-    }
-    return (walked == ring->used) && (blocks == ring->blocks) && (ring->used <= ring->capacity);
-}

@@ -34,7 +34,5 @@ MUST_USE status_t octet_ring_peek(const octet_ring_t* ring, uint8_t* octets, siz
                                   size_t* out_size);
 /// Octets a block may have to be taken now.
 size_t octet_ring_room(const octet_ring_t* ring);
-/// Self-test: lengths in the ring add up to `used`, and there are `blocks` of them.
-bool octet_ring_is_consistent(const octet_ring_t* ring);
 
 #endif // FSW_FRAMEWORK_MESSAGE_OCTET_RING_H

@@ -428,26 +428,3 @@ void parameter_unlock(parameter_dictionary_t* const dictionary)
     FSW_ASSERT(dictionary != NULL);
     unlock(dictionary);
 }
-
-bool parameter_is_consistent(const parameter_dictionary_t* const dictionary)
-{
-    FSW_ASSERT(dictionary != NULL);
-    if (dictionary->count > dictionary->capacity) {
-        return false;
-    }
-    for (uint16_t i = 0U; i < dictionary->count; i++) {
-        const parameter_entry_t* const entry = &dictionary->entries[i];
-        if ((entry->definition == NULL) || (entry->storage == NULL) || (entry->by_id >= dictionary->count) ||
-            (entry->by_name >= dictionary->count)) {
-            return false;
-        }
-    }
-    for (uint16_t i = 0U; i < dictionary->count; i++) { // Looking one up leads over any of the others.
-        const parameter_entry_t* const entry = &dictionary->entries[i];
-        if ((entry_of_id(dictionary, entry->definition->id) != entry) ||
-            (entry_of_name(dictionary, entry->definition->name) != entry)) {
-            return false;
-        }
-    }
-    return true;
-}

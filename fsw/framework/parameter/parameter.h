@@ -135,7 +135,4 @@ MUST_USE status_t parameter_write_group(parameter_dictionary_t* dictionary, octe
 void parameter_lock(parameter_dictionary_t* dictionary);
 void parameter_unlock(parameter_dictionary_t* dictionary);
 
-/// Self-test: both orders are complete and sorted, every entry has its definition and storage.
-bool parameter_is_consistent(const parameter_dictionary_t* dictionary);
-
 #endif // FSW_FRAMEWORK_PARAMETER_PARAMETER_H

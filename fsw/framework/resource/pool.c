@@ -166,22 +166,3 @@ bool pool_owns(const pool_t* const pool, const void* const block)
     const uintptr_t offset = (uintptr_t)(const uint8_t*)block - (uintptr_t)pool->storage;
     return offset < (pool->block_words * sizeof(uint64_t) * pool->block_count);
 }
-
-bool pool_is_consistent(const pool_t* const pool)
-{
-    FSW_ASSERT(pool != NULL);
-    uint16_t free_count = 0U;
-    uint16_t index      = pool->first_free;
-    // Counting up to block_count ends the walk even if corruption has turned the list into a loop.
-    while ((index < pool->block_count) && (free_count < pool->block_count) &&
-           (pool->slots[index].references == 0U)) {
-        free_count++;
-        index = pool->slots[index].next_free;
-    }
-    uint16_t held = 0U;
-    for (uint16_t i = 0U; i < pool->block_count; i++) {
-        held = (uint16_t)(held + ((pool->slots[i].references > 0U) ? 1U : 0U));
-    }
-    return (index == NO_BLOCK) && (held == pool->stats.taken) &&
-           ((pool->stats.taken + free_count) == pool->block_count) && (pool->stats.taken <= pool->stats.peak);
-}

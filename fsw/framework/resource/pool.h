@@ -5,7 +5,7 @@
 ///
 /// Ownership  The pool borrows `storage` and `slots`; both outlive it. It never allocates.
 /// Context    One loop. Not thread-safe: blocks never cross a component border.
-/// Time       O(1), never blocks; except pool_init and pool_is_consistent: O(block_count).
+/// Time       O(1), never blocks; except pool_init: O(block_count).
 /// Errors     Each function lists every status it can return. A null argument or a wrong size is a coding
 ///            error and fails FSW_ASSERT.
 ///
@@ -96,8 +96,5 @@ bool pool_poll_warning(pool_t* pool);
 
 /// True if `block` lies in this pool's storage (taken or not).
 bool pool_owns(const pool_t* pool, const void* block);
-
-/// Self-test for background checks, fuzzing and proofs: free list, references and counters agree.
-bool pool_is_consistent(const pool_t* pool);
 
 #endif // FSW_FRAMEWORK_RESOURCE_POOL_H

@@ -117,25 +117,3 @@ int resource_poll_warning(resource_t* const resource)
     }
     return -1;
 }
-
-bool resource_is_returned(const resource_t* const resource)
-{
-    FSW_ASSERT(resource != NULL);
-    for (uint16_t i = 0U; i < resource->pool_count; i++) {
-        if (resource->pools[i].stats.taken > 0U) {
-            return false;
-        }
-    }
-    return true;
-}
-
-bool resource_is_consistent(const resource_t* const resource)
-{
-    FSW_ASSERT(resource != NULL);
-    for (uint16_t i = 0U; i < resource->pool_count; i++) {
-        if (!pool_is_consistent(&resource->pools[i])) {
-            return false;
-        }
-    }
-    return true;
-}

@@ -54,8 +54,5 @@ MUST_USE status_t resource_release(resource_t* resource, void* block);
 
 /// Index of a pool whose warning has risen since it was last told, or -1.
 int resource_poll_warning(resource_t* resource);
-/// True if no block is out: what SOFTWARE_DEINIT must leave behind.
-bool resource_is_returned(const resource_t* resource);
-bool resource_is_consistent(const resource_t* resource);
 
 #endif // FSW_FRAMEWORK_RESOURCE_RESOURCE_H

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/unit/fsw/framework/message/party.h"
+#include "test/support/consistent_octet_ring.h"
 
 #include "unity.h"
 

@@ -2,6 +2,7 @@
 #include "fsw/framework/message/octet_ring.h"
 
 #include "test/support/assertion.h"
+#include "test/support/consistent_octet_ring.h"
 #include "unity.h"
 
 #include <string.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/parameter/parameter.h"
 #include "test/support/assertion.h"
+#include "test/support/consistent_parameter.h"
 
 #include "unity.h"
 

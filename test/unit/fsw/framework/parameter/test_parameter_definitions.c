@@ -2,6 +2,7 @@
 /// Definitions that contradict themselves are coding errors, and the self-test of a dictionary finds damage.
 #include "fsw/framework/parameter/parameter.h"
 #include "test/support/assertion.h"
+#include "test/support/consistent_parameter.h"
 
 #include "unity.h"
 

@@ -2,6 +2,7 @@
 // The owner, two commanders and three readers of one dictionary, each in a task of its own: nobody ever sees
 // half a structure, whichever way it is read or written.
 #include "fsw/framework/parameter/parameter.h"
+#include "test/support/consistent_parameter.h"
 
 #include "osal/include/osal/task.h"
 #include "unity.h"

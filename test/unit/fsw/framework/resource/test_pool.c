@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/resource/pool.h"
 #include "test/support/assertion.h"
+#include "test/support/consistent_pool.h"
 
 #include "unity.h"
 

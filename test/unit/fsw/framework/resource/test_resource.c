@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/resource/resource.h"
+#include "test/support/consistent_pool.h"
 
 #include "unity.h"
 

@@ -5,6 +5,7 @@
 #include "fsw/framework/resource/take_check.h"
 
 #include "test/support/assertion.h"
+#include "test/support/consistent_pool.h"
 #include "unity.h"
 
 void setUp(void)

@@ -4,6 +4,7 @@
 #include "fsw/framework/subsystem/component.h"
 
 #include "test/unit/fsw/framework/subsystem/bed.h"
+#include "test/support/consistent_pool.h"
 #include "unity.h"
 
 #include <string.h>

@@ -5,6 +5,7 @@
 
 #include "osal/include/osal/task.h"
 #include "test/unit/fsw/framework/subsystem/bed.h"
+#include "test/support/consistent_parameter.h"
 #include "unity.h"
 
 #include <stdio.h>

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Whether a ring of octets agrees with itself, for tests and fuzz targets.
+#ifndef TEST_SUPPORT_CONSISTENT_OCTET_RING_H
+#define TEST_SUPPORT_CONSISTENT_OCTET_RING_H
+
+#include "fsw/framework/message/octet_ring.h"
+
+/// Lengths in the ring add up to `used`, and there are `blocks` of them.
+static inline bool octet_ring_is_consistent(const octet_ring_t* ring)
+{
+    size_t walked   = 0U;
+    uint32_t blocks = 0U;
+    while ((walked < ring->used) && (blocks < ring->blocks)) {
+        uint32_t length = 0U;
+        for (size_t i = 0U; i < 4U; i++) {
+            length = (length << 8U) | ring->storage[(ring->head + walked + i) % ring->capacity];
+        }
+        walked += 4U + length;
+        blocks++;
+    }
+    return (walked == ring->used) && (blocks == ring->blocks) && (ring->used <= ring->capacity);
+}
+
+#endif // TEST_SUPPORT_CONSISTENT_OCTET_RING_H
