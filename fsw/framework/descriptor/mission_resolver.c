@@ -250,9 +250,8 @@ static uint64_t hash_subsystems(uint64_t hash, const mission_descriptor_t* const
         const mission_subsystem_t* const subsystem = &mission->subsystems[i];
         char line[96];
         uint8_t octets[8];
-        text_t text           = text_in(line, sizeof line);
-        octet_writer_t writer = octet_writer(octets, sizeof octets);
-        octet_write_u64(&writer, is_interface ? subsystem->interface_hash : subsystem->configuration_hash);
+        text_t text = text_in(line, sizeof line);
+        octets_put_u64(octets, is_interface ? subsystem->interface_hash : subsystem->configuration_hash);
         text_add(&text, subsystem->name);
         text_add(&text, " ");
         text_add_octets(&text, octets, sizeof octets);

@@ -55,14 +55,6 @@ static uint8_t modes_of(source_t* const source, const mission_descriptor_t* cons
     return (uint8_t)modes;
 }
 
-static uint16_t states_of(source_t* const source)
-{
-    char words[DESCRIPTOR_STATE_WORDS];
-    text_t text = text_in(words, sizeof words);
-    descriptor_state_words(UINT16_MAX, &text);
-    return source_bits(source, "states", words);
-}
-
 static uint8_t rest_state_of(source_t* const source, const char* const attribute)
 {
     char words[DESCRIPTOR_STATE_WORDS];
@@ -120,7 +112,7 @@ void mission_rules_allow(source_t* const source)
     read_telecommand(source, rule);
     rule->target = target_of(source, "to", " *", numbers);
     rule->modes  = modes_of(source, builder->mission);
-    rule->states = states_of(source);
+    rule->states = source_states(source, "states");
     read_select(source, rule, &builder->rule_words[source->order]);
 }
 

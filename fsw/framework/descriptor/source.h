@@ -156,6 +156,8 @@ uint32_t source_word(source_t* source, const char* attribute, const char* words)
 uint32_t source_words(source_t* source, const char* attribute, const char* words, uint8_t* out_places);
 /// The same as bits of the places; all sixteen for "*".
 uint16_t source_bits(source_t* source, const char* attribute, const char* words);
+/// The same of states of a subsystem, by their numbers.
+uint16_t source_states(source_t* source, const char* attribute);
 /// One number of a type as 64 bits: two's complement or IEEE 754 in the low octets; *out_real as double.
 uint64_t source_number(source_t* source, const char* attribute, value_type_t type, double* out_real);
 

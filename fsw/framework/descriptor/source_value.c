@@ -3,6 +3,7 @@
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/number.h"
 #include "fsw/framework/descriptor/source.h"
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
 
 #include <string.h>
 
@@ -261,6 +262,14 @@ uint16_t source_bits(source_t* const source, const char* const attribute, const 
         bits |= (uint32_t)1U << places[i - 1U];
     }
     return (uint16_t)bits;
+}
+
+uint16_t source_states(source_t* const source, const char* const attribute)
+{
+    char words[DESCRIPTOR_STATE_WORDS];
+    text_t text = text_in(words, sizeof words);
+    descriptor_state_words(UINT16_MAX, &text);
+    return source_bits(source, attribute, words);
 }
 
 bool source_is_spaced(const char* const words)

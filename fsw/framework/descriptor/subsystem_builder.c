@@ -171,10 +171,7 @@ void subsystem_builder_event_end(source_t* const source)
 void subsystem_builder_function(source_t* const source)
 {
     descriptor_function_t* const function = source->item;
-    char words[DESCRIPTOR_STATE_WORDS];
-    text_t text = text_in(words, sizeof words);
-    descriptor_state_words(UINT16_MAX, &text);
-    function->states = (uint16_t)(source_bits(source, "states", words) & ((1U << DESCRIPTOR_STATES) - 1U));
+    function->states = (uint16_t)(source_states(source, "states") & ((1U << DESCRIPTOR_STATES) - 1U));
     subsystem_builder_of(source)->function_configurations[source->order] =
         source_has(source, "configurations") ? source_text(source, "configurations", SOURCE_TEXT, UINT32_MAX)
                                              : "*";
