@@ -11,6 +11,8 @@
 #define LENGTH_OFFSET 7U // A packet is its length field plus this long.
 #define NS_PER_S 1000000000ULL
 #define TIME_FRACTIONS 16777216ULL // 2^24 per second.
+#define SECONDS_SHIFT 24U          // Of fields in the time on the wire [bits].
+#define P_FIELD_SHIFT 56U
 
 /// Fields of the primary header.
 typedef struct {
@@ -244,26 +246,26 @@ pus_token_t pus_token_of(const pus_tc_t* const tc)
                          .subtype    = tc->subtype};
 }
 
+// P-field, 4 octets of seconds and 3 of their fraction are one number of 8 octets.
+
 void pus_time_write(octet_writer_t* const writer, const uint64_t time_ns)
 {
-    const uint32_t fraction = (uint32_t)(((time_ns % NS_PER_S) * TIME_FRACTIONS) / NS_PER_S);
-    octet_write_u8(writer, PUS_TIME_P_FIELD);
-    octet_write_u32(writer, (uint32_t)((time_ns / NS_PER_S) & 0xFFFFFFFFU));
-    octet_write_u8(writer, (uint8_t)(fraction >> 16U));
-    octet_write_u16(writer, (uint16_t)(fraction & 0xFFFFU));
+    const uint64_t seconds  = (time_ns / NS_PER_S) & UINT32_MAX;
+    const uint64_t fraction = ((time_ns % NS_PER_S) * TIME_FRACTIONS) / NS_PER_S;
+    octet_write_u64(writer,
+                    ((uint64_t)PUS_TIME_P_FIELD << P_FIELD_SHIFT) | (seconds << SECONDS_SHIFT) | fraction);
 }
 
 status_t pus_time_read(octet_reader_t* const reader, uint64_t* const out_time_ns)
 {
-    const uint8_t p_field   = octet_read_u8(reader);
-    const uint64_t seconds  = octet_read_u32(reader);
-    const uint32_t high     = octet_read_u8(reader);
-    const uint32_t fraction = (high << 16U) | octet_read_u16(reader);
+    const uint64_t field    = octet_read_u64(reader);
+    const uint64_t seconds  = (field >> SECONDS_SHIFT) & UINT32_MAX;
+    const uint64_t fraction = field & (TIME_FRACTIONS - 1U);
     *out_time_ns            = 0U;
     if (reader->failed) {
         return STATUS_TRUNCATED;
     }
-    if (p_field != PUS_TIME_P_FIELD) {
+    if ((field >> P_FIELD_SHIFT) != PUS_TIME_P_FIELD) {
         return STATUS_INVALID;
     }
     *out_time_ns = (seconds * NS_PER_S) + (((fraction * NS_PER_S) + (TIME_FRACTIONS - 1U)) / TIME_FRACTIONS);

@@ -9,22 +9,13 @@
 #define LENGTH_PREFIX 2U   // Of a report in the backlog [octets].
 #define OFFSET_SEQUENCE 2U // Of fields in a report [octets].
 #define OFFSET_LENGTH 4U
+#define OFFSET_VERSION 6U
 #define OFFSET_SERVICE 7U
 #define OFFSET_SUBTYPE 8U
 #define OFFSET_COUNTER 9U
 #define OFFSET_DESTINATION 11U
+#define OFFSET_TIME 13U
 #define NS_PER_S 1000000000ULL
-
-static void put_u16(uint8_t* const octets, const size_t value)
-{
-    octets[0] = (uint8_t)((value >> 8U) & 0xFFU);
-    octets[1] = (uint8_t)(value & 0xFFU);
-}
-
-static uint16_t get_u16(const uint8_t* const octets)
-{
-    return (uint16_t)(((uint32_t)octets[0] << 8U) | octets[1]);
-}
 
 void pus_process_init(pus_process_t* const process, const uint16_t apid, const uint32_t epoch_s,
                       const pus_port_t* const port)
@@ -42,7 +33,7 @@ static pus_message_counter_t* counter_of(pus_process_t* const process, const uin
 {
     const uint8_t service      = packet[OFFSET_SERVICE];
     const uint8_t subtype      = packet[OFFSET_SUBTYPE];
-    const uint16_t destination = get_u16(&packet[OFFSET_DESTINATION]);
+    const uint16_t destination = octets_u16_at(&packet[OFFSET_DESTINATION]);
     for (size_t i = 0U; i < PUS_MESSAGE_COUNTERS; i++) {
         pus_message_counter_t* const entry = &process->messages[i];
         if (entry->service == 0U) {
@@ -61,9 +52,9 @@ static pus_message_counter_t* counter_of(pus_process_t* const process, const uin
 static status_t transmit(pus_process_t* const process, uint8_t* const packet, const size_t size)
 {
     pus_message_counter_t* const counter = counter_of(process, packet);
-    put_u16(&packet[OFFSET_SEQUENCE], (PUS_UNSEGMENTED << 14U) | process->sequence);
-    put_u16(&packet[OFFSET_COUNTER], (counter != NULL) ? counter->count : 0U);
-    put_u16(&packet[size], crc16_ccitt(packet, size));
+    octets_put_u16(&packet[OFFSET_SEQUENCE], (uint16_t)((PUS_UNSEGMENTED << 14U) | process->sequence));
+    octets_put_u16(&packet[OFFSET_COUNTER], (counter != NULL) ? counter->count : 0U);
+    octets_put_u16(&packet[size], crc16_ccitt(packet, size));
     if (process->port.send(process->port.context, packet, size + PUS_CRC_SIZE) != STATUS_OK) {
         process->counters.refused++;
         return STATUS_FULL;
@@ -88,14 +79,13 @@ octet_writer_t pus_tm_begin(pus_process_t* const process, const uint8_t service,
     process->is_building = true;
 
     octet_writer_t writer = octet_writer(process->building, PUS_PACKET_MAX - PUS_CRC_SIZE);
-    octet_write_u16(&writer, (uint16_t)(0x0800U | process->apid));
-    octet_write_u16(&writer, 0U); // Sequence, length and counter are written when the report is finished.
-    octet_write_u16(&writer, 0U);
-    octet_write_u8(&writer, PUS_VERSION << 4U);
-    octet_write_u8(&writer, service);
-    octet_write_u8(&writer, subtype);
-    octet_write_u16(&writer, 0U);
-    octet_write_u16(&writer, destination);
+    uint8_t* const header = octet_write_space(&writer, OFFSET_TIME); // It fits.
+    // Sequence, length and counter are written when the report is finished.
+    octets_put_u16(header, (uint16_t)(0x0800U | process->apid));
+    header[OFFSET_VERSION] = PUS_VERSION << 4U;
+    header[OFFSET_SERVICE] = service;
+    header[OFFSET_SUBTYPE] = subtype;
+    octets_put_u16(&header[OFFSET_DESTINATION], destination);
     pus_time_write(&writer, process->epoch_ns + now_ns);
     return writer;
 }
@@ -116,8 +106,8 @@ static status_t close_report(pus_process_t* const process, octet_writer_t* const
         return STATUS_TOO_LARGE;
     }
     FSW_ASSERT((writer->octets == process->building) && (writer->position >= PUS_TM_HEADER_SIZE));
-    put_u16(&process->building[OFFSET_LENGTH],
-            (writer->position + PUS_CRC_SIZE) - (PUS_PRIMARY_HEADER_SIZE + 1U));
+    octets_put_u16(&process->building[OFFSET_LENGTH],
+                   (uint16_t)((writer->position + PUS_CRC_SIZE) - (PUS_PRIMARY_HEADER_SIZE + 1U)));
     return STATUS_OK;
 }
 
@@ -125,7 +115,7 @@ status_t pus_process_flush(pus_process_t* const process)
 {
     FSW_ASSERT(process != NULL);
     while (process->backlog_size > 0U) {
-        const size_t size = get_u16(process->backlog);
+        const size_t size = octets_u16_at(process->backlog);
         const size_t step = LENGTH_PREFIX + size + PUS_CRC_SIZE;
         if (transmit(process, &process->backlog[LENGTH_PREFIX], size) != STATUS_OK) {
             return STATUS_FULL;
@@ -162,7 +152,7 @@ status_t pus_tm_post(pus_process_t* const process, octet_writer_t* const writer)
         return STATUS_EXHAUSTED;
     }
     uint8_t* const entry = &process->backlog[process->backlog_size];
-    put_u16(entry, size);
+    octets_put_u16(entry, (uint16_t)size);
     (void)memcpy(&entry[LENGTH_PREFIX], process->building, size);
     process->backlog_size += step;
     process->counters.kept++;

@@ -6,6 +6,13 @@
 
 #include <string.h>
 
+#define OFFSET_SEQUENCE 2U // Of fields in a request [octets].
+#define OFFSET_LENGTH 4U
+#define OFFSET_ACK 6U
+#define OFFSET_SERVICE 7U
+#define OFFSET_SUBTYPE 8U
+#define OFFSET_SOURCE 9U
+
 void pus_requester_init(pus_requester_t* const requester, const uint16_t apid, const pus_port_t* const port)
 {
     FSW_ASSERT((requester != NULL) && (port != NULL) && (port->send != NULL));
@@ -26,13 +33,13 @@ octet_writer_t pus_tc_begin(pus_requester_t* const requester, const uint16_t api
     requester->apid        = apid;
 
     octet_writer_t writer = octet_writer(requester->building, PUS_PACKET_MAX - PUS_CRC_SIZE);
-    octet_write_u16(&writer, (uint16_t)(0x1800U | apid));
-    octet_write_u16(&writer, 0U); // Sequence and length are written when the request is finished.
-    octet_write_u16(&writer, 0U);
-    octet_write_u8(&writer, (uint8_t)((PUS_VERSION << 4U) | (ack & PUS_ACK_ALL)));
-    octet_write_u8(&writer, service);
-    octet_write_u8(&writer, subtype);
-    octet_write_u16(&writer, requester->source);
+    uint8_t* const header = octet_write_space(&writer, PUS_TC_HEADER_SIZE); // It fits.
+    // Sequence and length are written when the request is finished.
+    octets_put_u16(header, (uint16_t)(0x1800U | apid));
+    header[OFFSET_ACK]     = (uint8_t)((PUS_VERSION << 4U) | (ack & PUS_ACK_ALL));
+    header[OFFSET_SERVICE] = service;
+    header[OFFSET_SUBTYPE] = subtype;
+    octets_put_u16(&header[OFFSET_SOURCE], requester->source);
     return writer;
 }
 
@@ -86,11 +93,9 @@ status_t pus_tc_send(pus_requester_t* const requester, octet_writer_t* const wri
     uint8_t* const packet = requester->building;
     const uint16_t word1  = (uint16_t)((PUS_UNSEGMENTED << 14U) | *sequence);
     const size_t length   = size - (PUS_PRIMARY_HEADER_SIZE + 1U);
-    octet_writer_t fields = octet_writer(&packet[2], 4U);
-    octet_write_u16(&fields, word1);
-    octet_write_u16(&fields, (uint16_t)length);
-    octet_writer_t checksum = octet_writer(&packet[writer->position], PUS_CRC_SIZE);
-    octet_write_u16(&checksum, crc16_ccitt(packet, writer->position));
+    octets_put_u16(&packet[OFFSET_SEQUENCE], word1);
+    octets_put_u16(&packet[OFFSET_LENGTH], (uint16_t)length);
+    octets_put_u16(&packet[writer->position], crc16_ccitt(packet, writer->position));
 
     if (requester->port.send(requester->port.context, packet, size) != STATUS_OK) {
         requester->counters.refused++;
@@ -99,11 +104,11 @@ status_t pus_tc_send(pus_requester_t* const requester, octet_writer_t* const wri
     *sequence = (uint16_t)((*sequence + 1U) % PUS_SEQUENCE_COUNT);
     requester->counters.sent++;
     if (out_token != NULL) {
-        *out_token = (pus_token_t){.request_id = ((uint32_t)(0x1800U | requester->apid) << 16U) | word1,
+        *out_token = (pus_token_t){.request_id = octets_u32_at(packet),
                                    .source     = requester->source,
-                                   .ack        = (uint8_t)(packet[6] & PUS_ACK_ALL),
-                                   .service    = packet[7],
-                                   .subtype    = packet[8]};
+                                   .ack        = (uint8_t)(packet[OFFSET_ACK] & PUS_ACK_ALL),
+                                   .service    = packet[OFFSET_SERVICE],
+                                   .subtype    = packet[OFFSET_SUBTYPE]};
     }
     return STATUS_OK;
 }

@@ -56,6 +56,27 @@ void pus_request_refuse(pus_request_t* const request, const uint16_t instruction
     pus_verify_start_failed(request->process, &request->token, &failure, request->now_ns);
 }
 
+octet_writer_t pus_answer_begin(const pus_request_t* const request, const uint8_t subtype)
+{
+    return pus_tm_begin(request->process, request->token.service, subtype, request->token.source,
+                        request->now_ns);
+}
+
+octet_writer_t pus_list_begin(const pus_request_t* const request, const uint8_t subtype)
+{
+    octet_writer_t writer = pus_answer_begin(request, subtype);
+    octet_write_u16(&writer, 0U);
+    return writer;
+}
+
+pus_reply_t pus_list_end(const pus_request_t* const request, octet_writer_t* const writer,
+                         const uint16_t count)
+{
+    octets_put_u16(&writer->octets[PUS_TM_HEADER_SIZE], count);
+    const status_t status = pus_tm_post(request->process, writer);
+    return (status == STATUS_TOO_LARGE) ? pus_failed(PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX) : pus_done();
+}
+
 bool pus_shape_list(octet_reader_t* const reader, const uint8_t least, const size_t entry_size)
 {
     const uint8_t count = octet_read_u8(reader);
@@ -122,35 +143,46 @@ void pus_dispatcher_defer(pus_dispatcher_t* const dispatcher, const pus_performe
 
 static const pus_subtype_t* subtype_of(const pus_service_t* const service, const uint8_t number)
 {
-    const pus_subtype_t* subtype = NULL;
-    for (size_t i = 0U; (i < service->subtype_count) && (subtype == NULL); i++) {
-        subtype = (service->subtypes[i].subtype == number) ? &service->subtypes[i] : NULL;
+    for (size_t i = 0U; i < service->subtype_count; i++) {
+        if (service->subtypes[i].subtype == number) {
+            return &service->subtypes[i];
+        }
     }
-    return subtype;
+    return NULL;
 }
 
-/// Find service and subtype, and check the shape. The failure's code is PUS_FAILURE_NONE if all is well.
-static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const pus_tc_t* const tc,
-                          const pus_service_t** const out_service, const pus_subtype_t** const out_subtype)
+/// Decode a packet, find its service and subtype, and check its shape. The failure's code is PUS_FAILURE_NONE
+/// if all is well; else *out_tc is what the packet can be named by.
+static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const uint8_t* const packet,
+                          const size_t size, pus_tc_t* const out_tc, const pus_service_t** const out_service,
+                          const pus_subtype_t** const out_subtype)
 {
-    const pus_service_t* service = NULL;
-    for (size_t i = 0U; (i < dispatcher->service_count) && (service == NULL); i++) {
-        service = (dispatcher->services[i].type == tc->service) ? &dispatcher->services[i] : NULL;
+    pus_failure_t failure = {0};
+    if (pus_tc_decode(packet, size, out_tc, &failure) != STATUS_OK) {
+        return failure;
     }
-    if (service == NULL) {
-        return pus_failure(PUS_FAILURE_SERVICE, tc->service);
+    if (out_tc->apid != dispatcher->process->apid) {
+        return pus_failure(PUS_FAILURE_APID, out_tc->apid);
     }
-    const pus_subtype_t* const subtype = subtype_of(service, tc->subtype);
+    const pus_service_t* service   = dispatcher->services;
+    const pus_service_t* const end = &dispatcher->services[dispatcher->service_count];
+    while ((service < end) && (service->type != out_tc->service)) {
+        service++;
+    }
+    if (service >= end) {
+        return pus_failure(PUS_FAILURE_SERVICE, out_tc->service);
+    }
+    const pus_subtype_t* const subtype = subtype_of(service, out_tc->subtype);
     if (subtype == NULL) {
-        return pus_failure(PUS_FAILURE_SUBTYPE, ((uint32_t)tc->service << 8U) | tc->subtype);
+        return pus_failure(PUS_FAILURE_SUBTYPE, ((uint32_t)out_tc->service << 8U) | out_tc->subtype);
     }
-    octet_reader_t reader = octet_reader(tc->data, tc->size);
+    octet_reader_t reader = octet_reader(out_tc->data, out_tc->size);
     if (!subtype->has_shape(service->self, &reader) || !octet_reader_is_done(&reader)) {
         return pus_failure(PUS_FAILURE_DATA, (uint32_t)reader.position);
     }
     *out_service = service;
     *out_subtype = subtype;
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return failure;
 }
 
 /// Reports of completion of a request that was performed now.
@@ -190,68 +222,60 @@ static void settle(pus_request_t* const request, const pus_reply_t* const reply)
     }
 }
 
+/// Execute a request and report what follows.
+static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_t* const service,
+                                const pus_subtype_t* const subtype, const uint8_t* const data,
+                                const size_t size)
+{
+    request->reader         = octet_reader(data, size);
+    const pus_reply_t reply = subtype->execute(service->self, request);
+    settle(request, &reply);
+    return reply.kind;
+}
+
 void pus_perform(pus_process_t* const process, const pus_service_t* const service,
                  const pus_token_t* const token, const uint8_t* const data, const size_t size,
                  const uint64_t now_ns)
 {
-    FSW_ASSERT((process != NULL) && (service != NULL) && (token != NULL) && ((data != NULL) || (size == 0U)));
+    FSW_ASSERT((process != NULL) && (service != NULL) && (token != NULL));
     const pus_subtype_t* const subtype = subtype_of(service, token->subtype);
     FSW_ASSERT((subtype != NULL) && (service->type == token->service));
-    pus_request_t request = {
-        .token = *token, .reader = octet_reader(data, size), .now_ns = now_ns, .process = process};
-    const pus_reply_t reply = subtype->execute(service->self, &request);
-    settle(&request, &reply);
-}
-
-/// Give an accepted request to whom it is for.
-static void execute(pus_dispatcher_t* const dispatcher, const pus_service_t* const service,
-                    const pus_subtype_t* const subtype, const pus_tc_t* const tc,
-                    pus_request_t* const request)
-{
-    const pus_performer_t* const performer = &dispatcher->performer;
-    pus_reply_t reply                      = pus_done();
-    if (performer->take != NULL) {
-        reply = performer->take(performer->context, &request->token, tc->data, tc->size);
-    }
-    if (reply.kind == PUS_DONE) {
-        request->reader = octet_reader(tc->data, tc->size);
-        reply           = subtype->execute(service->self, request);
-    }
-    dispatcher->counters.refused += (reply.kind == PUS_REFUSED) ? 1U : 0U;
-    settle(request, &reply);
+    pus_request_t request = {.token = *token, .now_ns = now_ns, .process = process};
+    (void)execute(&request, service, subtype, data, size);
 }
 
 status_t pus_dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const packet, const size_t size,
                       const uint64_t now_ns)
 {
     FSW_ASSERT((dispatcher != NULL) && ((packet != NULL) || (size == 0U)));
-    pus_process_t* const process = dispatcher->process;
-    pus_tc_t tc                  = {0};
-    pus_failure_t failure        = {0};
-    const pus_service_t* service = NULL;
-    const pus_subtype_t* subtype = NULL;
     if (size < REQUEST_ID_SIZE) {
         dispatcher->counters.ignored++;
         return STATUS_TRUNCATED;
     }
-    const status_t status = pus_tc_decode(packet, size, &tc, &failure);
-    if ((status == STATUS_OK) && (tc.apid != process->apid)) {
-        failure = pus_failure(PUS_FAILURE_APID, tc.apid);
-    } else if (status == STATUS_OK) {
-        failure = find(dispatcher, &tc, &service, &subtype);
-    } else {
-        // The packet itself is malformed, as `failure` tells.
-    }
-    pus_request_t request = {.token = pus_token_of(&tc), .now_ns = now_ns, .process = process};
+    pus_tc_t tc                  = {0};
+    const pus_service_t* service = NULL;
+    const pus_subtype_t* subtype = NULL;
+    const pus_failure_t failure  = find(dispatcher, packet, size, &tc, &service, &subtype);
+    pus_request_t request = {.token = pus_token_of(&tc), .now_ns = now_ns, .process = dispatcher->process};
     if (failure.code != PUS_FAILURE_NONE) {
         dispatcher->counters.rejected++;
-        pus_verify_rejected(process, &request.token, &failure, now_ns);
+        pus_verify_rejected(request.process, &request.token, &failure, now_ns);
         return STATUS_INVALID;
     }
     FSW_ASSERT((service != NULL) && (subtype != NULL)); // Without a failure, both were found.
     dispatcher->counters.accepted++;
-    pus_verify_accepted(process, &request.token, now_ns);
-    execute(dispatcher, service, subtype, &tc, &request);
+    pus_verify_accepted(request.process, &request.token, now_ns);
+    const pus_performer_t* const performer = &dispatcher->performer;
+    pus_reply_t reply                      = pus_done();
+    if (performer->take != NULL) {
+        reply = performer->take(performer->context, &request.token, tc.data, tc.size);
+    }
+    if (reply.kind == PUS_DONE) {
+        reply.kind = execute(&request, service, subtype, tc.data, tc.size);
+    } else {
+        settle(&request, &reply);
+    }
+    dispatcher->counters.refused += (reply.kind == PUS_REFUSED) ? 1U : 0U;
     return STATUS_OK;
 }
 

@@ -57,6 +57,13 @@ void pus_request_perform(pus_request_t* request);
 /// Refuse one instruction with TM[1,4]. instruction >= 1.
 void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t code, uint32_t detail);
 
+/// Begin a report of the request's service in answer to it; the request's process finishes it.
+octet_writer_t pus_answer_begin(const pus_request_t* request, uint8_t subtype);
+/// The same for a list, whose count comes first and is written when its entries are known.
+octet_writer_t pus_list_begin(const pus_request_t* request, uint8_t subtype);
+/// Finish and post it. PUS_DONE; PUS_FAILED with PUS_FAILURE_TABLE_FULL if it is too long for a packet.
+pus_reply_t pus_list_end(const pus_request_t* request, octet_writer_t* writer, uint16_t count);
+
 /// Who performs requests of some services later, in another loop, by pus_perform.
 typedef struct {
     void* context;

@@ -31,11 +31,18 @@ static void report(pus_process_t* const process, const pus_token_t* const token,
     (void)pus_tm_post(process, &writer); // What is lost here the process counts.
 }
 
+/// Post a report of success, which has nothing but its request, if the request asks for it.
+static void report_if_asked(pus_process_t* const process, const pus_token_t* const token, const uint8_t ack,
+                            const uint8_t subtype, const uint64_t now_ns)
+{
+    if ((token->ack & ack) != 0U) {
+        report(process, token, subtype, NULL, NULL, now_ns);
+    }
+}
+
 void pus_verify_accepted(pus_process_t* const process, const pus_token_t* const token, const uint64_t now_ns)
 {
-    if ((token->ack & PUS_ACK_ACCEPTANCE) != 0U) {
-        report(process, token, ACCEPTED, NULL, NULL, now_ns);
-    }
+    report_if_asked(process, token, PUS_ACK_ACCEPTANCE, ACCEPTED, now_ns);
 }
 
 void pus_verify_rejected(pus_process_t* const process, const pus_token_t* const token,
@@ -46,9 +53,7 @@ void pus_verify_rejected(pus_process_t* const process, const pus_token_t* const 
 
 void pus_verify_started(pus_process_t* const process, const pus_token_t* const token, const uint64_t now_ns)
 {
-    if ((token->ack & PUS_ACK_START) != 0U) {
-        report(process, token, STARTED, NULL, NULL, now_ns);
-    }
+    report_if_asked(process, token, PUS_ACK_START, STARTED, now_ns);
 }
 
 void pus_verify_start_failed(pus_process_t* const process, const pus_token_t* const token,
@@ -74,15 +79,23 @@ void pus_verify_progress_failed(pus_process_t* const process, const pus_token_t*
 
 void pus_verify_completed(pus_process_t* const process, const pus_token_t* const token, const uint64_t now_ns)
 {
-    if ((token->ack & PUS_ACK_COMPLETION) != 0U) {
-        report(process, token, COMPLETED, NULL, NULL, now_ns);
-    }
+    report_if_asked(process, token, PUS_ACK_COMPLETION, COMPLETED, now_ns);
 }
 
 void pus_verify_failed(pus_process_t* const process, const pus_token_t* const token,
                        const pus_failure_t* const failure, const uint64_t now_ns)
 {
     report(process, token, FAILED, NULL, failure, now_ns);
+}
+
+void pus_verify_ended(pus_process_t* const process, const pus_token_t* const token,
+                      const pus_failure_t failure, const uint64_t now_ns)
+{
+    if (failure.code == PUS_FAILURE_NONE) {
+        pus_verify_completed(process, token, now_ns);
+    } else {
+        pus_verify_failed(process, token, &failure, now_ns);
+    }
 }
 
 void pus_verify_unrouted(pus_process_t* const process, const pus_token_t* const token,

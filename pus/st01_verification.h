@@ -25,6 +25,9 @@ void pus_verify_progress_failed(pus_process_t* process, const pus_token_t* token
 void pus_verify_completed(pus_process_t* process, const pus_token_t* token, uint64_t now_ns);
 void pus_verify_failed(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                        uint64_t now_ns);
+/// Completion, as `failure` tells: TM[1,7] if its code is PUS_FAILURE_NONE, else TM[1,8].
+void pus_verify_ended(pus_process_t* process, const pus_token_t* token, pus_failure_t failure,
+                      uint64_t now_ns);
 /// Routing: TM[1,10], by a router only.
 void pus_verify_unrouted(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                          uint64_t now_ns);

@@ -42,12 +42,14 @@ void pus_hk_clear(pus_hk_t* const hk)
     release(hk);
 }
 
-/// The candidate takes its place.
+/// The candidate takes its place if nothing speaks against it.
 static void settle(const pus_hk_t* const hk, pus_hk_structure_t* const place)
 {
-    guard(hk);
-    *place = hk->candidate;
-    release(hk);
+    if (hk->verdict.code == PUS_FAILURE_NONE) {
+        guard(hk);
+        *place = hk->candidate;
+        release(hk);
+    }
 }
 
 static uint8_t* samples_of(const pus_hk_t* const hk, const pus_hk_structure_t* const structure)
@@ -63,26 +65,6 @@ static void restart(pus_hk_structure_t* const structure, const uint32_t start)
     for (uint8_t i = 0U; i < structure->set_count; i++) {
         structure->sets[i].taken = 0U;
     }
-}
-
-static pus_failure_t add_defined(pus_hk_t* const hk, const pus_hk_definition_t* const definition)
-{
-    pus_failure_t verdict = pus_failure(PUS_FAILURE_NONE, 0U);
-    for (uint8_t i = 0U; (i < definition->parameter_count) && (verdict.code == PUS_FAILURE_NONE); i++) {
-        verdict = hk_candidate_add(hk, definition->parameters[i]);
-    }
-    for (uint8_t i = 0U; (i < definition->set_count) && (verdict.code == PUS_FAILURE_NONE); i++) {
-        const pus_hk_set_definition_t* const set = &definition->sets[i];
-
-        verdict = hk_candidate_add_set(hk, set->repetitions, set->parameter_count, 0U);
-        for (uint8_t k = 0U; (k < set->parameter_count) && (verdict.code == PUS_FAILURE_NONE); k++) {
-            verdict = hk_candidate_add_to_set(hk, set->parameters[k]);
-        }
-    }
-    if ((verdict.code == PUS_FAILURE_NONE) && (hk->candidate.entry_count == 0U)) {
-        verdict = pus_failure(PUS_FAILURE_OUT_OF_RANGE, 0U);
-    }
-    return (verdict.code == PUS_FAILURE_NONE) ? hk_candidate_lay_out(hk) : verdict;
 }
 
 static status_t status_of(const uint16_t code)
@@ -107,17 +89,22 @@ status_t pus_hk_add(pus_hk_t* const hk, const pus_hk_definition_t* const definit
 {
     FSW_ASSERT((hk != NULL) && (definition != NULL));
     pus_hk_structure_t* place = NULL;
-    pus_failure_t verdict     = hk_check_new(hk, definition->id, definition->interval, &place);
-    if (verdict.code == PUS_FAILURE_NONE) {
-        hk_candidate_begin(hk, definition->id, definition->interval);
-        verdict = add_defined(hk, definition);
+    hk_candidate_begin(hk, definition->id, definition->interval, &place);
+    for (uint8_t i = 0U; i < definition->parameter_count; i++) {
+        hk_candidate_add(hk, definition->parameters[i]);
     }
-    if (verdict.code == PUS_FAILURE_NONE) {
-        hk->candidate.is_periodic = definition->is_periodic;
-        hk->candidate.loop        = definition->loop;
-        settle(hk, place);
+    for (uint8_t i = 0U; i < definition->set_count; i++) {
+        const pus_hk_set_definition_t* const set = &definition->sets[i];
+        hk_candidate_add_set(hk, set->repetitions, set->parameter_count, 0U);
+        for (uint8_t k = 0U; k < set->parameter_count; k++) {
+            hk_candidate_add_to_set(hk, set->parameters[k]);
+        }
     }
-    return status_of(verdict.code);
+    hk_candidate_lay_out(hk, hk->candidate.entry_count, 0U);
+    hk->candidate.is_periodic = definition->is_periodic;
+    hk->candidate.loop        = definition->loop;
+    settle(hk, place);
+    return status_of(hk->verdict.code);
 }
 
 // Reports.
@@ -159,9 +146,19 @@ static void write_collected(const pus_hk_t* const hk, const pus_hk_structure_t* 
     }
 }
 
-static void send(pus_hk_t* const hk, octet_writer_t* const writer)
+/// Begin TM[3,25].
+static octet_writer_t begin_report(const pus_hk_t* const hk, const uint16_t id, const uint16_t destination,
+                                   const uint64_t now_ns)
 {
-    if (pus_tm_send(hk->config.process, writer) == STATUS_OK) {
+    octet_writer_t writer =
+        pus_tm_begin(hk->config.process, PUS_SERVICE_HOUSEKEEPING, 25U, destination, now_ns);
+    octet_write_u16(&writer, id);
+    return writer;
+}
+
+static void count(pus_hk_t* const hk, const status_t status)
+{
+    if (status == STATUS_OK) {
         hk->counters.reports++;
     } else {
         hk->counters.dropped++;
@@ -172,15 +169,12 @@ static void send(pus_hk_t* const hk, octet_writer_t* const writer)
 static void hand_over(pus_hk_t* const hk, const pus_hk_structure_t* const structure, const uint64_t now_ns,
                       const pus_hk_outlet_t* const outlet)
 {
+    octet_writer_t writer = (outlet == NULL) ? begin_report(hk, structure->id, PUS_USER_GROUND, now_ns)
+                                             : octet_writer(outlet->values, hk->config.sample_size);
+    write_collected(hk, structure, &writer);
     if (outlet == NULL) {
-        octet_writer_t writer =
-            pus_tm_begin(hk->config.process, PUS_SERVICE_HOUSEKEEPING, 25U, PUS_USER_GROUND, now_ns);
-        octet_write_u16(&writer, structure->id);
-        write_collected(hk, structure, &writer);
-        send(hk, &writer);
+        count(hk, pus_tm_send(hk->config.process, &writer));
     } else {
-        octet_writer_t writer = octet_writer(outlet->values, hk->config.sample_size);
-        write_collected(hk, structure, &writer);
         outlet->put(outlet->context, structure->id, now_ns, outlet->values, writer.position);
     }
 }
@@ -205,22 +199,10 @@ static void collect(pus_hk_t* const hk, pus_hk_structure_t* const structure, con
     }
 }
 
-void pus_hk_step(pus_hk_t* const hk, const uint64_t now_ns, const uint32_t cycle)
-{
-    FSW_ASSERT(hk != NULL);
-    for (uint16_t i = 0U; i < hk->config.structure_count; i++) {
-        pus_hk_structure_t* const structure = &hk->config.structures[i];
-        if (structure->in_use && structure->is_periodic && (structure->loop == 0U)) {
-            collect(hk, structure, now_ns, cycle, NULL);
-        }
-    }
-}
-
-void pus_hk_loop_step(pus_hk_t* const hk, const uint8_t loop, const uint64_t now_ns, const uint32_t cycle,
+/// One cycle of the structures of a loop.
+static void step_loop(pus_hk_t* const hk, const uint8_t loop, const uint64_t now_ns, const uint32_t cycle,
                       const pus_hk_outlet_t* const outlet)
 {
-    FSW_ASSERT((hk != NULL) && (loop >= 1U) && (outlet != NULL) && (outlet->put != NULL) &&
-               (outlet->values != NULL));
     for (uint16_t i = 0U; i < hk->config.structure_count; i++) {
         pus_hk_structure_t* const structure = &hk->config.structures[i];
         if (structure->in_use && structure->is_periodic && (structure->loop == loop)) {
@@ -229,41 +211,33 @@ void pus_hk_loop_step(pus_hk_t* const hk, const uint8_t loop, const uint64_t now
     }
 }
 
+void pus_hk_step(pus_hk_t* const hk, const uint64_t now_ns, const uint32_t cycle)
+{
+    FSW_ASSERT(hk != NULL);
+    step_loop(hk, 0U, now_ns, cycle, NULL);
+}
+
+void pus_hk_loop_step(pus_hk_t* const hk, const uint8_t loop, const uint64_t now_ns, const uint32_t cycle,
+                      const pus_hk_outlet_t* const outlet)
+{
+    FSW_ASSERT((hk != NULL) && (loop >= 1U) && (outlet != NULL) && (outlet->put != NULL) &&
+               (outlet->values != NULL));
+    step_loop(hk, loop, now_ns, cycle, outlet);
+}
+
 void pus_hk_forward(pus_hk_t* const hk, const uint16_t id, const uint64_t taken_ns,
                     const uint8_t* const values, const size_t size)
 {
     FSW_ASSERT((hk != NULL) && (values != NULL) && (size <= hk->config.sample_size));
-    octet_writer_t writer =
-        pus_tm_begin(hk->config.process, PUS_SERVICE_HOUSEKEEPING, 25U, PUS_USER_GROUND, taken_ns);
-    octet_write_u16(&writer, id);
+    octet_writer_t writer = begin_report(hk, id, PUS_USER_GROUND, taken_ns);
     octet_write_octets(&writer, values, size);
-    send(hk, &writer);
+    count(hk, pus_tm_send(hk->config.process, &writer));
 }
 
 void pus_hk_count_lost(pus_hk_t* const hk, const uint32_t reports)
 {
     FSW_ASSERT(hk != NULL);
     hk->counters.dropped += reports;
-}
-
-/// Send TM[3,25] with the values of now to one user. STATUS_OK or a status of pus_tm_send.
-static status_t send_one_shot(pus_hk_t* const hk, const pus_hk_structure_t* const structure,
-                              const uint16_t destination, const uint64_t now_ns)
-{
-    octet_writer_t writer =
-        pus_tm_begin(hk->config.process, PUS_SERVICE_HOUSEKEEPING, 25U, destination, now_ns);
-    octet_write_u16(&writer, structure->id);
-    read_entries(hk, structure, 0U, structure->simple_count, &writer);
-    for (uint8_t i = 0U; i < structure->set_count; i++) {
-        const pus_hk_set_t* const set = &structure->sets[i];
-        for (uint16_t k = 0U; k < set->repetitions; k++) {
-            read_entries(hk, structure, set->first, set->count, &writer);
-        }
-    }
-    const status_t status = pus_tm_post(hk->config.process, &writer);
-    hk->counters.reports += (status == STATUS_OK) ? 1U : 0U;
-    hk->counters.dropped += (status == STATUS_OK) ? 0U : 1U;
-    return status;
 }
 
 // Requests.
@@ -301,38 +275,29 @@ static bool shape_intervals(void* const self, octet_reader_t* const reader)
     return pus_shape_list(reader, 1U, sizeof(uint16_t) + sizeof(uint32_t));
 }
 
-/// Add the parameters and sets of a request to the candidate and lay it out.
-static pus_failure_t add_requested(pus_hk_t* const hk, octet_reader_t* const reader)
+/// Add the parameters and sets of a request to the candidate, which takes its place if all of it is good.
+static pus_reply_t add_requested(pus_hk_t* const hk, octet_reader_t* const reader,
+                                 pus_hk_structure_t* const place)
 {
     const uint32_t start_offset = (uint32_t)reader->position;
     const uint8_t simple_count  = octet_read_u8(reader);
-    pus_failure_t verdict       = pus_failure(PUS_FAILURE_NONE, 0U);
-    for (uint8_t i = 0U; (i < simple_count) && (verdict.code == PUS_FAILURE_NONE); i++) {
-        verdict = hk_candidate_add(hk, octet_read_u32(reader));
-    }
-    if (verdict.code != PUS_FAILURE_NONE) {
-        return verdict;
+    for (uint8_t i = 0U; i < simple_count; i++) {
+        hk_candidate_add(hk, octet_read_u32(reader));
     }
     const uint8_t set_count = octet_read_u8(reader);
-    for (uint8_t i = 0U; (i < set_count) && (verdict.code == PUS_FAILURE_NONE); i++) {
+    for (uint8_t i = 0U; i < set_count; i++) {
         const uint32_t offset      = (uint32_t)reader->position;
         const uint16_t repetitions = octet_read_u16(reader);
-        const uint8_t count        = octet_read_u8(reader);
-
-        verdict = hk_candidate_add_set(hk, repetitions, count, offset);
-        for (uint8_t k = 0U; (k < count) && (verdict.code == PUS_FAILURE_NONE); k++) {
-            verdict = hk_candidate_add_to_set(hk, octet_read_u32(reader));
+        const uint8_t entry_count  = octet_read_u8(reader);
+        hk_candidate_add_set(hk, repetitions, entry_count, offset);
+        for (uint8_t k = 0U; k < entry_count; k++) {
+            hk_candidate_add_to_set(hk, octet_read_u32(reader));
         }
     }
-    if ((verdict.code == PUS_FAILURE_NONE) && (simple_count == 0U) && (set_count == 0U)) {
-        verdict = pus_failure(PUS_FAILURE_OUT_OF_RANGE, start_offset);
-    }
-    return (verdict.code == PUS_FAILURE_NONE) ? hk_candidate_lay_out(hk) : verdict;
-}
-
-static pus_reply_t reply_of(const pus_failure_t verdict)
-{
-    return (verdict.code == PUS_FAILURE_NONE) ? pus_done() : pus_refused(verdict.code, verdict.detail);
+    hk_candidate_lay_out(hk, (unsigned)simple_count + set_count, start_offset);
+    settle(hk, place);
+    return (hk->verdict.code == PUS_FAILURE_NONE) ? pus_done()
+                                                  : pus_refused(hk->verdict.code, hk->verdict.detail);
 }
 
 static pus_reply_t create(void* const self, pus_request_t* const request)
@@ -341,15 +306,8 @@ static pus_reply_t create(void* const self, pus_request_t* const request)
     const uint16_t id         = octet_read_u16(&request->reader);
     const uint32_t interval   = octet_read_u32(&request->reader);
     pus_hk_structure_t* place = NULL;
-    pus_failure_t verdict     = hk_check_new(hk, id, interval, &place);
-    if (verdict.code == PUS_FAILURE_NONE) {
-        hk_candidate_begin(hk, id, interval);
-        verdict = add_requested(hk, &request->reader);
-    }
-    if (verdict.code == PUS_FAILURE_NONE) {
-        settle(hk, place);
-    }
-    return reply_of(verdict);
+    hk_candidate_begin(hk, id, interval, &place);
+    return add_requested(hk, &request->reader, place);
 }
 
 static pus_reply_t append(void* const self, pus_request_t* const request)
@@ -363,30 +321,48 @@ static pus_reply_t append(void* const self, pus_request_t* const request)
     if (structure->is_periodic) {
         return pus_refused(PUS_FAILURE_STATE, id);
     }
-    hk->candidate               = *structure;
-    const pus_failure_t verdict = add_requested(hk, &request->reader);
-    if (verdict.code == PUS_FAILURE_NONE) {
-        settle(hk, structure);
-    }
-    return reply_of(verdict);
+    hk_candidate_extend(hk, structure);
+    return add_requested(hk, &request->reader, structure);
 }
 
-/// Perform one thing with each structure named; `needs_disabled`: not while generation is enabled.
-static pus_reply_t for_each(pus_hk_t* const hk, pus_request_t* const request, const bool needs_disabled,
-                            void (*const perform)(pus_hk_t*, pus_hk_structure_t*, const pus_request_t*))
+/// What a request does with each structure that it names.
+typedef struct {
+    bool needs_disabled; // Not while its periodic generation is enabled.
+    bool has_interval;   // An interval follows each id.
+    void (*perform)(pus_hk_t*, pus_hk_structure_t*, const pus_request_t*, uint32_t interval);
+} operation_t;
+
+/// Shortest interval that a structure may have: the largest repetition number of its sets.
+static uint32_t interval_min(const pus_hk_structure_t* const structure)
 {
-    const uint8_t count = octet_read_u8(&request->reader);
-    for (uint16_t i = 1U; i <= count; i++) {
-        const uint16_t id                   = octet_read_u16(&request->reader);
+    uint32_t interval = 1U;
+    for (uint8_t i = 0U; i < structure->set_count; i++) {
+        const uint32_t repetitions = structure->sets[i].repetitions;
+        interval                   = (repetitions > interval) ? repetitions : interval;
+    }
+    return interval;
+}
+
+static pus_reply_t for_each(pus_hk_t* const hk, pus_request_t* const request,
+                            const operation_t* const operation)
+{
+    octet_reader_t* const reader = &request->reader;
+    const uint8_t id_count       = octet_read_u8(reader);
+    for (uint16_t i = 1U; i <= id_count; i++) {
+        const uint16_t id                   = octet_read_u16(reader);
+        const uint32_t offset               = (uint32_t)reader->position;
+        const uint32_t interval             = operation->has_interval ? octet_read_u32(reader) : 0U;
         pus_hk_structure_t* const structure = hk_structure_of(hk, id);
         if (structure == NULL) {
             pus_request_refuse(request, i, PUS_FAILURE_UNKNOWN_ID, id);
-        } else if (needs_disabled && structure->is_periodic) {
+        } else if (operation->needs_disabled && structure->is_periodic) {
             pus_request_refuse(request, i, PUS_FAILURE_STATE, id);
+        } else if (operation->has_interval && (interval < interval_min(structure))) {
+            pus_request_refuse(request, i, PUS_FAILURE_OUT_OF_RANGE, offset);
         } else {
             pus_request_perform(request);
             guard(hk);
-            perform(hk, structure, request);
+            operation->perform(hk, structure, request, interval);
             release(hk);
         }
     }
@@ -394,18 +370,20 @@ static pus_reply_t for_each(pus_hk_t* const hk, pus_request_t* const request, co
 }
 
 static void remove_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request)
+                       const pus_request_t* const request, const uint32_t interval)
 {
     (void)hk;
     (void)request;
+    (void)interval;
     structure->in_use = false;
 }
 
 static void enable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request)
+                       const pus_request_t* const request, const uint32_t interval)
 {
     (void)hk;
     (void)request;
+    (void)interval;
     if (!structure->is_periodic) {
         structure->is_periodic   = true;
         structure->is_collecting = false; // The interval begins with the next step.
@@ -413,11 +391,20 @@ static void enable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
 }
 
 static void disable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                        const pus_request_t* const request)
+                        const pus_request_t* const request, const uint32_t interval)
 {
     (void)hk;
     (void)request;
+    (void)interval;
     structure->is_periodic = false;
+}
+
+static void modify_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
+                       const pus_request_t* const request, const uint32_t interval)
+{
+    (void)hk;
+    (void)request;
+    structure->interval = interval;
 }
 
 static void write_ids(octet_writer_t* const writer, const pus_hk_entry_t* const entries, const uint8_t count)
@@ -428,14 +415,19 @@ static void write_ids(octet_writer_t* const writer, const pus_hk_entry_t* const 
     }
 }
 
-static void report_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request)
+static void write_state(octet_writer_t* const writer, const pus_hk_structure_t* const structure)
 {
-    octet_writer_t writer = pus_tm_begin(hk->config.process, PUS_SERVICE_HOUSEKEEPING, 10U,
-                                         request->token.source, request->now_ns);
-    octet_write_u16(&writer, structure->id);
-    octet_write_u8(&writer, structure->is_periodic ? 1U : 0U);
-    octet_write_u32(&writer, structure->interval);
+    octet_write_u16(writer, structure->id);
+    octet_write_u8(writer, structure->is_periodic ? 1U : 0U);
+    octet_write_u32(writer, structure->interval);
+}
+
+static void report_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
+                       const pus_request_t* const request, const uint32_t interval)
+{
+    (void)interval;
+    octet_writer_t writer = pus_answer_begin(request, 10U);
+    write_state(&writer, structure);
     write_ids(&writer, structure->entries, structure->simple_count);
     octet_write_u16(&writer, structure->set_count);
     for (uint8_t i = 0U; i < structure->set_count; i++) {
@@ -445,99 +437,85 @@ static void report_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
     (void)pus_tm_post(hk->config.process, &writer); // What is lost here the process counts.
 }
 
+/// Send TM[3,25] with the values of now to the user who asked.
 static void sample_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request)
+                       const pus_request_t* const request, const uint32_t interval)
 {
-    (void)send_one_shot(hk, structure, request->token.source, request->now_ns);
+    (void)interval;
+    octet_writer_t writer = begin_report(hk, structure->id, request->token.source, request->now_ns);
+    read_entries(hk, structure, 0U, structure->simple_count, &writer);
+    for (uint8_t i = 0U; i < structure->set_count; i++) {
+        const pus_hk_set_t* const set = &structure->sets[i];
+        for (uint16_t k = 0U; k < set->repetitions; k++) {
+            read_entries(hk, structure, set->first, set->count, &writer);
+        }
+    }
+    count(hk, pus_tm_post(hk->config.process, &writer));
+}
+
+/// Nothing for now: that the structure is there is all that matters.
+static void note_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
+                     const pus_request_t* const request, const uint32_t interval)
+{
+    (void)hk;
+    (void)structure;
+    (void)request;
+    (void)interval;
 }
 
 static pus_reply_t delete_structures(void* const self, pus_request_t* const request)
 {
-    return for_each(self, request, true, remove_one);
+    static const operation_t operation = {true, false, remove_one};
+    return for_each(self, request, &operation);
 }
 
 static pus_reply_t enable(void* const self, pus_request_t* const request)
 {
-    return for_each(self, request, false, enable_one);
+    static const operation_t operation = {false, false, enable_one};
+    return for_each(self, request, &operation);
 }
 
 static pus_reply_t disable(void* const self, pus_request_t* const request)
 {
-    return for_each(self, request, false, disable_one);
+    static const operation_t operation = {false, false, disable_one};
+    return for_each(self, request, &operation);
 }
 
 static pus_reply_t report_structures(void* const self, pus_request_t* const request)
 {
-    return for_each(self, request, false, report_one);
+    static const operation_t operation = {false, false, report_one};
+    return for_each(self, request, &operation);
 }
 
 static pus_reply_t report_once(void* const self, pus_request_t* const request)
 {
-    return for_each(self, request, false, sample_one);
-}
-
-/// Largest repetition number of a structure's sets: its interval may not be shorter.
-static uint16_t repetitions_max(const pus_hk_structure_t* const structure)
-{
-    uint16_t repetitions = 1U;
-    for (uint8_t i = 0U; i < structure->set_count; i++) {
-        repetitions =
-            (structure->sets[i].repetitions > repetitions) ? structure->sets[i].repetitions : repetitions;
-    }
-    return repetitions;
+    static const operation_t operation = {false, false, sample_one};
+    return for_each(self, request, &operation);
 }
 
 static pus_reply_t modify_intervals(void* const self, pus_request_t* const request)
 {
-    pus_hk_t* const hk  = self;
-    const uint8_t count = octet_read_u8(&request->reader);
-    for (uint16_t i = 1U; i <= count; i++) {
-        const uint16_t id                   = octet_read_u16(&request->reader);
-        const uint32_t offset               = (uint32_t)request->reader.position;
-        const uint32_t interval             = octet_read_u32(&request->reader);
-        pus_hk_structure_t* const structure = hk_structure_of(hk, id);
-        if (structure == NULL) {
-            pus_request_refuse(request, i, PUS_FAILURE_UNKNOWN_ID, id);
-        } else if (structure->is_periodic) {
-            pus_request_refuse(request, i, PUS_FAILURE_STATE, id);
-        } else if (interval < repetitions_max(structure)) {
-            pus_request_refuse(request, i, PUS_FAILURE_OUT_OF_RANGE, offset);
-        } else {
-            pus_request_perform(request);
-            guard(hk);
-            structure->interval = interval;
-            release(hk);
-        }
-    }
-    return pus_done();
+    static const operation_t operation = {true, true, modify_one};
+    return for_each(self, request, &operation);
 }
 
 static pus_reply_t report_properties(void* const self, pus_request_t* const request)
 {
-    pus_hk_t* const hk        = self;
-    const uint8_t count       = octet_read_u8(&request->reader);
-    const octet_reader_t list = request->reader;
-    for (uint16_t i = 1U; i <= count; i++) {
-        const uint16_t id = octet_read_u16(&request->reader);
-        if (hk_structure_of(hk, id) == NULL) {
-            pus_request_refuse(request, i, PUS_FAILURE_UNKNOWN_ID, id);
-        } else {
-            pus_request_perform(request);
-        }
-    }
+    static const operation_t operation = {false, false, note_one};
+    pus_hk_t* const hk                 = self;
+    const octet_reader_t list          = request->reader;
+    (void)for_each(hk, request, &operation);
     if (request->performed == 0U) {
         return pus_done();
     }
-    octet_writer_t writer = pus_tm_begin(hk->config.process, PUS_SERVICE_HOUSEKEEPING, 35U,
-                                         request->token.source, request->now_ns);
+    octet_writer_t writer = pus_answer_begin(request, 35U);
     octet_write_u16(&writer, request->performed);
-    request->reader = list;
-    for (uint16_t i = 1U; i <= count; i++) {
+    request->reader        = list;
+    const uint8_t id_count = octet_read_u8(&request->reader);
+    for (uint8_t i = 0U; i < id_count; i++) {
         const pus_hk_structure_t* const structure = hk_structure_of(hk, octet_read_u16(&request->reader));
         if (structure != NULL) {
-            octet_write_u16(&writer, structure->id);
-            octet_write_u8(&writer, structure->is_periodic ? 1U : 0U);
-            octet_write_u32(&writer, structure->interval);
+            write_state(&writer, structure);
         }
     }
     (void)pus_tm_post(hk->config.process, &writer); // What is lost here the process counts.

@@ -106,6 +106,7 @@ typedef struct { // Where a loop's finished reports go.
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_hk_config_t config;
     pus_hk_structure_t candidate;
+    pus_failure_t verdict; // On the candidate: the first failure stays.
     struct {
         uint32_t reports; ///< TM[3,25] sent.
         uint32_t dropped; ///< TM[3,25] the port refused, or that did not come from their loop.

@@ -113,8 +113,7 @@ static pus_reply_t report_disabled(void* const self, pus_request_t* const reques
         return pus_refused(PUS_FAILURE_TABLE_FULL, (PUS_TM_DATA_MAX - sizeof(uint16_t)) / sizeof(uint16_t));
     }
     pus_request_perform(request);
-    octet_writer_t writer = pus_tm_begin(events->process, PUS_SERVICE_EVENTS, DISABLED_LIST,
-                                         request->token.source, request->now_ns);
+    octet_writer_t writer = pus_answer_begin(request, DISABLED_LIST);
     octet_write_u16(&writer, count);
     for (uint16_t i = 0U; i < events->count; i++) {
         if (events->states[i].is_disabled) {

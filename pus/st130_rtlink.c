@@ -4,7 +4,6 @@
 #include "fsw/framework/base/assertion.h"
 #include "pus/st130_codec.h"
 
-#define COUNT_SIZE 2U // Of a list in a report [octets].
 #define ENTRY_MAX 64U // No entry is longer [octets].
 
 void pus_rtlink_init(pus_rtlink_t* const rtlink, const pus_rtlink_port_t* const port)
@@ -113,11 +112,9 @@ static pus_reply_t report_list(const pus_rtlink_port_t* const port, pus_request_
     if (request->performed == 0U) {
         return pus_done();
     }
-    octet_writer_t writer =
-        pus_tm_begin(request->process, PUS_SERVICE_RTLINK, subtype, request->token.source, request->now_ns);
-    octet_write_u16(&writer, 0U);
-    uint16_t count = 0U;
-    bool is_there  = true;
+    octet_writer_t writer = pus_list_begin(request, subtype);
+    uint16_t count        = 0U;
+    bool is_there         = true;
     for (uint16_t index = 0U; is_there && !writer.failed; index++) {
         const size_t before = writer.position;
         uint16_t id         = 0U;
@@ -128,10 +125,7 @@ static pus_reply_t report_list(const pus_rtlink_port_t* const port, pus_request_
             writer.position = before;
         }
     }
-    octet_writer_t field = octet_writer(&writer.octets[PUS_TM_HEADER_SIZE], COUNT_SIZE);
-    octet_write_u16(&field, count);
-    const status_t status = pus_tm_post(request->process, &writer);
-    return (status == STATUS_TOO_LARGE) ? pus_failed(PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX) : pus_done();
+    return pus_list_end(request, &writer, count);
 }
 
 static pus_reply_t report_offers(void* const self, pus_request_t* const request)

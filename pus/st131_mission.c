@@ -90,37 +90,18 @@ static pus_reply_t stop_process(void* const self, pus_request_t* const request)
     return port->stop_process(port->context, apid, &request->token, request->now_ns);
 }
 
-/// Begin a report in answer whose count follows when the entries are known.
-static octet_writer_t begin_list(const pus_request_t* const request, const uint8_t subtype)
-{
-    octet_writer_t writer =
-        pus_tm_begin(request->process, PUS_SERVICE_MISSION, subtype, request->token.source, request->now_ns);
-    octet_write_u16(&writer, 0U);
-    return writer;
-}
-
-/// Finish a list report: write its count and send it. A list too long for a packet fails the request.
-static pus_reply_t end_list(const pus_request_t* const request, octet_writer_t* const writer,
-                            const uint16_t count)
-{
-    octet_writer_t field = octet_writer(&writer->octets[PUS_TM_HEADER_SIZE], sizeof(uint16_t));
-    octet_write_u16(&field, count);
-    const status_t status = pus_tm_post(request->process, writer);
-    return (status == STATUS_TOO_LARGE) ? pus_failed(PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX) : pus_done();
-}
-
 static pus_reply_t report_subsystems(void* const self, pus_request_t* const request)
 {
     const pus_mission_port_t* const port = &((const pus_mission_t*)self)->port;
     pus_subsystem_entry_t entry          = {0};
     uint16_t count                       = 0U;
     pus_request_perform(request);
-    octet_writer_t writer = begin_list(request, PUS_MISSION_SUBSYSTEMS);
+    octet_writer_t writer = pus_list_begin(request, PUS_MISSION_SUBSYSTEMS);
     while (!writer.failed && port->subsystem(port->context, count, &entry)) {
         pus_fields_write(&writer, subsystem_fields, &entry);
         count++;
     }
-    return end_list(request, &writer, count);
+    return pus_list_end(request, &writer, count);
 }
 
 static void write_ids(octet_writer_t* const writer, const uint16_t* const ids, const uint16_t count)
@@ -137,14 +118,14 @@ static pus_reply_t report_networks(void* const self, pus_request_t* const reques
     pus_network_entry_t entry            = {0};
     uint16_t count                       = 0U;
     pus_request_perform(request);
-    octet_writer_t writer = begin_list(request, PUS_MISSION_NETWORKS);
+    octet_writer_t writer = pus_list_begin(request, PUS_MISSION_NETWORKS);
     while (!writer.failed && port->network(port->context, count, &entry)) {
         octet_write_u16(&writer, entry.network);
         write_ids(&writer, entry.members, entry.member_count);
         write_ids(&writer, entry.links, entry.link_count);
         count++;
     }
-    return end_list(request, &writer, count);
+    return pus_list_end(request, &writer, count);
 }
 
 pus_service_t pus_mission_service(pus_mission_t* const mission)

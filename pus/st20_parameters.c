@@ -30,46 +30,45 @@ static uint16_t code_of_find(const status_t status)
     return (status == STATUS_FORBIDDEN) ? PUS_FAILURE_ACCESS : PUS_FAILURE_UNKNOWN_ID;
 }
 
-/// Write {id, value} of the parameters that are good and fit, in the order of the request.
-static void write_values(pus_parameters_t* const parameters, pus_request_t* const request,
-                         const uint8_t count, octet_writer_t* const writer)
+/// Refuse one id of a request for values, or perform it.
+static void decide(pus_parameters_t* const parameters, pus_request_t* const request,
+                   const uint16_t instruction, const uint32_t id, const status_t status, const bool is_good)
 {
-    const pus_parameter_port_t* const port = &parameters->port;
-    size_t room                            = PUS_TM_DATA_MAX - sizeof(uint16_t);
-    for (uint8_t i = 0U; i < count; i++) {
-        const uint32_t id     = octet_read_u32(&request->reader);
-        uint16_t handle       = 0U;
-        uint16_t size         = 0U;
-        const status_t status = port->find(port->context, id, &handle, &size);
-        if ((status == STATUS_OK) && ((ID_SIZE + size) <= room)) {
-            room -= ID_SIZE + size;
-            octet_write_u32(writer, id);
-            const size_t end = writer->position + size;
-            port->read(port->context, handle, writer);
-            FSW_ASSERT(writer->position == end); // The port promised this size.
-            parameters->counters.read++;
-        }
+    if (is_good) {
+        pus_request_perform(request);
+    } else if (status == STATUS_OK) {
+        refuse(parameters, request, instruction, PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX);
+    } else {
+        refuse(parameters, request, instruction, code_of_find(status), id);
     }
 }
 
-/// Refuse what cannot be reported; the rest is performed. The same decisions as in write_values.
-static void check_values(pus_parameters_t* const parameters, pus_request_t* const request,
-                         const uint8_t count)
+/// Walk through the ids of a request and decide about each: refuse what cannot be reported or does not fit,
+/// and perform the rest; or, with a writer, write {id, value} of that rest, by the same decisions.
+static void walk_values(pus_parameters_t* const parameters, pus_request_t* const request,
+                        octet_writer_t* const writer)
 {
     const pus_parameter_port_t* const port = &parameters->port;
+    const uint8_t count                    = octet_read_u8(&request->reader);
     size_t room                            = PUS_TM_DATA_MAX - sizeof(uint16_t);
     for (uint16_t i = 1U; i <= count; i++) {
         const uint32_t id     = octet_read_u32(&request->reader);
         uint16_t handle       = 0U;
         uint16_t size         = 0U;
         const status_t status = port->find(port->context, id, &handle, &size);
-        if (status != STATUS_OK) {
-            refuse(parameters, request, i, code_of_find(status), id);
-        } else if ((ID_SIZE + size) > room) {
-            refuse(parameters, request, i, PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX);
+        const size_t needed   = ID_SIZE + (size_t)size;
+        const bool is_good    = (status == STATUS_OK) && (needed <= room);
+        room -= is_good ? needed : 0U;
+        if (writer == NULL) {
+            decide(parameters, request, i, id, status, is_good);
+        } else if (is_good) {
+            octet_write_u32(writer, id);
+            const size_t end = writer->position + size;
+            port->read(port->context, handle, writer);
+            FSW_ASSERT(writer->position == end); // The port promised this size.
+            parameters->counters.read++;
         } else {
-            room -= ID_SIZE + size;
-            pus_request_perform(request);
+            // Refused before.
         }
     }
 }
@@ -77,15 +76,13 @@ static void check_values(pus_parameters_t* const parameters, pus_request_t* cons
 static pus_reply_t report_values(void* const self, pus_request_t* const request)
 {
     pus_parameters_t* const parameters = self;
-    const uint8_t count                = octet_read_u8(&request->reader);
     const octet_reader_t list          = request->reader;
-    check_values(parameters, request, count);
+    walk_values(parameters, request, NULL);
     if (request->performed > 0U) {
-        octet_writer_t writer = pus_tm_begin(request->process, PUS_SERVICE_PARAMETERS, VALUES,
-                                             request->token.source, request->now_ns);
+        octet_writer_t writer = pus_answer_begin(request, VALUES);
         octet_write_u16(&writer, request->performed);
         request->reader = list;
-        write_values(parameters, request, count, &writer);
+        walk_values(parameters, request, &writer);
         (void)pus_tm_post(request->process, &writer); // What is lost here the process counts.
     }
     return pus_done();

@@ -156,14 +156,18 @@ static void watch_supervisor(component_t* const component)
     }
 }
 
+void component_raise(component_t* const component, const char* const name)
+{
+    const descriptor_event_t* const event = descriptor_find_event_name(component->descriptor, name);
+    if (event != NULL) {
+        (void)subsystem_raise(component, event->id, NULL, 0U);
+    }
+}
+
 static void watch_pools(component_t* const component)
 {
     if (pool_poll_warning(&component->tickets)) {
-        const descriptor_event_t* const event =
-            descriptor_find_event_name(component->descriptor, "POOL_WARNING");
-        if (event != NULL) {
-            (void)subsystem_raise(component, event->id, NULL, 0U);
-        }
+        component_raise(component, "POOL_WARNING");
     }
 }
 
@@ -310,12 +314,7 @@ void subsystem_function_done(subsystem_t* const subsystem, const uint32_t ticket
     }
     pus_token_t* const token             = subsystem->open_tickets[ticket - 1U];
     subsystem->open_tickets[ticket - 1U] = NULL;
-    if (failure_code == 0U) {
-        pus_verify_completed(&subsystem->process, token, subsystem->now_ns);
-    } else {
-        const pus_failure_t failure = pus_failure(failure_code, detail);
-        pus_verify_failed(&subsystem->process, token, &failure, subsystem->now_ns);
-    }
+    pus_verify_ended(&subsystem->process, token, pus_failure(failure_code, detail), subsystem->now_ns);
     const status_t status = pool_release(&subsystem->tickets, token);
     FSW_ASSERT(status == STATUS_OK);
 }

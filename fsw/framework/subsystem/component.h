@@ -113,36 +113,37 @@ typedef struct { // Private: one end of a real-time link.
     link_consumer_t consumer;
 } component_link_t;
 
-struct subsystem { // Private; component_t is another name.
-    component_config_t config;
+struct subsystem { // Private; component_t is another name. What most of the code looks at lies in front.
     const subsystem_descriptor_t* descriptor;
-    state_machine_t machine;
     uint64_t now_ns;
-    uint64_t period_ns;
+    const descriptor_configuration_t* configuration; // Applied, or being applied.
     uint64_t next_cycle_ns;
+    uint32_t cycle;
+    uint16_t configuration_id;     // Selected; 0 none.
+    uint16_t last_code;            // Failure code or event id behind the last transition.
+    state_action_t started_action; // Its clock runs; a request that changes nothing does not set it back.
+    bool is_action_fresh;          // The present action has not been run yet.
+    bool has_pending;              // A request for a state or configuration is under way.
+    bool is_medium_pending;
+    bool is_supervisor_lost;
+    uint16_t loop_count; // Of the applied configuration; only the component's own loop looks.
+    bool has_reload;     // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
+    state_machine_t machine;
+    pus_process_t process;
+
+    component_config_t config;
+    uint64_t period_ns;
     uint64_t next_status_ns;
     uint64_t action_start_ns;
     uint64_t supervisor_heard_ns;
-    uint32_t cycle;
-    state_action_t started_action; // Its clock runs; a request that changes nothing does not set it back.
-    bool is_action_fresh;          // The present action has not been run yet.
-    bool is_supervisor_lost;
-    bool is_medium_pending;
     uint32_t medium_cycle;
-    uint16_t configuration_id;                       // Selected; 0 none.
-    uint16_t last_code;                              // Failure code or event id behind the last transition.
-    const descriptor_configuration_t* configuration; // Applied, or being applied.
-
-    bool has_pending; // A request for a state or configuration is under way.
     pus_token_t pending;
-    bool has_reload; // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
     pus_token_t reload;
 
     parameter_dictionary_t dictionary;
     parameter_entry_t entries[DESCRIPTOR_PARAMETERS_MAX];
     parameter_bounds_t bounds[DESCRIPTOR_FIELDS_MAX];
 
-    pus_process_t process;
     pus_dispatcher_t dispatcher;
     pus_service_t services[COMPONENT_SERVICES];
     pus_test_t test;
@@ -168,7 +169,6 @@ struct subsystem { // Private; component_t is another name.
 
     osal_mutex_t loop_guard;
     component_loop_t loops[COMPONENT_LOOPS];
-    uint16_t loop_count; // Of the applied configuration; only the component's own loop looks.
     uint8_t loop_octets[COMPONENT_LOOP_HEADER + PUS_PACKET_MAX]; // What it puts in or takes out.
     uint32_t loop_reports_lost;
     // Of whichever loop is being stepped, and holds loop_guard: the other side of its services.

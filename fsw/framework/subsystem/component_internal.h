@@ -8,6 +8,8 @@
 /// component.c: the cycle without a configuration, and when pools warn, as the descriptor has them.
 void component_set_idle_period(component_t* component);
 void component_set_pool_thresholds(component_t* component);
+/// component.c: raise an event without auxiliary data of its own, if the descriptor has it.
+void component_raise(component_t* component, const char* name);
 
 /// component_services.c: fill the service list from the descriptor.
 void component_register_services(component_t* component);

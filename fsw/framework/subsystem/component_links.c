@@ -256,38 +256,40 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
                                 const uint64_t now_ns)
 {
     (void)token;
-    component_t* const component = (component_t*)context;
-    component->now_ns            = now_ns;
-    bool is_producer             = false;
-    const rtlink_terms_t wanted  = terms_of_properties(&request->properties);
-    if ((component->machine.phase != PHASE_CONFIGURED) || (component->config.links == NULL)) {
-        refuse(out_answer, RTLINK_REFUSED_STATE, &wanted);
-        return pus_done();
+    component_t* const component  = (component_t*)context;
+    component->now_ns             = now_ns;
+    bool is_producer              = false;
+    const rtlink_terms_t wanted   = terms_of_properties(&request->properties);
+    rtlink_terms_t own            = wanted; // What is told with a refusal: without a port nothing better.
+    rtlink_terms_t agreed         = wanted;
+    rtlink_verdict_t verdict      = RTLINK_REFUSED_STATE;
+    const descriptor_port_t* port = NULL;
+    component_link_t* old         = NULL;
+    component_link_t* link        = NULL;
+    if ((component->machine.phase == PHASE_CONFIGURED) && (component->config.links != NULL)) {
+        port    = port_of_request(component, request, &is_producer);
+        verdict = RTLINK_REFUSED_PORT;
     }
-    const descriptor_port_t* const port = port_of_request(component, request, &is_producer);
-    if (port == NULL) {
-        refuse(out_answer, RTLINK_REFUSED_PORT, &wanted);
-        return pus_done();
+    if (port != NULL) {
+        own     = terms_of_port(component, port);
+        verdict = rtlink_negotiate(is_producer ? &own : &wanted, is_producer ? &wanted : &own, &agreed);
+        old     = link_by_port(component, port->id);
+        link    = (old != NULL) ? old : free_link(component);
     }
-    const rtlink_terms_t own = terms_of_port(component, port);
-    rtlink_terms_t agreed    = own;
-    const rtlink_verdict_t verdict =
-        is_producer ? rtlink_negotiate(&own, &wanted, &agreed) : rtlink_negotiate(&wanted, &own, &agreed);
-    component_link_t* const old  = link_by_port(component, port->id);
-    component_link_t* const link = (old != NULL) ? old : free_link(component);
+    if ((verdict == RTLINK_ACCEPTED) && ((link == NULL) || (request->link == 0U))) {
+        verdict = RTLINK_REFUSED_RESOURCE;
+    }
     if (verdict != RTLINK_ACCEPTED) {
         refuse(out_answer, verdict, &own);
-    } else if ((link == NULL) || (request->link == 0U)) {
-        refuse(out_answer, RTLINK_REFUSED_RESOURCE, &own);
-    } else {
-        if (old != NULL) {
-            close_link(component, old, PUS_LINK_REASON_NONE);
-        }
-        link->is_producer = is_producer;
-        link->port        = port;
-        link->terms       = agreed;
-        accept_request(component, link, request, out_answer);
+        return pus_done();
     }
+    if (old != NULL) {
+        close_link(component, old, PUS_LINK_REASON_NONE);
+    }
+    link->is_producer = is_producer;
+    link->port        = port;
+    link->terms       = agreed;
+    accept_request(component, link, request, out_answer);
     return pus_done();
 }
 
@@ -319,22 +321,14 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     return pus_done();
 }
 
-static void raise_by_name(component_t* const component, const char* const name)
-{
-    const descriptor_event_t* const event = descriptor_find_event_name(component->descriptor, name);
-    if (event != NULL) {
-        (void)subsystem_raise(component, event->id, NULL, 0U);
-    }
-}
-
 /// DESIGN 6: a required link lost or stale is an error in OPERATIONAL and a note in the states below.
 static void tell_lost(component_t* const component, const descriptor_port_t* const port)
 {
     const state_t state = component->machine.state;
     if ((state == STATE_OPERATIONAL) && port->is_required) {
-        raise_by_name(component, "LINK_STALE");
+        component_raise(component, "LINK_STALE");
     } else if ((state == STATE_SAFE_OPERATIONAL) || (state == STATE_PRE_OPERATIONAL)) {
-        raise_by_name(component, "LINK_CLOSED");
+        component_raise(component, "LINK_CLOSED");
     } else {
         // Going down or in error already.
     }
@@ -424,7 +418,7 @@ static void watch_consumer(component_t* const component, component_link_t* const
     const bool peer_is_lost = (status == STATUS_OK) && (link->consumer.peer_state == STATE_ERROR_OPERATIONAL);
     if (is_live && peer_is_lost && link->port->is_required) {
         component_machine_event(component, EVENT_NETWORK_FAILED, CAUSE_NETWORK, 0U);
-        raise_by_name(component, "NETWORK_FAILED");
+        component_raise(component, "NETWORK_FAILED");
     }
 }
 
@@ -498,25 +492,33 @@ static void swap_payload(const component_t* const component, const descriptor_po
     }
 }
 
-static bool has_port(const subsystem_t* const subsystem, const uint16_t port)
+/// The open link of a port, from the side asked for. STATUS_OK, STATUS_NOT_FOUND (the configuration has no
+/// such port), STATUS_CLOSED.
+static status_t find_open(subsystem_t* const subsystem, const uint16_t port, const bool is_producer,
+                          component_link_t** const out_link)
 {
-    return (subsystem->configuration != NULL) &&
-           (descriptor_find_port(subsystem->descriptor, subsystem->configuration, port) != NULL);
+    component_link_t* const link = link_by_port(subsystem, port);
+    *out_link                    = link;
+    if ((subsystem->configuration == NULL) ||
+        (descriptor_find_port(subsystem->descriptor, subsystem->configuration, port) == NULL)) {
+        return STATUS_NOT_FOUND;
+    }
+    const bool is_open = (link != NULL) && (link->is_producer == is_producer) &&
+                         ((link->state == LINK_OPEN) || (link->state == LINK_STALE));
+    return is_open ? STATUS_OK : STATUS_CLOSED;
 }
 
 status_t subsystem_link_read(subsystem_t* const subsystem, const uint16_t port, void* const payload,
                              const size_t size)
 {
     FSW_ASSERT((subsystem != NULL) && (payload != NULL));
-    if (!has_port(subsystem, port)) {
-        return STATUS_NOT_FOUND;
-    }
-    component_link_t* const link = link_by_port(subsystem, port);
-    if ((link == NULL) || link->is_producer || ((link->state != LINK_OPEN) && (link->state != LINK_STALE))) {
-        return STATUS_CLOSED;
+    component_link_t* link = NULL;
+    status_t status        = find_open(subsystem, port, false, &link);
+    if (status != STATUS_OK) {
+        return status;
     }
     FSW_ASSERT(size == link->terms.layout_octets);
-    const status_t status = link_consumer_read(&link->consumer, subsystem->now_ns);
+    status = link_consumer_read(&link->consumer, subsystem->now_ns);
     if ((status == STATUS_OK) || (status == STATUS_STALE)) {
         (void)memcpy(payload, link->consumer.payload, size);
         if (link->terms.order != (uint8_t)rtlink_native_order()) {
@@ -546,12 +548,10 @@ status_t subsystem_link_write(subsystem_t* const subsystem, const uint16_t port,
                               const size_t size)
 {
     FSW_ASSERT((subsystem != NULL) && (payload != NULL));
-    if (!has_port(subsystem, port)) {
-        return STATUS_NOT_FOUND;
-    }
-    component_link_t* const link = link_by_port(subsystem, port);
-    if ((link == NULL) || !link->is_producer || (link->state != LINK_OPEN)) {
-        return STATUS_CLOSED;
+    component_link_t* link = NULL;
+    const status_t status  = find_open(subsystem, port, true, &link); // A producer's is never stale.
+    if (status != STATUS_OK) {
+        return status;
     }
     FSW_ASSERT(size == link->terms.layout_octets);
     (void)link_producer_write(&link->producer, (uint8_t)subsystem->machine.state, subsystem->now_ns,

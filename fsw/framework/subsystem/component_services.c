@@ -388,12 +388,9 @@ void component_take_reload(component_t* const component)
     }
     component->has_reload = false;
     const status_t status = change_descriptor(component);
-    if (status == STATUS_OK) {
-        pus_verify_completed(&component->process, &component->reload, component->now_ns);
-    } else {
-        const pus_failure_t failure = pus_failure(PUS_FAILURE_IO, (uint32_t)status);
-        pus_verify_failed(&component->process, &component->reload, &failure, component->now_ns);
-    }
+    pus_verify_ended(&component->process, &component->reload,
+                     pus_failure((status == STATUS_OK) ? PUS_FAILURE_NONE : PUS_FAILURE_IO, (uint32_t)status),
+                     component->now_ns);
 }
 
 static pus_reply_t reload_descriptor(void* const context, const pus_token_t* const token,

@@ -119,15 +119,6 @@ static bool is_worth_an_event(const state_action_t action)
            (action == ACTION_SOFTWARE_DEINIT);
 }
 
-static void raise_failure(component_t* const component)
-{
-    const descriptor_event_t* const event =
-        descriptor_find_event_name(component->descriptor, "STATE_TIMEOUT");
-    if (event != NULL) {
-        (void)subsystem_raise(component, event->id, NULL, 0U);
-    }
-}
-
 static void end_action(component_t* const component, const state_action_t action,
                        const state_outcome_t outcome)
 {
@@ -142,7 +133,7 @@ static void end_action(component_t* const component, const state_action_t action
     }
     component_after_change(component); // What has become true is told before the event.
     if ((outcome != OUTCOME_DONE) && is_worth_an_event(action)) {
-        raise_failure(component);
+        component_raise(component, "STATE_TIMEOUT");
     }
 }
 
@@ -173,29 +164,23 @@ void component_run_action(component_t* const component)
 static void end_pending(component_t* const component, const uint16_t code, const uint32_t detail)
 {
     component->has_pending = false;
-    if (code == PUS_FAILURE_NONE) {
-        pus_verify_completed(&component->process, &component->pending, component->now_ns);
-    } else {
-        const pus_failure_t failure = pus_failure(code, detail);
-        pus_verify_failed(&component->process, &component->pending, &failure, component->now_ns);
-    }
+    pus_verify_ended(&component->process, &component->pending, pus_failure(code, detail), component->now_ns);
 }
 
 static void report_transitions(component_t* const component)
 {
     for (uint8_t i = 0U; i < component->machine.transition_count; i++) {
         const state_transition_t* const made = &component->machine.transitions[i];
-        const pus_transition_t report        = {.previous      = (uint8_t)made->previous,
-                                                .state         = (uint8_t)made->state,
-                                                .phase         = (uint8_t)made->phase,
+        const pus_transition_t report        = {.previous      = made->previous,
+                                                .state         = made->state,
+                                                .phase         = made->phase,
                                                 .configuration = component->configuration_id,
-                                                .cause         = (uint8_t)made->cause,
+                                                .cause         = made->cause,
                                                 .code          = component->last_code,
                                                 .cycle         = component->cycle};
         (void)pus_transition_report(&component->process, &report, component->now_ns);
         if (component->has_pending && (made->previous != made->state)) {
-            pus_verify_progress(&component->process, &component->pending, (uint16_t)made->state,
-                                component->now_ns);
+            pus_verify_progress(&component->process, &component->pending, made->state, component->now_ns);
         }
     }
     component->machine.transition_count = 0U;

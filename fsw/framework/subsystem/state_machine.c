@@ -114,8 +114,11 @@ static void enter(state_machine_t* const machine, const state_t state, const sta
     const bool is_new = (machine->state != state) || (machine->phase != phase);
     if (is_new) {
         FSW_ASSERT(machine->transition_count < STATE_TRANSITIONS_MAX);
-        machine->transitions[machine->transition_count] = (state_transition_t){
-            .previous = machine->state, .state = state, .phase = phase, .cause = machine->cause};
+        machine->transitions[machine->transition_count] =
+            (state_transition_t){.previous = (uint8_t)machine->state,
+                                 .state    = (uint8_t)state,
+                                 .phase    = (uint8_t)phase,
+                                 .cause    = (uint8_t)machine->cause};
         machine->transition_count++;
     }
     machine->state  = state;

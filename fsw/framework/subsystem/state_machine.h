@@ -85,11 +85,11 @@ typedef enum {
     OUTCOME_TIMEOUT
 } state_outcome_t;
 
-typedef struct { // One change of what is reported.
-    state_t previous;
-    state_t state;
-    state_phase_t phase;
-    state_cause_t cause;
+typedef struct {      // One change of what is reported.
+    uint8_t previous; ///< state_t.
+    uint8_t state;    ///< state_t.
+    uint8_t phase;    ///< state_phase_t.
+    uint8_t cause;    ///< state_cause_t.
 } state_transition_t;
 
 #define STATE_TRANSITIONS_MAX 8U ///< Transitions one call can make, at most.
