@@ -8,34 +8,53 @@
 #define SECONDARY_HEADER 0x0800U
 #define APID_MASK 0x07FFU
 #define SEQUENCE_MASK 0x3FFFU
+#define FLAGS_MASK 0x0FU
+#define COMMON_SIZE 9U // Of what requests and reports begin with [octets].
+#define LENGTH_FIELD 4U
 #define LENGTH_OFFSET 7U // A packet is its length field plus this long.
 #define NS_PER_S 1000000000ULL
 #define TIME_FRACTIONS 16777216ULL // 2^24 per second.
 #define SECONDS_SHIFT 24U          // Of fields in the time on the wire [bits].
 #define P_FIELD_SHIFT 56U
 
-/// Fields of the primary header.
+/// Fields that requests and reports begin with.
 typedef struct {
     uint16_t word0;
     uint16_t word1;
-    uint16_t length;
-} primary_t;
+    uint8_t flags; ///< PUS version, and four bits that are the direction's own.
+    uint8_t service;
+    uint8_t subtype;
+} header_t;
 
-static primary_t primary_read(octet_reader_t* const reader)
+static void header_read(octet_reader_t* const reader, header_t* const out_header)
 {
-    primary_t primary = {0};
-    primary.word0     = octet_read_u16(reader);
-    primary.word1     = octet_read_u16(reader);
-    primary.length    = octet_read_u16(reader);
-    return primary;
+    out_header->word0 = octet_read_u16(reader);
+    out_header->word1 = octet_read_u16(reader);
+    (void)octet_read_u16(reader); // The length has been looked at, or will be.
+    out_header->flags   = octet_read_u8(reader);
+    out_header->service = octet_read_u8(reader);
+    out_header->subtype = octet_read_u8(reader);
 }
 
-static void primary_write(octet_writer_t* const writer, const uint16_t type, const uint16_t apid,
-                          const uint16_t sequence, const size_t size)
+/// Begin a packet of `size` octets. False: there is no room.
+static bool header_write(octet_writer_t* const writer, const header_t* const header, const size_t size)
 {
-    octet_write_u16(writer, (uint16_t)(type | SECONDARY_HEADER | (apid & APID_MASK)));
-    octet_write_u16(writer, (uint16_t)((PUS_UNSEGMENTED << 14U) | (sequence & SEQUENCE_MASK)));
-    octet_write_u16(writer, (uint16_t)(size - LENGTH_OFFSET));
+    uint8_t* const octets = octet_write_space(writer, COMMON_SIZE);
+    if (octets != NULL) {
+        octets_put_u16(octets, (uint16_t)(header->word0 | SECONDARY_HEADER));
+        octets_put_u16(&octets[2], (uint16_t)((PUS_UNSEGMENTED << 14U) | (header->word1 & SEQUENCE_MASK)));
+        octets_put_u16(&octets[LENGTH_FIELD], (uint16_t)(size - LENGTH_OFFSET));
+        octets[6] = (uint8_t)((PUS_VERSION << 4U) | (header->flags & FLAGS_MASK));
+        octets[7] = header->service;
+        octets[8] = header->subtype;
+    }
+    return octets != NULL;
+}
+
+/// Size of a packet by its length field.
+static size_t size_told(const uint8_t* const octets)
+{
+    return (size_t)octets_u16_at(&octets[LENGTH_FIELD]) + LENGTH_OFFSET;
 }
 
 status_t pus_packet_frame(const uint8_t* const octets, const size_t size, size_t* const out_size)
@@ -45,8 +64,7 @@ status_t pus_packet_frame(const uint8_t* const octets, const size_t size, size_t
     if (size < PUS_PRIMARY_HEADER_SIZE) {
         return STATUS_TRUNCATED;
     }
-    octet_reader_t reader = octet_reader(octets, size);
-    *out_size             = (size_t)primary_read(&reader).length + LENGTH_OFFSET;
+    *out_size = size_told(octets);
     if (*out_size > PUS_PACKET_MAX) {
         return STATUS_TOO_LARGE;
     }
@@ -90,8 +108,7 @@ static status_t check_frame(const uint8_t* const octets, const size_t size, cons
     if (size > PUS_PACKET_MAX) {
         return STATUS_TOO_LARGE;
     }
-    octet_reader_t reader = octet_reader(octets, size);
-    if (((size_t)primary_read(&reader).length + LENGTH_OFFSET) != size) {
+    if (size_told(octets) != size) {
         return STATUS_INVALID;
     }
     if (crc16_ccitt(octets, size) != 0U) {
@@ -102,19 +119,20 @@ static status_t check_frame(const uint8_t* const octets, const size_t size, cons
     return STATUS_OK;
 }
 
-/// Checks of the header fields. `version` is the PUS version nibble.
-static pus_failure_t check_header(const primary_t* const primary, const uint16_t type, const uint8_t version)
+/// Checks of the header fields.
+static pus_failure_t check_header(const header_t* const header, const uint16_t type)
 {
-    const uint32_t packet_version = (uint32_t)primary->word0 >> 13U;
-    const uint32_t sequence_flags = (uint32_t)primary->word1 >> 14U;
-    const uint32_t type_bit       = (primary->word0 & TYPE_TC) != 0U ? 1U : 0U;
+    const uint32_t packet_version = (uint32_t)header->word0 >> 13U;
+    const uint32_t sequence_flags = (uint32_t)header->word1 >> 14U;
+    const uint32_t version        = (uint32_t)header->flags >> 4U;
+    const uint32_t type_bit       = (header->word0 & TYPE_TC) != 0U ? 1U : 0U;
     if (packet_version != PUS_PACKET_VERSION) {
         return pus_failure(PUS_FAILURE_PACKET_VERSION, packet_version);
     }
-    if ((primary->word0 & TYPE_TC) != type) {
+    if ((header->word0 & TYPE_TC) != type) {
         return pus_failure(PUS_FAILURE_PACKET_TYPE, type_bit);
     }
-    if ((primary->word0 & SECONDARY_HEADER) == 0U) {
+    if ((header->word0 & SECONDARY_HEADER) == 0U) {
         return pus_failure(PUS_FAILURE_SECONDARY_HEADER, 0U);
     }
     if (sequence_flags != PUS_UNSEGMENTED) {
@@ -130,23 +148,24 @@ status_t pus_tc_decode(const uint8_t* const octets, const size_t size, pus_tc_t*
                        pus_failure_t* const out_failure)
 {
     FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_tc != NULL) && (out_failure != NULL));
-    octet_reader_t reader   = octet_reader(octets, size);
-    const primary_t primary = primary_read(&reader);
-    const uint8_t flags     = octet_read_u8(&reader);
-
-    *out_tc         = (pus_tc_t){.apid       = (uint16_t)(primary.word0 & APID_MASK),
-                                 .sequence   = (uint16_t)(primary.word1 & SEQUENCE_MASK),
-                                 .ack        = (uint8_t)(flags & PUS_ACK_ALL),
-                                 .request_id = ((uint32_t)primary.word0 << 16U) | primary.word1};
-    out_tc->service = octet_read_u8(&reader);
-    out_tc->subtype = octet_read_u8(&reader);
-    out_tc->source  = octet_read_u16(&reader);
+    octet_reader_t reader = octet_reader(octets, size);
+    header_t header;
+    header_read(&reader, &header);
+    out_tc->apid       = (uint16_t)(header.word0 & APID_MASK);
+    out_tc->sequence   = (uint16_t)(header.word1 & SEQUENCE_MASK);
+    out_tc->ack        = (uint8_t)(header.flags & PUS_ACK_ALL);
+    out_tc->service    = header.service;
+    out_tc->subtype    = header.subtype;
+    out_tc->source     = octet_read_u16(&reader);
+    out_tc->request_id = ((uint32_t)header.word0 << 16U) | header.word1;
+    out_tc->data       = NULL;
+    out_tc->size       = 0U;
 
     const status_t status = check_frame(octets, size, PUS_TC_MIN, out_failure);
     if (status != STATUS_OK) {
         return status;
     }
-    *out_failure = check_header(&primary, TYPE_TC, (uint8_t)(flags >> 4U));
+    *out_failure = check_header(&header, TYPE_TC);
     if (out_failure->code != PUS_FAILURE_NONE) {
         return STATUS_INVALID;
     }
@@ -159,25 +178,25 @@ status_t pus_tm_decode(const uint8_t* const octets, const size_t size, pus_tm_t*
                        pus_failure_t* const out_failure)
 {
     FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_tm != NULL) && (out_failure != NULL));
-    octet_reader_t reader   = octet_reader(octets, size);
-    const primary_t primary = primary_read(&reader);
-    const uint8_t flags     = octet_read_u8(&reader);
-
-    *out_tm         = (pus_tm_t){.apid        = (uint16_t)(primary.word0 & APID_MASK),
-                                 .sequence    = (uint16_t)(primary.word1 & SEQUENCE_MASK),
-                                 .time_status = (uint8_t)(flags & 0x0FU)};
-    out_tm->service = octet_read_u8(&reader);
-    out_tm->subtype = octet_read_u8(&reader);
-
+    octet_reader_t reader = octet_reader(octets, size);
+    header_t header;
+    header_read(&reader, &header);
+    out_tm->apid               = (uint16_t)(header.word0 & APID_MASK);
+    out_tm->sequence           = (uint16_t)(header.word1 & SEQUENCE_MASK);
+    out_tm->time_status        = (uint8_t)(header.flags & FLAGS_MASK);
+    out_tm->service            = header.service;
+    out_tm->subtype            = header.subtype;
     out_tm->counter            = octet_read_u16(&reader);
     out_tm->destination        = octet_read_u16(&reader);
     const status_t time_status = pus_time_read(&reader, &out_tm->time_ns);
+    out_tm->data               = NULL;
+    out_tm->size               = 0U;
 
     const status_t status = check_frame(octets, size, PUS_TM_MIN, out_failure);
     if (status != STATUS_OK) {
         return status;
     }
-    *out_failure = check_header(&primary, 0U, (uint8_t)(flags >> 4U));
+    *out_failure = check_header(&header, 0U);
     if ((out_failure->code == PUS_FAILURE_NONE) && (time_status != STATUS_OK)) {
         *out_failure = pus_failure(PUS_FAILURE_DATA, PUS_TM_HEADER_SIZE - PUS_TIME_SIZE);
     }
@@ -205,15 +224,16 @@ status_t pus_tc_encode(const pus_tc_t* const tc, uint8_t* const octets, const si
                        size_t* const out_size)
 {
     FSW_ASSERT((tc != NULL) && (octets != NULL) && (out_size != NULL));
-    *out_size = 0U;
-    if (tc->size > PUS_TC_DATA_MAX) {
+    const header_t header = {.word0   = (uint16_t)(TYPE_TC | (tc->apid & APID_MASK)),
+                             .word1   = tc->sequence,
+                             .flags   = tc->ack,
+                             .service = tc->service,
+                             .subtype = tc->subtype};
+    octet_writer_t writer = octet_writer(octets, capacity);
+    *out_size             = 0U;
+    if ((tc->size > PUS_TC_DATA_MAX) || !header_write(&writer, &header, tc->size + PUS_TC_MIN)) {
         return STATUS_TOO_LARGE;
     }
-    octet_writer_t writer = octet_writer(octets, capacity);
-    primary_write(&writer, TYPE_TC, tc->apid, tc->sequence, tc->size + PUS_TC_MIN);
-    octet_write_u8(&writer, (uint8_t)((PUS_VERSION << 4U) | (tc->ack & PUS_ACK_ALL)));
-    octet_write_u8(&writer, tc->service);
-    octet_write_u8(&writer, tc->subtype);
     octet_write_u16(&writer, tc->source);
     return finish(&writer, tc->data, tc->size, out_size);
 }
@@ -222,15 +242,16 @@ status_t pus_tm_encode(const pus_tm_t* const tm, uint8_t* const octets, const si
                        size_t* const out_size)
 {
     FSW_ASSERT((tm != NULL) && (octets != NULL) && (out_size != NULL));
-    *out_size = 0U;
-    if (tm->size > PUS_TM_DATA_MAX) {
+    const header_t header = {.word0   = (uint16_t)(tm->apid & APID_MASK),
+                             .word1   = tm->sequence,
+                             .flags   = tm->time_status,
+                             .service = tm->service,
+                             .subtype = tm->subtype};
+    octet_writer_t writer = octet_writer(octets, capacity);
+    *out_size             = 0U;
+    if ((tm->size > PUS_TM_DATA_MAX) || !header_write(&writer, &header, tm->size + PUS_TM_MIN)) {
         return STATUS_TOO_LARGE;
     }
-    octet_writer_t writer = octet_writer(octets, capacity);
-    primary_write(&writer, 0U, tm->apid, tm->sequence, tm->size + PUS_TM_MIN);
-    octet_write_u8(&writer, (uint8_t)((PUS_VERSION << 4U) | (tm->time_status & 0x0FU)));
-    octet_write_u8(&writer, tm->service);
-    octet_write_u8(&writer, tm->subtype);
     octet_write_u16(&writer, tm->counter);
     octet_write_u16(&writer, tm->destination);
     pus_time_write(&writer, tm->time_ns);

@@ -56,6 +56,14 @@ void pus_request_refuse(pus_request_t* const request, const uint16_t instruction
     pus_verify_start_failed(request->process, &request->token, &failure, request->now_ns);
 }
 
+pus_service_t pus_service_of(const uint8_t type, const pus_subtype_t* const subtypes,
+                             const size_t subtype_count, void* const self)
+{
+    FSW_ASSERT((subtypes != NULL) && (self != NULL));
+    return (pus_service_t){
+        .type = type, .subtype_count = (uint8_t)subtype_count, .subtypes = subtypes, .self = self};
+}
+
 octet_writer_t pus_answer_begin(const pus_request_t* const request, const uint8_t subtype)
 {
     return pus_tm_begin(request->process, request->token.service, subtype, request->token.source,

@@ -91,6 +91,9 @@ typedef struct {
     void (*step)(void* self, uint64_t now_ns, uint32_t cycle);
 } pus_service_t;
 
+/// A service without steps, for the functions of services that make theirs. Pointers may not be null.
+pus_service_t pus_service_of(uint8_t type, const pus_subtype_t* subtypes, size_t subtype_count, void* self);
+
 /// Shapes for `has_shape`: no data; one u8, u16, u32; N (u8, at least 1) x u16 or u32.
 bool pus_shape_empty(void* self, octet_reader_t* reader);
 bool pus_shape_u8(void* self, octet_reader_t* reader);

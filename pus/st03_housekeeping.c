@@ -540,9 +540,8 @@ pus_service_t pus_hk_service(pus_hk_t* const hk)
         {31U, shape_intervals, modify_intervals},
         {33U, pus_shape_list_u16, report_properties},
     };
-    return (pus_service_t){.type          = PUS_SERVICE_HOUSEKEEPING,
-                           .subtype_count = sizeof(subtypes) / sizeof(subtypes[0]),
-                           .subtypes      = subtypes,
-                           .self          = hk,
-                           .step          = step};
+    pus_service_t service =
+        pus_service_of(PUS_SERVICE_HOUSEKEEPING, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), hk);
+    service.step = step;
+    return service;
 }

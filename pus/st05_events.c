@@ -131,8 +131,5 @@ pus_service_t pus_events_service(pus_events_t* const events)
         {DISABLE, pus_shape_list_u16, disable},
         {REPORT_DISABLED, pus_shape_empty, report_disabled},
     };
-    return (pus_service_t){.type          = PUS_SERVICE_EVENTS,
-                           .subtype_count = sizeof(subtypes) / sizeof(subtypes[0]),
-                           .subtypes      = subtypes,
-                           .self          = events};
+    return pus_service_of(PUS_SERVICE_EVENTS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), events);
 }

@@ -90,9 +90,6 @@ pus_service_t pus_management_service(pus_management_t* const management)
         {PUS_MANAGEMENT_REPORT_STATUS, pus_shape_empty, report_status},
         {PUS_MANAGEMENT_RELOAD, pus_shape_empty, reload_descriptor},
     };
-    FSW_ASSERT(management != NULL);
-    return (pus_service_t){.type          = PUS_SERVICE_MANAGEMENT,
-                           .subtype_count = sizeof(subtypes) / sizeof(subtypes[0]),
-                           .subtypes      = subtypes,
-                           .self          = management};
+    return pus_service_of(PUS_SERVICE_MANAGEMENT, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
+                          management);
 }

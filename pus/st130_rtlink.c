@@ -215,9 +215,5 @@ pus_service_t pus_rtlink_service(pus_rtlink_t* const rtlink)
         {PUS_LINK_CLOSE, shape_close, close_link},
         {PUS_LINK_REPORT_STATUS, shape_filter, report_status},
     };
-    FSW_ASSERT(rtlink != NULL);
-    return (pus_service_t){.type          = PUS_SERVICE_RTLINK,
-                           .subtype_count = sizeof(subtypes) / sizeof(subtypes[0]),
-                           .subtypes      = subtypes,
-                           .self          = rtlink};
+    return pus_service_of(PUS_SERVICE_RTLINK, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), rtlink);
 }

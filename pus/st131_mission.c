@@ -139,9 +139,5 @@ pus_service_t pus_mission_service(pus_mission_t* const mission)
         {PUS_MISSION_REPORT_SUBSYSTEMS, pus_shape_empty, report_subsystems},
         {PUS_MISSION_REPORT_NETWORKS, pus_shape_empty, report_networks},
     };
-    FSW_ASSERT(mission != NULL);
-    return (pus_service_t){.type          = PUS_SERVICE_MISSION,
-                           .subtype_count = sizeof(subtypes) / sizeof(subtypes[0]),
-                           .subtypes      = subtypes,
-                           .self          = mission};
+    return pus_service_of(PUS_SERVICE_MISSION, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), mission);
 }

@@ -55,9 +55,5 @@ pus_service_t pus_test_service(pus_test_t* const test)
         {ARE_YOU_ALIVE, pus_shape_empty, answer_alive},
         {CONNECT, pus_shape_u16, connect},
     };
-    FSW_ASSERT(test != NULL);
-    return (pus_service_t){.type          = PUS_SERVICE_TEST,
-                           .subtype_count = (test->port.connect != NULL) ? 2U : 1U,
-                           .subtypes      = subtypes,
-                           .self          = test};
+    return pus_service_of(PUS_SERVICE_TEST, subtypes, (test->port.connect != NULL) ? 2U : 1U, test);
 }

@@ -182,8 +182,6 @@ pus_service_t pus_parameters_service(pus_parameters_t* const parameters)
         {REPORT, pus_shape_list_u32, report_values},
         {SET, shape_set, set_values},
     };
-    return (pus_service_t){.type          = PUS_SERVICE_PARAMETERS,
-                           .subtype_count = sizeof(subtypes) / sizeof(subtypes[0]),
-                           .subtypes      = subtypes,
-                           .self          = parameters};
+    return pus_service_of(PUS_SERVICE_PARAMETERS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
+                          parameters);
 }

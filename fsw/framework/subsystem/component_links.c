@@ -25,15 +25,16 @@ static uint8_t methods_of(const component_t* const component, const descriptor_p
     return (uint8_t)(methods & component->config.link_methods & reaching);
 }
 
-static rtlink_terms_t terms_of_port(const component_t* const component, const descriptor_port_t* const port)
+static void describe_port(const component_t* const component, const descriptor_port_t* const port,
+                          rtlink_terms_t* const out_terms)
 {
-    return (rtlink_terms_t){.layout_hash   = port->layout_hash,
-                            .layout_octets = port->octets,
-                            .order         = (uint8_t)rtlink_native_order(),
-                            .period_us     = port->period_us,
-                            .methods       = methods_of(component, port),
-                            .decimation    = 1U,
-                            .max_age_us    = port->stale_us};
+    out_terms->layout_hash   = port->layout_hash;
+    out_terms->layout_octets = port->octets;
+    out_terms->order         = (uint8_t)rtlink_native_order();
+    out_terms->period_us     = port->period_us;
+    out_terms->methods       = methods_of(component, port);
+    out_terms->decimation    = 1U;
+    out_terms->max_age_us    = port->stale_us;
 }
 
 static uint8_t method_number(const uint8_t methods)
@@ -45,34 +46,32 @@ static uint8_t method_number(const uint8_t methods)
     return number;
 }
 
-static pus_link_properties_t properties_of(const rtlink_terms_t* const terms)
+static void write_properties(const rtlink_terms_t* const terms, pus_link_properties_t* const out_properties)
 {
-    return (pus_link_properties_t){.layout_hash = terms->layout_hash,
-                                   .layout_size = terms->layout_octets,
-                                   .byte_order  = terms->order,
-                                   .period_us   = terms->period_us,
-                                   .method      = method_number(terms->methods),
-                                   .depth       = 1U,
-                                   .age_max_us  = terms->max_age_us};
+    out_properties->layout_hash        = terms->layout_hash;
+    out_properties->layout_size        = terms->layout_octets;
+    out_properties->byte_order         = terms->order;
+    out_properties->period_us          = terms->period_us;
+    out_properties->tolerance_permille = 0U;
+    out_properties->method             = method_number(terms->methods);
+    out_properties->depth              = 1U;
+    out_properties->age_max_us         = terms->max_age_us;
 }
 
-static rtlink_terms_t terms_of_properties(const pus_link_properties_t* const properties)
+static void read_terms(const pus_link_properties_t* const properties, rtlink_terms_t* const out_terms)
 {
-    uint8_t methods = 0U;
+    out_terms->layout_hash   = properties->layout_hash;
+    out_terms->layout_octets = properties->layout_size;
+    out_terms->order         = properties->byte_order;
+    out_terms->period_us     = properties->period_us;
+    out_terms->decimation    = 1U;
+    out_terms->max_age_us    = properties->age_max_us;
+    out_terms->methods       = 0U; // A method this build does not know is in no set.
     if (properties->method == METHOD_ANY) {
-        methods = 0xFFU;
+        out_terms->methods = 0xFFU;
     } else if (properties->method < (uint8_t)RTLINK_METHOD_COUNT) {
-        methods = (uint8_t)(1U << properties->method);
-    } else {
-        // A method this build does not know is in no set.
+        out_terms->methods = (uint8_t)(1U << properties->method);
     }
-    return (rtlink_terms_t){.layout_hash   = properties->layout_hash,
-                            .layout_octets = properties->layout_size,
-                            .order         = properties->byte_order,
-                            .period_us     = properties->period_us,
-                            .methods       = methods,
-                            .decimation    = 1U,
-                            .max_age_us    = properties->age_max_us};
 }
 
 // ---- Table of links ----
@@ -162,17 +161,18 @@ static bool offer_link(void* const context, const uint16_t index, pus_link_offer
     }
     for (uint16_t i = 0U; i < configuration->port_count; i++) {
         const descriptor_port_t* const port = &component->descriptor->ports[configuration->first_port + i];
-        rtlink_terms_t terms                = terms_of_port(component, port);
-        const uint8_t methods               = terms.methods;
+        rtlink_terms_t terms;
+        describe_port(component, port, &terms);
+        const uint8_t methods = terms.methods;
         for (uint8_t method = 0U; method < (uint8_t)RTLINK_METHOD_COUNT; method++) {
             if ((methods & (1U << method)) == 0U) {
                 continue;
             }
             if (left == 0U) {
-                terms.methods         = (uint8_t)(1U << method);
-                out_offer->port       = port->id;
-                out_offer->role       = (uint8_t)(port->is_provided ? PUS_LINK_PRODUCER : PUS_LINK_CONSUMER);
-                out_offer->properties = properties_of(&terms);
+                terms.methods   = (uint8_t)(1U << method);
+                out_offer->port = port->id;
+                out_offer->role = (uint8_t)(port->is_provided ? PUS_LINK_PRODUCER : PUS_LINK_CONSUMER);
+                write_properties(&terms, &out_offer->properties);
                 return true;
             }
             left--;
@@ -202,20 +202,21 @@ static pus_link_field_t field_of(const rtlink_verdict_t verdict)
 static void refuse(pus_link_answer_t* const answer, const rtlink_verdict_t verdict,
                    const rtlink_terms_t* const terms)
 {
-    answer->is_accepted      = false;
-    answer->refuse.reason    = (uint8_t)verdict;
-    answer->refuse.field     = (uint8_t)field_of(verdict);
-    answer->refuse.supported = properties_of(terms);
+    answer->is_accepted   = false;
+    answer->refuse.reason = (uint8_t)verdict;
+    answer->refuse.field  = (uint8_t)field_of(verdict);
+    write_properties(terms, &answer->refuse.supported);
 }
 
 /// The endpoint's name is logical, so that no packet tells where the program runs.
-static pus_endpoint_t endpoint_of(const rtlink_terms_t* const terms, const uint16_t link)
+static void name_endpoint(const uint8_t methods, const uint16_t link, pus_endpoint_t* const out_endpoint)
 {
-    pus_endpoint_t endpoint = {.kind = method_number(terms->methods), .size = 7U, .octets = {0U}};
-    (void)memcpy(endpoint.octets, "link-", 5U);
-    endpoint.octets[5] = (uint8_t)('0' + ((link / 10U) % 10U));
-    endpoint.octets[6] = (uint8_t)('0' + (link % 10U));
-    return endpoint;
+    (void)memset(out_endpoint, 0, sizeof(*out_endpoint));
+    out_endpoint->kind = method_number(methods);
+    out_endpoint->size = 7U;
+    (void)memcpy(out_endpoint->octets, "link-", 5U);
+    out_endpoint->octets[5] = (uint8_t)('0' + ((link / 10U) % 10U));
+    out_endpoint->octets[6] = (uint8_t)('0' + (link % 10U));
 }
 
 static const descriptor_port_t* port_of_request(const component_t* const component,
@@ -233,21 +234,18 @@ static const descriptor_port_t* port_of_request(const component_t* const compone
     return ((found != NULL) && (found->is_provided == *out_is_producer)) ? found : NULL;
 }
 
+/// `link` has been cleared but for what was agreed.
 static void accept_request(component_t* const component, component_link_t* const link,
                            const pus_link_request_t* const request, pus_link_answer_t* const answer)
 {
-    link->is_used             = true;
-    link->link                = request->link;
-    link->ends                = request->ends;
-    link->state               = LINK_CLOSED;
-    link->accepted_ns         = component->now_ns;
-    link->is_stale_told       = false;
-    link->producer            = (link_producer_t){0};
-    link->consumer            = (link_consumer_t){0};
-    answer->is_accepted       = true;
-    answer->accept.link       = request->link;
-    answer->accept.properties = properties_of(&link->terms);
-    answer->accept.endpoint   = endpoint_of(&link->terms, request->link);
+    link->is_used       = true;
+    link->link          = request->link;
+    link->ends          = request->ends;
+    link->accepted_ns   = component->now_ns;
+    answer->is_accepted = true;
+    answer->accept.link = request->link;
+    write_properties(&link->terms, &answer->accept.properties);
+    name_endpoint(link->terms.methods, request->link, &answer->accept.endpoint);
     change_state(component, link, LINK_ACCEPTED, PUS_LINK_REASON_NONE);
 }
 
@@ -259,37 +257,40 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
     component_t* const component  = (component_t*)context;
     component->now_ns             = now_ns;
     bool is_producer              = false;
-    const rtlink_terms_t wanted   = terms_of_properties(&request->properties);
-    rtlink_terms_t own            = wanted; // What is told with a refusal: without a port nothing better.
-    rtlink_terms_t agreed         = wanted;
-    rtlink_verdict_t verdict      = RTLINK_REFUSED_STATE;
     const descriptor_port_t* port = NULL;
-    component_link_t* old         = NULL;
     component_link_t* link        = NULL;
+    rtlink_verdict_t verdict      = RTLINK_REFUSED_STATE;
+    rtlink_terms_t own;
+    rtlink_terms_t agreed;
+    rtlink_terms_t wanted;
+    read_terms(&request->properties, &wanted);
+    const rtlink_terms_t* supported = &wanted; // Without a port there is nothing better to tell.
     if ((component->machine.phase == PHASE_CONFIGURED) && (component->config.links != NULL)) {
         port    = port_of_request(component, request, &is_producer);
         verdict = RTLINK_REFUSED_PORT;
     }
     if (port != NULL) {
-        own     = terms_of_port(component, port);
-        verdict = rtlink_negotiate(is_producer ? &own : &wanted, is_producer ? &wanted : &own, &agreed);
-        old     = link_by_port(component, port->id);
-        link    = (old != NULL) ? old : free_link(component);
+        describe_port(component, port, &own);
+        supported = &own;
+        verdict   = rtlink_negotiate(is_producer ? &own : &wanted, is_producer ? &wanted : &own, &agreed);
+        link      = link_by_port(component, port->id);
+        link      = (link != NULL) ? link : free_link(component);
     }
     if ((verdict == RTLINK_ACCEPTED) && ((link == NULL) || (request->link == 0U))) {
         verdict = RTLINK_REFUSED_RESOURCE;
     }
     if (verdict != RTLINK_ACCEPTED) {
-        refuse(out_answer, verdict, &own);
-        return pus_done();
+        refuse(out_answer, verdict, supported);
+    } else {
+        if (link->is_used) {
+            close_link(component, link, PUS_LINK_REASON_NONE);
+        }
+        (void)memset(link, 0, sizeof(*link)); // LINK_CLOSED.
+        link->is_producer = is_producer;
+        link->port        = port;
+        link->terms       = agreed;
+        accept_request(component, link, request, out_answer);
     }
-    if (old != NULL) {
-        close_link(component, old, PUS_LINK_REASON_NONE);
-    }
-    link->is_producer = is_producer;
-    link->port        = port;
-    link->terms       = agreed;
-    accept_request(component, link, request, out_answer);
     return pus_done();
 }
 
@@ -356,27 +357,25 @@ static pus_reply_t close_requested(void* const context, const pus_link_close_t* 
 static bool link_status(void* const context, const uint16_t index, pus_link_status_t* const out_status)
 {
     const component_t* const component = (const component_t*)context;
-    uint16_t left                      = index;
+    uint16_t used                      = 0U;
     for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
         const component_link_t* const link = &component->links[i];
-        if (!link->is_used) {
-            continue;
-        }
-        if (left == 0U) {
+        used                               = (uint16_t)(used + (link->is_used ? 1U : 0U));
+        if (used > index) {
+            const bool is_producer = link->is_producer;
             const link_counters_t* const counters =
-                link->is_producer ? &link->producer.counters : &link->consumer.counters;
-            *out_status = (pus_link_status_t){.link          = link->link,
-                                              .state         = (uint8_t)link->state,
-                                              .ends          = link->ends,
-                                              .properties    = properties_of(&link->terms),
-                                              .sent          = link->is_producer ? counters->frames : 0U,
-                                              .received      = link->is_producer ? 0U : counters->frames,
-                                              .lost          = counters->lost,
-                                              .late          = counters->late,
-                                              .last_sequence = counters->last_sequence};
+                is_producer ? &link->producer.counters : &link->consumer.counters;
+            out_status->link          = link->link;
+            out_status->state         = (uint8_t)link->state;
+            out_status->ends          = link->ends;
+            out_status->sent          = is_producer ? counters->frames : 0U;
+            out_status->received      = is_producer ? 0U : counters->frames;
+            out_status->lost          = counters->lost;
+            out_status->late          = counters->late;
+            out_status->last_sequence = counters->last_sequence;
+            write_properties(&link->terms, &out_status->properties);
             return true;
         }
-        left--;
     }
     return false;
 }

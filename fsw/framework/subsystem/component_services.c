@@ -203,13 +203,13 @@ static uint16_t first_out_of_bounds(const component_t* const component,
                                     const descriptor_function_t* const function, const uint16_t table_index,
                                     const void* const arguments)
 {
-    const pus_function_t* const table = &component->function_table[table_index];
-    for (uint16_t i = 0U; i < function->argument_count; i++) {
-        const descriptor_field_t* const field = &component->descriptor->fields[function->first_argument + i];
+    const pus_argument_t* argument  = component->function_table[table_index].arguments;
+    const descriptor_field_t* field = &component->descriptor->fields[function->first_argument];
+    for (uint16_t i = 0U; i < function->argument_count; i++, argument++, field++) {
+        const uint8_t* memory = (const uint8_t*)arguments + argument->offset;
         for (uint16_t k = 0U; k < field->count; k++) {
-            const uint8_t* const memory =
-                (const uint8_t*)arguments + table->arguments[i].offset + (k * value_size(field->type));
             const double number = value_as_double(field->type, memory);
+            memory += value_size(field->type);
             if (!((number >= field->min) && (number <= field->max))) { // Nor is what is no number within.
                 return i;
             }
@@ -349,8 +349,8 @@ static bool may_change(const component_t* const component)
     return (component->machine.state == STATE_OFFLINE) || (phase == PHASE_UNCONFIGURED);
 }
 
-/// The component had no descriptor until now.
-static void become_valid(component_t* const component)
+/// Events and functions as their tables have them, forgetting what was counted.
+static void init_tabulated(component_t* const component)
 {
     const pus_function_port_t functions = {component, perform_function};
     pus_events_init(&component->events, &component->process, component->event_definitions,
@@ -358,8 +358,6 @@ static void become_valid(component_t* const component)
     pus_functions_init(&component->functions, component->function_table,
                        component->descriptor->function_count, &functions, component->argument_area,
                        sizeof component->argument_area);
-    state_machine_validate(&component->machine);
-    component_after_change(component);
 }
 
 /// STATUS_OK, or why the old descriptor stays in force.
@@ -376,7 +374,9 @@ static status_t change_descriptor(component_t* const component)
     tabulate_functions(component);
     tabulate_events(component);
     if (component->machine.phase == PHASE_INVALID) {
-        become_valid(component);
+        init_tabulated(component); // The component had no descriptor until now.
+        state_machine_validate(&component->machine);
+        component_after_change(component);
     }
     return component_initialise_parameters(component);
 }
@@ -420,30 +420,26 @@ void component_register_services(component_t* const component)
                                               component->structures, COMPONENT_STRUCTURES,
                                               component->samples,    COMPONENT_SAMPLE_OCTETS,
                                               &component->loop_guard};
-    const pus_function_port_t functions    = {component, perform_function};
     const pus_management_port_t management = {component, component_request_state,
                                               component_select_configuration, reload_descriptor, read_status};
     const pus_rtlink_port_t links          = component_link_port(component);
-    const subsystem_descriptor_t* const descriptor = component->descriptor;
     tabulate_functions(component);
     tabulate_events(component);
     pus_test_init(&component->test, NULL);
     pus_hk_init(&component->housekeeping, &hk);
-    pus_events_init(&component->events, &component->process, component->event_definitions,
-                    component->event_states, descriptor->event_count);
-    pus_functions_init(&component->functions, component->function_table, descriptor->function_count,
-                       &functions, component->argument_area, sizeof component->argument_area);
+    init_tabulated(component);
     pus_parameters_init(&component->parameters, &values);
     pus_management_init(&component->management, &management);
     pus_rtlink_init(&component->rtlink, &links);
-    size_t count                 = 0U;
-    component->services[count++] = pus_test_service(&component->test);
-    component->services[count++] = pus_hk_service(&component->housekeeping);
-    component->services[count++] = pus_events_service(&component->events);
-    component->services[count++] = pus_functions_service(&component->functions);
-    component->services[count++] = pus_parameters_service(&component->parameters);
-    component->services[count++] = pus_management_service(&component->management);
-    bool has_own_links           = false;
+    const pus_service_t own[] = {pus_test_service(&component->test),
+                                 pus_hk_service(&component->housekeeping),
+                                 pus_events_service(&component->events),
+                                 pus_functions_service(&component->functions),
+                                 pus_parameters_service(&component->parameters),
+                                 pus_management_service(&component->management)};
+    size_t count              = sizeof own / sizeof own[0];
+    bool has_own_links        = false;
+    (void)memcpy(component->services, own, sizeof own);
     FSW_ASSERT((count + 1U + component->config.service_count) <= COMPONENT_SERVICES);
     for (size_t i = 0U; i < component->config.service_count; i++) {
         component->services[count++] = component->config.services[i];

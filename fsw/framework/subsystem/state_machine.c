@@ -87,6 +87,12 @@ typedef enum {
     END_OFFLINE ///< On the way down already: end in OFFLINE.
 } reaction_t;
 
+static const uint8_t reaction_targets[] = {[TURN_BACK]   = STATE_OFFLINE,
+                                           [TO_ERROR]    = STATE_ERROR_OPERATIONAL,
+                                           [TO_SAFE]     = STATE_SAFE_OPERATIONAL,
+                                           [TO_OFFLINE]  = STATE_OFFLINE,
+                                           [END_OFFLINE] = STATE_OFFLINE};
+
 // DESIGN 6, second table: row = event, column = present state.
 static const uint8_t event_table[STATE_EVENT_COUNT][STATE_COUNT] = {
     [EVENT_OWN_HIGH]        = {STAY, TURN_BACK, TURN_BACK, TO_ERROR, TO_ERROR, TO_ERROR, STAY, END_OFFLINE,
@@ -264,28 +270,15 @@ bool state_machine_event(state_machine_t* const machine, const state_event_t eve
     if ((reaction == STAY) || ((reaction == END_OFFLINE) && (machine->target == STATE_OFFLINE))) {
         return false;
     }
-    switch (reaction) {
-    case TURN_BACK:
-        set_off(machine, STATE_OFFLINE, cause);
+    set_off(machine, (state_t)reaction_targets[reaction], cause);
+    if (reaction == TURN_BACK) {
         turn_back(machine);
-        break;
-    case TO_ERROR:
-        set_off(machine, STATE_ERROR_OPERATIONAL, cause);
+    } else if (reaction == TO_ERROR) {
         take_hop(machine, HOP_SECURE);
-        break;
-    case TO_SAFE:
-        set_off(machine, STATE_SAFE_OPERATIONAL, cause);
+    } else if ((reaction != END_OFFLINE) && !must_finish(machine, machine->target)) {
         advance(machine);
-        break;
-    case TO_OFFLINE:
-        set_off(machine, STATE_OFFLINE, cause);
-        if (!must_finish(machine, STATE_OFFLINE)) {
-            advance(machine);
-        }
-        break;
-    default:
-        set_off(machine, STATE_OFFLINE, cause);
-        break;
+    } else {
+        // What is under way ends first.
     }
     return true;
 }
