@@ -20,8 +20,8 @@
 void pus_process_init(pus_process_t* const process, const uint16_t apid, const uint32_t epoch_s,
                       const pus_port_t* const port)
 {
-    FSW_ASSERT((process != NULL) && (port != NULL) && (port->send != NULL));
-    FSW_ASSERT((apid >= 1U) && (apid <= PUS_APID_MAX));
+    FSW_ASSERT((process != NULL) && (port != NULL) && (port->send != NULL) && (apid >= 1U) &&
+               (apid <= PUS_APID_MAX));
     (void)memset(process, 0, sizeof(*process));
     process->apid     = apid;
     process->epoch_ns = epoch_s * NS_PER_S;

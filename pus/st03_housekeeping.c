@@ -8,9 +8,9 @@
 
 void pus_hk_init(pus_hk_t* const hk, const pus_hk_config_t* const config)
 {
-    FSW_ASSERT((hk != NULL) && (config != NULL) && (config->process != NULL));
-    FSW_ASSERT((config->parameters.find != NULL) && (config->parameters.read != NULL));
-    FSW_ASSERT((config->structures != NULL) && (config->samples != NULL));
+    FSW_ASSERT((hk != NULL) && (config != NULL) && (config->process != NULL) &&
+               (config->parameters.find != NULL) && (config->parameters.read != NULL) &&
+               (config->structures != NULL) && (config->samples != NULL));
     FSW_ASSERT((config->sample_size + HK_ID_SIZE) <= PUS_TM_DATA_MAX);
     (void)memset(hk, 0, sizeof(*hk));
     hk->config = *config;

@@ -14,8 +14,8 @@ void pus_events_init(pus_events_t* const events, pus_process_t* const process,
                      const pus_event_definition_t* const definitions, pus_event_state_t* const states,
                      const uint16_t count)
 {
-    FSW_ASSERT((events != NULL) && (process != NULL));
-    FSW_ASSERT(((definitions != NULL) && (states != NULL)) || (count == 0U));
+    FSW_ASSERT((events != NULL) && (process != NULL) &&
+               (((definitions != NULL) && (states != NULL)) || (count == 0U)));
     *events =
         (pus_events_t){.process = process, .definitions = definitions, .states = states, .count = count};
     for (uint16_t i = 0U; i < count; i++) {

@@ -8,43 +8,41 @@
 #define PERFORM 1U
 #define COUNT_OFFSET PUS_NAME_SIZE // Of the argument count in the application data.
 
+static size_t size_of(const pus_argument_t* const argument)
+{
+    return value_size(argument->type) * argument->count;
+}
+
+/// True if an argument has values, and they lie in the area, aligned.
+static bool is_placed(const pus_argument_t* const argument, const size_t area_size)
+{
+    return (argument->count >= 1U) && ((argument->offset % value_size(argument->type)) == 0U) &&
+           ((argument->offset + size_of(argument)) <= area_size);
+}
+
 void pus_functions_init(pus_functions_t* const functions, const pus_function_t* const table,
                         const uint16_t count, const pus_function_port_t* const port, uint64_t* const area,
                         const size_t area_size)
 {
-    FSW_ASSERT((functions != NULL) && ((table != NULL) || (count == 0U)));
-    FSW_ASSERT((port != NULL) && (port->perform != NULL) && ((area != NULL) || (area_size == 0U)));
+    FSW_ASSERT((functions != NULL) && ((table != NULL) || (count == 0U)) && (port != NULL) &&
+               (port->perform != NULL) && ((area != NULL) || (area_size == 0U)));
     for (uint16_t i = 0U; i < count; i++) {
         FSW_ASSERT(table[i].argument_count <= PUS_ARGUMENTS_MAX);
         for (uint8_t k = 0U; k < table[i].argument_count; k++) {
-            const pus_argument_t* const argument = &table[i].arguments[k];
-            const size_t size                    = value_size(argument->type);
-            FSW_ASSERT((argument->count >= 1U) && ((argument->offset % size) == 0U));
-            FSW_ASSERT((argument->offset + (size * argument->count)) <= area_size);
+            FSW_ASSERT(is_placed(&table[i].arguments[k], area_size));
         }
     }
     *functions = (pus_functions_t){
         .functions = table, .count = count, .port = *port, .area = (uint8_t*)area, .area_size = area_size};
 }
 
-/// True if the table's name, padded with NUL, is the one on the wire.
-static bool is_named(const pus_function_t* const function, const uint8_t* const name)
-{
-    bool has_ended = false;
-    bool is_equal  = true;
-    for (size_t i = 0U; i < PUS_NAME_SIZE; i++) {
-        has_ended = has_ended || (function->name[i] == '\0');
-        is_equal  = is_equal && (name[i] == (has_ended ? 0U : (uint8_t)function->name[i]));
-    }
-    return is_equal;
-}
-
 /// Index of the function named, or `count` if there is none; null names none.
 static uint16_t function_of(const pus_functions_t* const functions, const uint8_t* const name)
 {
     uint16_t index = 0U;
-    while ((index < functions->count) && !((name != NULL) && is_named(&functions->functions[index], name))) {
-        index++;
+    while ((index < functions->count) &&
+           ((name == NULL) || (memcmp(functions->functions[index].name, name, PUS_NAME_SIZE) != 0))) {
+        index++; // Both names are padded with NUL.
     }
     return index;
 }
@@ -57,11 +55,6 @@ static uint8_t argument_of(const pus_function_t* const function, const uint16_t 
         index++;
     }
     return index;
-}
-
-static size_t size_of(const pus_argument_t* const argument)
-{
-    return value_size(argument->type) * argument->count;
 }
 
 static bool has_shape(void* const self, octet_reader_t* const reader)

@@ -6,9 +6,9 @@
 
 void pus_management_init(pus_management_t* const management, const pus_management_port_t* const port)
 {
-    FSW_ASSERT((management != NULL) && (port != NULL));
-    FSW_ASSERT((port->request_state != NULL) && (port->select_configuration != NULL));
-    FSW_ASSERT((port->reload_descriptor != NULL) && (port->read_status != NULL));
+    FSW_ASSERT((management != NULL) && (port != NULL) && (port->request_state != NULL) &&
+               (port->select_configuration != NULL) && (port->reload_descriptor != NULL) &&
+               (port->read_status != NULL));
     *management = (pus_management_t){.port = *port};
 }
 

@@ -8,8 +8,8 @@
 
 void pus_rtlink_init(pus_rtlink_t* const rtlink, const pus_rtlink_port_t* const port)
 {
-    FSW_ASSERT((rtlink != NULL) && (port != NULL) && (port->offer != NULL) && (port->request != NULL));
-    FSW_ASSERT((port->open != NULL) && (port->close != NULL) && (port->status != NULL));
+    FSW_ASSERT((rtlink != NULL) && (port != NULL) && (port->offer != NULL) && (port->request != NULL) &&
+               (port->open != NULL) && (port->close != NULL) && (port->status != NULL));
     *rtlink = (pus_rtlink_t){.port = *port};
 }
 
@@ -35,17 +35,6 @@ static bool shape_filter(void* const self, octet_reader_t* const reader)
 {
     (void)self;
     return pus_shape_list(reader, 0U, sizeof(uint16_t));
-}
-
-/// True if the filter names `id` or is empty. `filter` stands before its count.
-static bool is_selected(octet_reader_t filter, const uint16_t id)
-{
-    const uint8_t count = octet_read_u8(&filter);
-    bool is_named       = (count == 0U);
-    for (uint8_t i = 0U; i < count; i++) {
-        is_named = (octet_read_u16(&filter) == id) || is_named;
-    }
-    return is_named;
 }
 
 /// Entries of a list: writes entry `index` if it is there, with its id. False past the last.
@@ -76,54 +65,57 @@ static bool write_status(const pus_rtlink_port_t* const port, const uint16_t ind
     return true;
 }
 
-/// Refuse each id of the filter that no entry has.
-static void refuse_unknown(const pus_rtlink_port_t* const port, pus_request_t* const request,
-                           const entry_t entry)
+/// True if there is an entry with this id.
+static bool has_entry(const pus_rtlink_port_t* const port, const entry_t entry, const uint16_t id)
 {
     uint8_t scratch[ENTRY_MAX];
-    const uint8_t count = octet_read_u8(&request->reader);
-    for (uint16_t i = 1U; i <= count; i++) {
-        const uint16_t id = octet_read_u16(&request->reader);
-        bool is_known     = false;
-        bool is_there     = true;
-        for (uint16_t index = 0U; is_there && !is_known; index++) {
-            uint16_t found        = 0U;
-            octet_writer_t writer = octet_writer(scratch, sizeof(scratch));
-            is_there              = entry(port, index, &found, &writer);
-            is_known              = is_there && (found == id);
+    uint16_t found        = 0U;
+    octet_writer_t writer = octet_writer(scratch, sizeof(scratch));
+    for (uint16_t index = 0U; entry(port, index, &found, &writer); index++) {
+        if (found == id) {
+            return true;
         }
-        if (is_known) {
+        writer.position = 0U;
+    }
+    return false;
+}
+
+/// Answer TC[130,1] or TC[130,8] with the list of the entries selected, and refuse each id of the filter that
+/// no entry has.
+static pus_reply_t report_list(const pus_rtlink_port_t* const port, pus_request_t* const request,
+                               const uint8_t subtype, const entry_t entry)
+{
+    const uint8_t id_count   = octet_read_u8(&request->reader);
+    const octet_reader_t ids = request->reader;
+    for (uint16_t i = 1U; i <= id_count; i++) {
+        const uint16_t id = octet_read_u16(&request->reader);
+        if (has_entry(port, entry, id)) {
             pus_request_perform(request);
         } else {
             pus_request_refuse(request, i, PUS_FAILURE_UNKNOWN_ID, id);
         }
     }
-    if (count == 0U) {
-        pus_request_perform(request);
-    }
-}
-
-/// Answer TC[130,1] or TC[130,8] with the list of the entries selected.
-static pus_reply_t report_list(const pus_rtlink_port_t* const port, pus_request_t* const request,
-                               const uint8_t subtype, const entry_t entry)
-{
-    const octet_reader_t filter = request->reader;
-    refuse_unknown(port, request, entry);
-    if (request->performed == 0U) {
+    if ((id_count > 0U) && (request->performed == 0U)) {
         return pus_done();
+    }
+    if (id_count == 0U) {
+        pus_request_perform(request);
     }
     octet_writer_t writer = pus_list_begin(request, subtype);
     uint16_t count        = 0U;
-    bool is_there         = true;
-    for (uint16_t index = 0U; is_there && !writer.failed; index++) {
-        const size_t before = writer.position;
-        uint16_t id         = 0U;
-        is_there            = entry(port, index, &id, &writer);
-        if (is_there && is_selected(filter, id)) {
-            count++;
-        } else {
-            writer.position = before;
+    size_t end            = writer.position;
+    uint16_t id           = 0U;
+    for (uint16_t index = 0U; entry(port, index, &id, &writer) && !writer.failed; index++) {
+        bool is_selected = (id_count == 0U);
+        request->reader  = ids;
+        for (uint8_t i = 0U; i < id_count; i++) {
+            is_selected = (octet_read_u16(&request->reader) == id) || is_selected;
         }
+        if (is_selected) {
+            count++;
+            end = writer.position;
+        }
+        writer.position = end;
     }
     return pus_list_end(request, &writer, count);
 }

@@ -6,10 +6,9 @@
 
 void pus_mission_init(pus_mission_t* const mission, const pus_mission_port_t* const port)
 {
-    FSW_ASSERT((mission != NULL) && (port != NULL));
-    FSW_ASSERT((port->set_mode != NULL) && (port->select_log != NULL) && (port->shut_down != NULL));
-    FSW_ASSERT((port->start_process != NULL) && (port->stop_process != NULL));
-    FSW_ASSERT((port->subsystem != NULL) && (port->network != NULL));
+    FSW_ASSERT((mission != NULL) && (port != NULL) && (port->set_mode != NULL) &&
+               (port->select_log != NULL) && (port->shut_down != NULL) && (port->start_process != NULL) &&
+               (port->stop_process != NULL) && (port->subsystem != NULL) && (port->network != NULL));
     *mission = (pus_mission_t){.port = *port};
 }
 
