@@ -52,12 +52,6 @@ static void settle(const pus_hk_t* const hk, pus_hk_structure_t* const place)
     }
 }
 
-static uint8_t* samples_of(const pus_hk_t* const hk, const pus_hk_structure_t* const structure)
-{
-    const size_t index = (size_t)(structure - hk->config.structures);
-    return &hk->config.samples[index * hk->config.sample_size];
-}
-
 /// Begin a collection interval after cycle `start`.
 static void restart(pus_hk_structure_t* const structure, const uint32_t start)
 {
@@ -123,12 +117,12 @@ static void read_entries(const pus_hk_t* const hk, const pus_hk_structure_t* con
 
 /// Take the samples of a set that are due after `elapsed` cycles of the interval.
 static void sample_set(const pus_hk_t* const hk, const pus_hk_structure_t* const structure,
-                       pus_hk_set_t* const set, const uint32_t elapsed)
+                       pus_hk_set_t* const set, const uint32_t elapsed, uint8_t* const samples)
 {
-    const uint64_t due        = ((uint64_t)elapsed * set->repetitions) / structure->interval;
-    uint8_t* const set_buffer = &samples_of(hk, structure)[set->offset];
+    const uint64_t due = ((uint64_t)elapsed * set->repetitions) / structure->interval;
     while ((set->taken < due) && (set->taken < set->repetitions)) {
-        octet_writer_t writer = octet_writer(&set_buffer[(size_t)set->taken * set->size], set->size);
+        octet_writer_t writer =
+            octet_writer(&samples[set->offset + ((size_t)set->taken * set->size)], set->size);
         read_entries(hk, structure, set->first, set->count, &writer);
         set->taken++;
     }
@@ -136,13 +130,12 @@ static void sample_set(const pus_hk_t* const hk, const pus_hk_structure_t* const
 
 /// The values of a report at the end of an interval.
 static void write_collected(const pus_hk_t* const hk, const pus_hk_structure_t* const structure,
-                            octet_writer_t* const writer)
+                            const uint8_t* const samples, octet_writer_t* const writer)
 {
     read_entries(hk, structure, 0U, structure->simple_count, writer);
     for (uint8_t i = 0U; i < structure->set_count; i++) {
         const pus_hk_set_t* const set = &structure->sets[i];
-        octet_write_octets(writer, &samples_of(hk, structure)[set->offset],
-                           (size_t)set->size * set->repetitions);
+        octet_write_octets(writer, &samples[set->offset], (size_t)set->size * set->repetitions);
     }
 }
 
@@ -166,12 +159,13 @@ static void count(pus_hk_t* const hk, const status_t status)
 }
 
 /// Send TM[3,25], or let the loop of the process send it.
-static void hand_over(pus_hk_t* const hk, const pus_hk_structure_t* const structure, const uint64_t now_ns,
+static void hand_over(pus_hk_t* const hk, const pus_hk_structure_t* const structure,
+                      const uint8_t* const samples, const uint64_t now_ns,
                       const pus_hk_outlet_t* const outlet)
 {
     octet_writer_t writer = (outlet == NULL) ? begin_report(hk, structure->id, PUS_USER_GROUND, now_ns)
                                              : octet_writer(outlet->values, hk->config.sample_size);
-    write_collected(hk, structure, &writer);
+    write_collected(hk, structure, samples, &writer);
     if (outlet == NULL) {
         count(hk, pus_tm_send(hk->config.process, &writer));
     } else {
@@ -180,8 +174,8 @@ static void hand_over(pus_hk_t* const hk, const pus_hk_structure_t* const struct
 }
 
 /// One cycle of a structure whose periodic generation is enabled.
-static void collect(pus_hk_t* const hk, pus_hk_structure_t* const structure, const uint64_t now_ns,
-                    const uint32_t cycle, const pus_hk_outlet_t* const outlet)
+static void collect(pus_hk_t* const hk, pus_hk_structure_t* const structure, uint8_t* const samples,
+                    const uint64_t now_ns, const uint32_t cycle, const pus_hk_outlet_t* const outlet)
 {
     if (!structure->is_collecting) {
         structure->is_collecting = true;
@@ -190,10 +184,10 @@ static void collect(pus_hk_t* const hk, pus_hk_structure_t* const structure, con
     const uint32_t elapsed = cycle - structure->start; // Unsigned: right across the wrap of the counter.
     const bool is_complete = elapsed >= structure->interval;
     for (uint8_t k = 0U; k < structure->set_count; k++) {
-        sample_set(hk, structure, &structure->sets[k], is_complete ? structure->interval : elapsed);
+        sample_set(hk, structure, &structure->sets[k], is_complete ? structure->interval : elapsed, samples);
     }
     if (is_complete) {
-        hand_over(hk, structure, now_ns, outlet);
+        hand_over(hk, structure, samples, now_ns, outlet);
         restart(structure,
                 cycle - (elapsed % structure->interval)); // Keeps the rhythm if cycles were missed.
     }
@@ -206,7 +200,8 @@ static void step_loop(pus_hk_t* const hk, const uint8_t loop, const uint64_t now
     for (uint16_t i = 0U; i < hk->config.structure_count; i++) {
         pus_hk_structure_t* const structure = &hk->config.structures[i];
         if (structure->in_use && structure->is_periodic && (structure->loop == loop)) {
-            collect(hk, structure, now_ns, cycle, outlet);
+            collect(hk, structure, &hk->config.samples[(size_t)i * hk->config.sample_size], now_ns, cycle,
+                    outlet);
         }
     }
 }

@@ -76,11 +76,25 @@ static void read_terms(const pus_link_properties_t* const properties, rtlink_ter
 
 // ---- Table of links ----
 
-static component_link_t* link_by_id(component_t* const component, const uint16_t link)
+typedef enum {
+    BY_LINK, ///< In use, with this link id.
+    BY_PORT, ///< In use, with this port.
+    FREE
+} link_key_t;
+
+/// The first link like this; null if there is none.
+static component_link_t* find_link(component_t* const component, const link_key_t key, const uint16_t number)
 {
-    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
-        if (component->links[i].is_used && (component->links[i].link == link)) {
-            return &component->links[i];
+    for (component_link_t* link = component->links; link < &component->links[COMPONENT_LINKS]; link++) {
+        if (link->is_used) {
+            const uint16_t its = (key == BY_LINK) ? link->link : link->port->id;
+            if ((key != FREE) && (its == number)) {
+                return link;
+            }
+        } else if (key == FREE) {
+            return link;
+        } else {
+            // Of no interest.
         }
     }
     return NULL;
@@ -88,22 +102,7 @@ static component_link_t* link_by_id(component_t* const component, const uint16_t
 
 static component_link_t* link_by_port(component_t* const component, const uint16_t port)
 {
-    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
-        if (component->links[i].is_used && (component->links[i].port->id == port)) {
-            return &component->links[i];
-        }
-    }
-    return NULL;
-}
-
-static component_link_t* free_link(component_t* const component)
-{
-    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
-        if (!component->links[i].is_used) {
-            return &component->links[i];
-        }
-    }
-    return NULL;
+    return find_link(component, BY_PORT, port);
 }
 
 static void change_state(component_t* const component, component_link_t* const link, const link_state_t state,
@@ -163,13 +162,9 @@ static bool offer_link(void* const context, const uint16_t index, pus_link_offer
         const descriptor_port_t* const port = &component->descriptor->ports[configuration->first_port + i];
         rtlink_terms_t terms;
         describe_port(component, port, &terms);
-        const uint8_t methods = terms.methods;
-        for (uint8_t method = 0U; method < (uint8_t)RTLINK_METHOD_COUNT; method++) {
-            if ((methods & (1U << method)) == 0U) {
-                continue;
-            }
+        for (unsigned rest = terms.methods; rest != 0U; rest &= rest - 1U) { // One method after the other.
             if (left == 0U) {
-                terms.methods   = (uint8_t)(1U << method);
+                terms.methods   = (uint8_t)(rest & (0U - rest));
                 out_offer->port = port->id;
                 out_offer->role = (uint8_t)(port->is_provided ? PUS_LINK_PRODUCER : PUS_LINK_CONSUMER);
                 write_properties(&terms, &out_offer->properties);
@@ -274,7 +269,7 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
         supported = &own;
         verdict   = rtlink_negotiate(is_producer ? &own : &wanted, is_producer ? &wanted : &own, &agreed);
         link      = link_by_port(component, port->id);
-        link      = (link != NULL) ? link : free_link(component);
+        link      = (link != NULL) ? link : find_link(component, FREE, 0U);
     }
     if ((verdict == RTLINK_ACCEPTED) && ((link == NULL) || (request->link == 0U))) {
         verdict = RTLINK_REFUSED_RESOURCE;
@@ -300,7 +295,7 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     (void)token;
     component_t* const component = (component_t*)context;
     component->now_ns            = now_ns;
-    component_link_t* const link = link_by_id(component, open->link);
+    component_link_t* const link = find_link(component, BY_LINK, open->link);
     if (link == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, open->link);
     }
@@ -341,7 +336,7 @@ static pus_reply_t close_requested(void* const context, const pus_link_close_t* 
     (void)token;
     component_t* const component = (component_t*)context;
     component->now_ns            = now_ns;
-    component_link_t* const link = link_by_id(component, close->link);
+    component_link_t* const link = find_link(component, BY_LINK, close->link);
     if (link == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, close->link);
     }

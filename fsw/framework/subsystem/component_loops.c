@@ -7,7 +7,8 @@
 
 #include <string.h>
 
-#define REPORT 0U ///< In the place of a structure's id, which is never 0 in a loop: a whole report.
+#define OFFSET_TIME 2U ///< In the header of what is in a mailbox, behind the structure's id [octets].
+#define REPORT 0U      ///< In the place of a structure's id, which is never 0 in a loop: a whole report.
 
 static void lock(osal_mutex_t* const mutex)
 {
@@ -19,10 +20,8 @@ static status_t put(component_t* const component, const uint16_t id, const uint6
                     const size_t size)
 {
     component_loop_t* const loop = component->present_loop;
-    octet_writer_t writer        = octet_writer(component->loop_report, COMPONENT_LOOP_HEADER);
-    octet_write_u16(&writer, id);
-    octet_write_u64(&writer, time_ns);
-    FSW_ASSERT(writer.position == COMPONENT_LOOP_HEADER);
+    octets_put_u16(component->loop_report, id);
+    octets_put_u64(&component->loop_report[OFFSET_TIME], time_ns);
     lock(&loop->mutex);
     const status_t status =
         octet_ring_put(&loop->mailbox, component->loop_report, COMPONENT_LOOP_HEADER + size);
@@ -174,11 +173,10 @@ static bool forward_one(component_t* const component, component_loop_t* const lo
         FSW_ASSERT(status == STATUS_EMPTY);
         return false;
     }
-    octet_reader_t reader       = octet_reader(component->loop_octets, size);
-    const uint16_t id           = octet_read_u16(&reader);
-    const uint64_t taken_ns     = octet_read_u64(&reader);
+    FSW_ASSERT(size >= COMPONENT_LOOP_HEADER);
+    const uint16_t id           = octets_u16_at(component->loop_octets);
+    const uint64_t taken_ns     = octets_u64_at(&component->loop_octets[OFFSET_TIME]);
     const uint8_t* const octets = &component->loop_octets[COMPONENT_LOOP_HEADER];
-    FSW_ASSERT(reader.position == COMPONENT_LOOP_HEADER);
     if (id == REPORT) {
         (void)pus_tm_forward(&component->process, octets, size - COMPONENT_LOOP_HEADER);
     } else if (has_ended) {
