@@ -448,7 +448,7 @@ static void sample_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
     count(hk, pus_tm_post(hk->config.process, &writer));
 }
 
-/// Nothing for now: that the structure is there is all that matters.
+/// That the structure is there is all that matters.
 static void note_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
                      const pus_request_t* const request, const uint32_t interval)
 {
