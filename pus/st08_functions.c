@@ -13,13 +13,6 @@ static size_t size_of(const pus_argument_t* const argument)
     return value_size(argument->type) * argument->count;
 }
 
-/// True if an argument has values, and they lie in the area, aligned.
-static bool is_placed(const pus_argument_t* const argument, const size_t area_size)
-{
-    return (argument->count >= 1U) && ((argument->offset % value_size(argument->type)) == 0U) &&
-           ((argument->offset + size_of(argument)) <= area_size);
-}
-
 void pus_functions_init(pus_functions_t* const functions, const pus_function_t* const table,
                         const uint16_t count, const pus_function_port_t* const port, uint64_t* const area,
                         const size_t area_size)
@@ -29,7 +22,9 @@ void pus_functions_init(pus_functions_t* const functions, const pus_function_t* 
     for (uint16_t i = 0U; i < count; i++) {
         FSW_ASSERT(table[i].argument_count <= PUS_ARGUMENTS_MAX);
         for (uint8_t k = 0U; k < table[i].argument_count; k++) {
-            FSW_ASSERT(is_placed(&table[i].arguments[k], area_size));
+            const pus_argument_t* const argument = &table[i].arguments[k];
+            FSW_ASSERT((argument->count >= 1U) && ((argument->offset % value_size(argument->type)) == 0U) &&
+                       ((argument->offset + size_of(argument)) <= area_size));
         }
     }
     *functions = (pus_functions_t){

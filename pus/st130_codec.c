@@ -2,6 +2,7 @@
 #include "pus/st130_codec.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "pus/fields.h"
 
 #include <string.h>
 
@@ -22,11 +23,11 @@ static const pus_field_t request_fields[] = {
     PUS_FIELD(pus_link_request_t, transaction), PUS_FIELD(pus_link_request_t, link),
     ENDS(pus_link_request_t, ends), PROPERTIES(pus_link_request_t, properties), PUS_FIELDS_END};
 
-const pus_field_t link_accept_fields[] = {PUS_FIELD(pus_link_accept_t, transaction),
-                                          PUS_FIELD(pus_link_accept_t, link),
-                                          PROPERTIES(pus_link_accept_t, properties), PUS_FIELDS_END};
+static const pus_field_t accept_fields[] = {PUS_FIELD(pus_link_accept_t, transaction),
+                                            PUS_FIELD(pus_link_accept_t, link),
+                                            PROPERTIES(pus_link_accept_t, properties), PUS_FIELDS_END};
 
-const pus_field_t link_refuse_fields[] = {
+static const pus_field_t refuse_fields[] = {
     PUS_FIELD(pus_link_refuse_t, transaction), PUS_FIELD(pus_link_refuse_t, reason),
     PUS_FIELD(pus_link_refuse_t, field), PROPERTIES(pus_link_refuse_t, supported), PUS_FIELDS_END};
 
@@ -40,21 +41,22 @@ static const pus_field_t transition_fields[] = {
     PUS_FIELD(pus_link_transition_t, link), PUS_FIELD(pus_link_transition_t, previous),
     PUS_FIELD(pus_link_transition_t, state), PUS_FIELD(pus_link_transition_t, cause), PUS_FIELDS_END};
 
-const pus_field_t link_offer_fields[] = {PUS_FIELD(pus_link_offer_t, port), PUS_FIELD(pus_link_offer_t, role),
-                                         PROPERTIES(pus_link_offer_t, properties), PUS_FIELDS_END};
+static const pus_field_t offer_fields[] = {PUS_FIELD(pus_link_offer_t, port),
+                                           PUS_FIELD(pus_link_offer_t, role),
+                                           PROPERTIES(pus_link_offer_t, properties), PUS_FIELDS_END};
 
-const pus_field_t link_status_fields[] = {PUS_FIELD(pus_link_status_t, link),
-                                          PUS_FIELD(pus_link_status_t, state),
-                                          ENDS(pus_link_status_t, ends),
-                                          PROPERTIES(pus_link_status_t, properties),
-                                          PUS_FIELD(pus_link_status_t, sent),
-                                          PUS_FIELD(pus_link_status_t, received),
-                                          PUS_FIELD(pus_link_status_t, lost),
-                                          PUS_FIELD(pus_link_status_t, late),
-                                          PUS_FIELD(pus_link_status_t, last_sequence),
-                                          PUS_FIELDS_END};
+static const pus_field_t status_fields[] = {PUS_FIELD(pus_link_status_t, link),
+                                            PUS_FIELD(pus_link_status_t, state),
+                                            ENDS(pus_link_status_t, ends),
+                                            PROPERTIES(pus_link_status_t, properties),
+                                            PUS_FIELD(pus_link_status_t, sent),
+                                            PUS_FIELD(pus_link_status_t, received),
+                                            PUS_FIELD(pus_link_status_t, lost),
+                                            PUS_FIELD(pus_link_status_t, late),
+                                            PUS_FIELD(pus_link_status_t, last_sequence),
+                                            PUS_FIELDS_END};
 
-void link_endpoint_write(octet_writer_t* const writer, const pus_endpoint_t* const endpoint)
+static void endpoint_write(octet_writer_t* const writer, const pus_endpoint_t* const endpoint)
 {
     FSW_ASSERT(endpoint->size <= PUS_ENDPOINT_MAX);
     octet_write_u8(writer, endpoint->kind);
@@ -94,20 +96,20 @@ status_t pus_link_request_read(octet_reader_t* const reader, pus_link_request_t*
 
 status_t pus_link_accept_read(octet_reader_t* const reader, pus_link_accept_t* const out_accept)
 {
-    pus_fields_read(reader, link_accept_fields, out_accept);
+    pus_fields_read(reader, accept_fields, out_accept);
     endpoint_read(reader, &out_accept->endpoint);
     return done(reader);
 }
 
 status_t pus_link_refuse_read(octet_reader_t* const reader, pus_link_refuse_t* const out_refuse)
 {
-    return pus_fields_read_all(reader, link_refuse_fields, out_refuse);
+    return pus_fields_read_all(reader, refuse_fields, out_refuse);
 }
 
 void pus_link_open_write(octet_writer_t* const writer, const pus_link_open_t* const open)
 {
     pus_fields_write(writer, open_fields, open);
-    link_endpoint_write(writer, &open->peer);
+    endpoint_write(writer, &open->peer);
     octet_write_u32(writer, open->deadline_ms);
 }
 
@@ -127,6 +129,22 @@ void pus_link_close_write(octet_writer_t* const writer, const pus_link_close_t* 
 status_t pus_link_close_read(octet_reader_t* const reader, pus_link_close_t* const out_close)
 {
     return pus_fields_read_all(reader, close_fields, out_close);
+}
+
+status_t pus_link_accept_report(pus_process_t* const process, const uint16_t destination,
+                                const pus_link_accept_t* const accept, const uint64_t now_ns)
+{
+    octet_writer_t writer = pus_tm_begin(process, PUS_SERVICE_RTLINK, PUS_LINK_ACCEPT, destination, now_ns);
+    pus_fields_write(&writer, accept_fields, accept);
+    endpoint_write(&writer, &accept->endpoint);
+    return pus_tm_post(process, &writer);
+}
+
+status_t pus_link_refuse_report(pus_process_t* const process, const uint16_t destination,
+                                const pus_link_refuse_t* const refuse, const uint64_t now_ns)
+{
+    static const pus_layout_t layout = {PUS_SERVICE_RTLINK, PUS_LINK_REFUSE, refuse_fields};
+    return pus_fields_post(process, &layout, destination, refuse, now_ns);
 }
 
 status_t pus_link_transition_report(pus_process_t* const process,
@@ -160,9 +178,14 @@ status_t pus_link_offers_read(octet_reader_t* const reader, uint16_t* const out_
     return count_read(reader, OFFER_SIZE, out_count);
 }
 
+void link_offer_write(octet_writer_t* const writer, const pus_link_offer_t* const offer)
+{
+    pus_fields_write(writer, offer_fields, offer);
+}
+
 void pus_link_offer_read(octet_reader_t* const reader, pus_link_offer_t* const out_offer)
 {
-    pus_fields_read(reader, link_offer_fields, out_offer);
+    pus_fields_read(reader, offer_fields, out_offer);
 }
 
 status_t pus_link_statuses_read(octet_reader_t* const reader, uint16_t* const out_count)
@@ -170,7 +193,12 @@ status_t pus_link_statuses_read(octet_reader_t* const reader, uint16_t* const ou
     return count_read(reader, STATUS_SIZE, out_count);
 }
 
+void link_status_write(octet_writer_t* const writer, const pus_link_status_t* const status)
+{
+    pus_fields_write(writer, status_fields, status);
+}
+
 void pus_link_status_read(octet_reader_t* const reader, pus_link_status_t* const out_status)
 {
-    pus_fields_read(reader, link_status_fields, out_status);
+    pus_fields_read(reader, status_fields, out_status);
 }

@@ -13,22 +13,6 @@ void pus_rtlink_init(pus_rtlink_t* const rtlink, const pus_rtlink_port_t* const 
     *rtlink = (pus_rtlink_t){.port = *port};
 }
 
-status_t pus_link_accept_report(pus_process_t* const process, const uint16_t destination,
-                                const pus_link_accept_t* const accept, const uint64_t now_ns)
-{
-    octet_writer_t writer = pus_tm_begin(process, PUS_SERVICE_RTLINK, PUS_LINK_ACCEPT, destination, now_ns);
-    pus_fields_write(&writer, link_accept_fields, accept);
-    link_endpoint_write(&writer, &accept->endpoint);
-    return pus_tm_post(process, &writer);
-}
-
-status_t pus_link_refuse_report(pus_process_t* const process, const uint16_t destination,
-                                const pus_link_refuse_t* const refuse, const uint64_t now_ns)
-{
-    static const pus_layout_t layout = {PUS_SERVICE_RTLINK, PUS_LINK_REFUSE, link_refuse_fields};
-    return pus_fields_post(process, &layout, destination, refuse, now_ns);
-}
-
 // Lists: a filter {N x {u16}} selects entries; N = 0 selects all.
 
 static bool shape_filter(void* const self, octet_reader_t* const reader)
@@ -49,7 +33,7 @@ static bool write_offer(const pus_rtlink_port_t* const port, const uint16_t inde
         return false;
     }
     *out_id = offer.port;
-    pus_fields_write(writer, link_offer_fields, &offer);
+    link_offer_write(writer, &offer);
     return true;
 }
 
@@ -61,7 +45,7 @@ static bool write_status(const pus_rtlink_port_t* const port, const uint16_t ind
         return false;
     }
     *out_id = status.link;
-    pus_fields_write(writer, link_status_fields, &status);
+    link_status_write(writer, &status);
     return true;
 }
 

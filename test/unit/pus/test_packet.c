@@ -185,6 +185,11 @@ static void the_largest_packet_passes_and_the_next_does_not(void)
 
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tc_encode(&tc, packet, PUS_PACKET_MAX - 1U, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
+    for (size_t capacity = 0U; capacity < PUS_TC_MIN; capacity++) { // Not even the headers fit.
+        TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tc_encode(&tc, packet, capacity, &size));
+        TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tm_encode(&tm, packet, capacity, &size));
+        TEST_ASSERT_EQUAL_UINT64(0U, size);
+    }
     tc.size = PUS_TC_DATA_MAX + 1U;
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tc_encode(&tc, packet, sizeof(packet), &size));
     tm.size = PUS_TM_DATA_MAX + 1U;

@@ -30,6 +30,16 @@ static void report_everything(const uint8_t ack)
     pus_verify_unrouted(&bench.process, &token, &failure, TEST_NOW_NS);
 }
 
+static void the_end_is_completion_or_failure(void)
+{
+    const pus_token_t token = {.request_id = bench.request_id, .source = TEST_SOURCE, .ack = PUS_ACK_ALL};
+    bench_clear();
+    pus_verify_ended(&bench.process, &token, pus_failure(PUS_FAILURE_NONE, 0U), TEST_NOW_NS);
+    pus_verify_ended(&bench.process, &token, pus_failure(PUS_FAILURE_TIMEOUT, 5U), TEST_NOW_NS);
+    EXPECT_MESSAGES(1, 7, 1, 8);
+    expect_failure(1U, 8U, PUS_FAILURE_TIMEOUT, 0U, 5U);
+}
+
 static void each_flag_asks_for_its_stage_and_failures_are_always_told(void)
 {
     static const uint8_t bits[] = {[1] = 0x1U, [3] = 0x2U, [5] = 0x4U, [7] = 0x8U};
@@ -101,6 +111,7 @@ static void other_reports_and_other_lengths_are_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(the_end_is_completion_or_failure);
     RUN_TEST(each_flag_asks_for_its_stage_and_failures_are_always_told);
     RUN_TEST(octets_are_as_the_golden_reports_have_them);
     RUN_TEST(reports_are_read_back);
