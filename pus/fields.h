@@ -26,10 +26,13 @@ typedef struct {
 #define PUS_UNSIGNED_OF(octets)                                                                              \
     (((octets) == 8U) ? VALUE_UINT64                                                                         \
                       : (((octets) == 4U) ? VALUE_UINT32 : (((octets) == 2U) ? VALUE_UINT16 : VALUE_UINT8)))
-#define PUS_FIELD(record, member)                                                                            \
+/// A member of a struct that lies at `place` in the one that the table is for.
+#define PUS_FIELD_IN(place, record, member)                                                                  \
     {                                                                                                        \
-        (uint8_t) offsetof(record, member), (uint8_t)PUS_UNSIGNED_OF(sizeof(((const record*)NULL)->member))  \
+        (uint8_t)((place) + offsetof(record, member)),                                                       \
+            (uint8_t)PUS_UNSIGNED_OF(sizeof(((const record*)NULL)->member))                                  \
     }
+#define PUS_FIELD(record, member) PUS_FIELD_IN(0U, record, member)
 #define PUS_FIELDS_END                                                                                       \
     {                                                                                                        \
         0U, (uint8_t)VALUE_SCALARS                                                                           \

@@ -9,27 +9,34 @@
 #define OFFER_SIZE 24U  // Of an entry of TM[130,2] [octets].
 #define STATUS_SIZE 52U // Of an entry of TM[130,9] [octets].
 
-// P and the two ends, as they lie in each message.
-#define PROPERTIES(record, member)                                                                           \
-    PUS_FIELD(record, member.layout_hash), PUS_FIELD(record, member.layout_size),                            \
-        PUS_FIELD(record, member.byte_order), PUS_FIELD(record, member.period_us),                           \
-        PUS_FIELD(record, member.tolerance_permille), PUS_FIELD(record, member.method),                      \
-        PUS_FIELD(record, member.depth), PUS_FIELD(record, member.age_max_us)
-#define ENDS(record, member)                                                                                 \
-    PUS_FIELD(record, member.producer_apid), PUS_FIELD(record, member.producer_port),                        \
-        PUS_FIELD(record, member.consumer_apid), PUS_FIELD(record, member.consumer_port)
+// P and the two ends, at their place in a message.
+#define PROPERTIES(place)                                                                                    \
+    PUS_FIELD_IN(place, pus_link_properties_t, layout_hash),                                                 \
+        PUS_FIELD_IN(place, pus_link_properties_t, layout_size),                                             \
+        PUS_FIELD_IN(place, pus_link_properties_t, byte_order),                                              \
+        PUS_FIELD_IN(place, pus_link_properties_t, period_us),                                               \
+        PUS_FIELD_IN(place, pus_link_properties_t, tolerance_permille),                                      \
+        PUS_FIELD_IN(place, pus_link_properties_t, method),                                                  \
+        PUS_FIELD_IN(place, pus_link_properties_t, depth),                                                   \
+        PUS_FIELD_IN(place, pus_link_properties_t, age_max_us)
+#define ENDS(place)                                                                                          \
+    PUS_FIELD_IN(place, pus_link_ends_t, producer_apid),                                                     \
+        PUS_FIELD_IN(place, pus_link_ends_t, producer_port),                                                 \
+        PUS_FIELD_IN(place, pus_link_ends_t, consumer_apid),                                                 \
+        PUS_FIELD_IN(place, pus_link_ends_t, consumer_port)
 
 static const pus_field_t request_fields[] = {
     PUS_FIELD(pus_link_request_t, transaction), PUS_FIELD(pus_link_request_t, link),
-    ENDS(pus_link_request_t, ends), PROPERTIES(pus_link_request_t, properties), PUS_FIELDS_END};
+    ENDS(offsetof(pus_link_request_t, ends)), PROPERTIES(offsetof(pus_link_request_t, properties)),
+    PUS_FIELDS_END};
 
-static const pus_field_t accept_fields[] = {PUS_FIELD(pus_link_accept_t, transaction),
-                                            PUS_FIELD(pus_link_accept_t, link),
-                                            PROPERTIES(pus_link_accept_t, properties), PUS_FIELDS_END};
+static const pus_field_t accept_fields[] = {
+    PUS_FIELD(pus_link_accept_t, transaction), PUS_FIELD(pus_link_accept_t, link),
+    PROPERTIES(offsetof(pus_link_accept_t, properties)), PUS_FIELDS_END};
 
 static const pus_field_t refuse_fields[] = {
     PUS_FIELD(pus_link_refuse_t, transaction), PUS_FIELD(pus_link_refuse_t, reason),
-    PUS_FIELD(pus_link_refuse_t, field), PROPERTIES(pus_link_refuse_t, supported), PUS_FIELDS_END};
+    PUS_FIELD(pus_link_refuse_t, field), PROPERTIES(offsetof(pus_link_refuse_t, supported)), PUS_FIELDS_END};
 
 static const pus_field_t open_fields[] = {PUS_FIELD(pus_link_open_t, link), PUS_FIELD(pus_link_open_t, epoch),
                                           PUS_FIELDS_END};
@@ -41,20 +48,16 @@ static const pus_field_t transition_fields[] = {
     PUS_FIELD(pus_link_transition_t, link), PUS_FIELD(pus_link_transition_t, previous),
     PUS_FIELD(pus_link_transition_t, state), PUS_FIELD(pus_link_transition_t, cause), PUS_FIELDS_END};
 
-static const pus_field_t offer_fields[] = {PUS_FIELD(pus_link_offer_t, port),
-                                           PUS_FIELD(pus_link_offer_t, role),
-                                           PROPERTIES(pus_link_offer_t, properties), PUS_FIELDS_END};
+static const pus_field_t offer_fields[] = {
+    PUS_FIELD(pus_link_offer_t, port), PUS_FIELD(pus_link_offer_t, role),
+    PROPERTIES(offsetof(pus_link_offer_t, properties)), PUS_FIELDS_END};
 
-static const pus_field_t status_fields[] = {PUS_FIELD(pus_link_status_t, link),
-                                            PUS_FIELD(pus_link_status_t, state),
-                                            ENDS(pus_link_status_t, ends),
-                                            PROPERTIES(pus_link_status_t, properties),
-                                            PUS_FIELD(pus_link_status_t, sent),
-                                            PUS_FIELD(pus_link_status_t, received),
-                                            PUS_FIELD(pus_link_status_t, lost),
-                                            PUS_FIELD(pus_link_status_t, late),
-                                            PUS_FIELD(pus_link_status_t, last_sequence),
-                                            PUS_FIELDS_END};
+static const pus_field_t status_fields[] = {
+    PUS_FIELD(pus_link_status_t, link),          PUS_FIELD(pus_link_status_t, state),
+    ENDS(offsetof(pus_link_status_t, ends)),     PROPERTIES(offsetof(pus_link_status_t, properties)),
+    PUS_FIELD(pus_link_status_t, sent),          PUS_FIELD(pus_link_status_t, received),
+    PUS_FIELD(pus_link_status_t, lost),          PUS_FIELD(pus_link_status_t, late),
+    PUS_FIELD(pus_link_status_t, last_sequence), PUS_FIELDS_END};
 
 static void endpoint_write(octet_writer_t* const writer, const pus_endpoint_t* const endpoint)
 {
