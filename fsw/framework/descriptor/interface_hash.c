@@ -62,7 +62,7 @@ uint64_t subsystem_interface_hash(const subsystem_descriptor_t* const descriptor
     for (uint16_t i = 0U; i < descriptor->parameter_count; i++) {
         const descriptor_parameter_t* const parameter = &descriptor->parameters[i];
         add(&hash, "parameter % #", parameter->name, parameter->number);
-        add(&hash, " #\n", NULL, (parameter->id >> 16U) & 0x1FU);
+        add(&hash, " #\n", "", (parameter->id >> 16U) & 0x1FU);
         hash_fields(&hash, descriptor, parameter->first_field, parameter->field_count, false);
     }
     hash_events(&hash, descriptor);

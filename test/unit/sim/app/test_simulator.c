@@ -63,9 +63,10 @@ static void open_simulator(const char* scenario, uint64_t seed)
     (void)strcpy(path, file("test.scn"));
     const simulator_config_t config = {.scenario_path = (scenario != NULL) ? path : NULL,
                                        .output_path   = folder,
-                                       .bus = {{"robot", address[ROBOT]}, {"joystick", address[JOYSTICK]}},
-                                       .bus_count = 2U,
-                                       .seed      = seed};
+                                       .bus           = {{.name = "robot", .address = address[ROBOT]},
+                                                         {.name = "joystick", .address = address[JOYSTICK]}},
+                                       .bus_count     = 2U,
+                                       .seed          = seed};
     now_ns                          = 0U;
     memset(&heard, 0, sizeof heard);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, simulator_open(&config, &simulator, error), error);
@@ -361,8 +362,9 @@ static void expect_open_error(const simulator_config_t* config, status_t status,
 
 static void test_what_cannot_be_opened_is_told_in_one_line(void)
 {
-    expect_open_error(&(simulator_config_t){.bus = {{"robot", "shm:nobody-made-this"}}, .bus_count = 1U},
-                      STATUS_NOT_FOUND, "bus robot: no controller at 'shm:nobody-made-this'");
+    expect_open_error(
+        &(simulator_config_t){.bus = {{.name = "robot", .address = "shm:nobody-made-this"}}, .bus_count = 1U},
+        STATUS_NOT_FOUND, "bus robot: no controller at 'shm:nobody-made-this'");
     expect_open_error(&(simulator_config_t){.output_path = "/nowhere"}, STATUS_IO, "'/nowhere'");
     expect_open_error(&(simulator_config_t){.scenario_path = "/nowhere.scn"}, STATUS_NOT_FOUND,
                       "/nowhere.scn");
