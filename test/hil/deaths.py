@@ -104,15 +104,18 @@ def main(numbers):
     """One flight after the other; results.jsonl tells which of them came to an end, and left nothing."""
     out, work = pathlib.Path(os.environ["OUT"]), pathlib.Path("/dev/shm/deaths")
     work.mkdir()
-    before, is_owed = interfaces(), False
+    before, owed = interfaces(), []
     with open(out / "results.jsonl", "w") as results:
         for case in (drawn(number, True) for number in numbers):
             folder, message = work / str(case.number), ""
             try:
                 flight, left = fly(case, folder, work)
-                # What a killed launcher made stays until the next run.
-                is_owed = case.victim == "launcher"
-                left += [] if is_owed else [f"interface {name}" for name in interfaces() if name not in before]
+                made = [f"interface {name}" for name in interfaces() if name not in before]
+                if case.victim == "launcher":
+                    owed = made  # They go with the next run on vcan.
+                elif "vcan" in case.options:
+                    owed = []
+                left += [name for name in made if name not in owed]
                 (out / str(case.number)).mkdir()
                 for name in KEPT:
                     if (folder / name).exists():

@@ -76,6 +76,7 @@ def test_command_streams_its_output_and_returns_its_exit_code_and_only_the_outpu
     assert not mentioning(tmp_path)
 
 
+@pytest.mark.long
 def test_make_passes_the_command_as_it_is_written(tmp_path):
     environment = {name: value for name, value in os.environ.items() if name not in microvm.NOT_PASSED}
     made = subprocess.run(["make", "--no-print-directory", "vm", f"OUT={tmp_path}", "SECONDS=200", "MEMORY=512",
@@ -90,12 +91,14 @@ def test_time_limit_ends_a_command_that_hangs(kernel_folder, tmp_path):
     assert (outcome.code, outcome.limit) == (microvm.LIMIT_REACHED, True)
 
 
+@pytest.mark.long
 def test_a_command_that_writes_without_end_is_ended(kernel_folder, tmp_path, monkeypatch):
     monkeypatch.setattr(microvm, "OUTPUT_MAX", 1 << 20)
     with pytest.raises(microvm.NotStarted, match="wrote more than 1 MB; let it write to a file in"):
         microvm.run("yes", out=tmp_path / "out", folder=kernel_folder)
 
 
+@pytest.mark.long
 def test_ctrl_c_ends_it(tmp_path):
     process = subprocess.Popen([*RUNNER, "--out", tmp_path, "echo begun; sleep 1000"], stdin=subprocess.DEVNULL,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -129,6 +132,7 @@ def test_what_a_killed_runner_left_is_removed_and_what_is_in_use_is_not(tmp_path
     assert sorted(path.name for path in tmp_path.iterdir()) == ["control-new", "control-used"]
 
 
+@pytest.mark.long
 def test_two_run_side_by_side(tmp_path):
     """Each waits for what only the host can tell it: that the other one runs too."""
     command = "touch $OUT/here; while [ ! -e $OUT/both ]; do sleep 0.05; done; echo $OUT"
@@ -156,6 +160,7 @@ def test_a_kernel_panic_shows_the_console(kernel_folder, tmp_path):
     assert "\x1b" not in text and "\r" not in text
 
 
+@pytest.mark.long
 def test_a_missing_module_is_named_on_the_console(kernel_folder, tmp_path):
     (kernel_folder / "initramfs.cpio").unlink()
     without_9p = [name for name in prepare.AT_BOOT if name not in ("9p", "9pnet_virtio")]
