@@ -205,7 +205,7 @@ static uint16_t first_out_of_bounds(const component_t* const component,
 {
     const pus_argument_t* argument  = component->function_table[table_index].arguments;
     const descriptor_field_t* field = &component->descriptor->fields[function->first_argument];
-    for (uint16_t i = 0U; i < function->argument_count; i++, argument++, field++) {
+    for (uint16_t i = 0U; i < function->argument_count; i++) {
         const uint8_t* memory = (const uint8_t*)arguments + argument->offset;
         for (uint16_t k = 0U; k < field->count; k++) {
             const double number = value_as_double(field->type, memory);
@@ -214,6 +214,8 @@ static uint16_t first_out_of_bounds(const component_t* const component,
                 return i;
             }
         }
+        argument++;
+        field++;
     }
     return function->argument_count;
 }
