@@ -76,6 +76,7 @@ class RealDriver:
             ahead = packet.time_ns - self._epoch_ns - self._now()
             if ahead > 0:
                 self._origin_ns -= ahead
+                self._session.slipped_ns += ahead
 
     def _now(self):
         return time.monotonic_ns() - self._origin_ns

@@ -70,6 +70,7 @@ class Session:
         self.dictionary = dictionary
         self.source = source
         self.now_ns = 0
+        self.slipped_ns = 0  # What the driver has put its clock forward by, in which nobody has waited.
         self.outbox = bytearray()
         self.listeners = []  # called with (packet, decoded)
         self.states = {}  # APID -> name of the state last reported
@@ -172,11 +173,12 @@ class Session:
 
     def wait_for(self, condition, timeout_ns, what):
         """Procedure: wait until condition() is true; TimedOut otherwise. Returns its value."""
-        deadline = self.now_ns + timeout_ns
+        start = self.now_ns - self.slipped_ns
         while True:
             found = condition()
             if found:
                 return found
+            deadline = start + self.slipped_ns + timeout_ns
             if self.now_ns >= deadline:
                 raise TimedOut(f"{what} did not come within {timeout_ns / 1e9:g} s")
             yield deadline

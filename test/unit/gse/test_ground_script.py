@@ -7,13 +7,14 @@ import pathlib
 import socket
 import struct
 import threading
+import types
 
 import pytest
 from hirosco_gse import packets
 from hirosco_gse.cli import main
-from hirosco_gse.link import StepClock, StepDriver
+from hirosco_gse.link import RealDriver, StepClock, StepDriver
 from hirosco_gse.script import Script, ScriptError, ScriptFailure
-from hirosco_gse.session import LinkLost, Request, Session
+from hirosco_gse.session import LinkLost, Request, Session, TimedOut
 from spacecraft import Spacecraft, failure, success
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -323,3 +324,20 @@ def test_a_command_to_a_spacecraft_that_hung_up_is_a_lost_link(dictionary, tmp_p
         StepDriver(ours, session, clock).run(procedure())
     for stream in (door, server, ours):
         stream.close()
+
+
+def test_a_wait_is_not_over_when_telemetry_puts_the_clock_forward(dictionary):
+    session = Session(dictionary, 0)
+    driver = RealDriver(None, session, epoch_ns=0)
+    waiting = session.wait_for(lambda: False, 20 * SECOND, "an answer")
+    due = next(waiting)
+    for seconds in (470, 471, 500):  # The mission flies faster than the wall clock, or was old when we came.
+        for listener in session.listeners:
+            listener(types.SimpleNamespace(time_ns=seconds * SECOND), None)
+        session.now_ns = seconds * SECOND
+        due = next(waiting)
+        assert abs(due - (seconds + 20) * SECOND) < SECOND
+    assert driver is not None
+    session.now_ns = due
+    with pytest.raises(TimedOut):
+        next(waiting)
