@@ -14,7 +14,6 @@ import place as places
 sys.path.insert(0, str(places.ROOT / "test" / "mission"))
 
 PROGRAM = "test/hil/guest/nodes.py"
-UDP_ONLY = ("members_cut_from_each_other_secure_themselves_and_come_again",)  # As in that program.
 GROUP_SECONDS = 1500
 TIPC_TESTS = ("contract/osal/test_tipc", "contract/osal/test_network", "unit/fsw/framework/message/test_message",
               "unit/fsw/framework/message/test_message_epochs", "unit/fsw/framework/message/test_message_overload")
@@ -51,7 +50,7 @@ def test_over_udp(udp, case):
 
 
 @pytest.mark.timeout(GROUP_SECONDS)
-@pytest.mark.parametrize("case", [case for case in places.cases(PROGRAM) if case not in UDP_ONLY])
+@pytest.mark.parametrize("case", places.cases(PROGRAM))
 def test_over_tipc(tipc, case):
     tipc.check(case)
 
