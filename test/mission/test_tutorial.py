@@ -206,7 +206,7 @@ def test_nothing_was_compiled_for_a_change_of_configuration(pupil):
         ({"NAME": "newcomer", "APID": "16"}, "APID=16: expected one that is free, like 20; this is MANIPULATOR in descriptors/subsystems/"),
         ({"NAME": "newcomer", "APID": "0"}, "APID=0: expected a number from 1 to 2046"),
         ({"NAME": "newcomer", "APID": "2047"}, "APID=2047: expected a number from 1 to 2046"),
-        ({"NAME": "newcomer", "MISSION": "nowhere"}, "MISSION=nowhere: expected a mission that is there: gripper, rokviss"),
+        ({"NAME": "newcomer", "MISSION": "nowhere"}, "MISSION=nowhere: expected a mission that is there: classic, gripper, rokviss"),
     ],
 )
 def test_new_subsystem_refuses_and_changes_nothing(pupil, options, words):
