@@ -109,12 +109,13 @@ $(call library,$1): $(call objects,$(filter-out %_main.c,$(wildcard $1/*.c))) $1
 endef
 $(foreach d,$(DIRS),$(eval $(call library_rule,$d)))
 
-# --- generated from the descriptors ------------------------------------------------------------------------------
+# --- generated from descriptors and catalogue ------------------------------------------------------------------------------
 GENERATOR := $(wildcard gse/generator/*.py)
 GENERATED := build/generated/stamp build/generated/programs.h
 MISSIONS := $(sort $(wildcard descriptors/missions/*.xml))
 
-build/generated/stamp: $(GENERATOR) $(shell find descriptors -name '*.xml' -o -name '*.xsd' -o -name '*.eds' 2>/dev/null)
+build/generated/stamp: $(GENERATOR) $(wildcard pus/catalogue/*.txt) \
+                       $(shell find descriptors -name '*.xml' -o -name '*.xsd' -o -name '*.eds' 2>/dev/null)
 	$(Q)$(PYTHON) gse/generator/generate.py --mission $(MISSIONS) --out build/generated
 	@touch $@
 build/generated/%.h: build/generated/stamp ;
@@ -126,7 +127,7 @@ build/generated/programs.h: $(wildcard fsw/app/*_program.c) fsw/app
 	       echo "COMPONENT($$name, \"$$(echo "$$name" | tr _ -)\")"; done; } >$@.part
 	@cmp -s $@.part $@ && rm $@.part || mv $@.part $@
 # The folders whose layer sees them, with their tests.
-SEES_GENERATED := $(foreach p,fsw/supervisor fsw/subsystems fsw/app,$p/% test/unit/$p/%) test/bench/% test/fuzz/%
+SEES_GENERATED := $(foreach p,pus fsw/supervisor fsw/subsystems fsw/app,$p/% test/unit/$p/%) test/bench/% test/fuzz/%
 $(call objects,$(filter $(SEES_GENERATED),$(SOURCES) $(TESTS) $(BENCHES) $(FUZZ_SOURCES))): | $(GENERATED)
 
 # Other flags, or another compiler, build anew.

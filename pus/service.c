@@ -2,6 +2,7 @@
 #include "pus/service.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "pus/shape.h"
 #include "pus/st01_verification.h"
 
 #define REQUEST_ID_SIZE 4U // Octets a packet needs to be named in a report.
@@ -149,6 +150,12 @@ void pus_dispatcher_defer(pus_dispatcher_t* const dispatcher, const pus_performe
     dispatcher->performer = *performer;
 }
 
+void pus_dispatcher_persist(pus_dispatcher_t* const dispatcher, const pus_persistence_t* const persistence)
+{
+    FSW_ASSERT((dispatcher != NULL) && (persistence != NULL));
+    dispatcher->persistence = persistence;
+}
+
 static const pus_subtype_t* subtype_of(const pus_service_t* const service, const uint8_t number)
 {
     for (size_t i = 0U; i < service->subtype_count; i++) {
@@ -185,7 +192,9 @@ static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const uint8_
         return pus_failure(PUS_FAILURE_SUBTYPE, ((uint32_t)out_tc->service << 8U) | out_tc->subtype);
     }
     octet_reader_t reader = octet_reader(out_tc->data, out_tc->size);
-    if (!subtype->has_shape(service->self, &reader) || !octet_reader_is_done(&reader)) {
+    const bool has_shape  = (subtype->has_shape != NULL) ? subtype->has_shape(service->self, &reader)
+                                                         : pus_shape_walk(subtype->shape, &reader);
+    if (!has_shape || !octet_reader_is_done(&reader)) {
         return pus_failure(PUS_FAILURE_DATA, (uint32_t)reader.position);
     }
     *out_service = service;
@@ -233,10 +242,14 @@ static void settle(pus_request_t* const request, const pus_reply_t* const reply)
 /// Execute a request and report what follows.
 static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_t* const service,
                                 const pus_subtype_t* const subtype, const uint8_t* const data,
-                                const size_t size)
+                                const size_t size, const pus_persistence_t* const persistence)
 {
-    request->reader         = octet_reader(data, size);
-    const pus_reply_t reply = subtype->execute(service->self, request);
+    request->reader       = octet_reader(data, size);
+    pus_reply_t reply     = subtype->execute(service->self, request);
+    const status_t status = (persistence != NULL) ? persistence->commit(persistence->context) : STATUS_OK;
+    if ((status != STATUS_OK) && (reply.kind != PUS_REFUSED) && (reply.kind != PUS_FAILED)) {
+        reply = pus_failed(PUS_FAILURE_IO, (uint32_t)status);
+    }
     settle(request, &reply);
     return reply.kind;
 }
@@ -249,7 +262,7 @@ void pus_perform(pus_process_t* const process, const pus_service_t* const servic
     const pus_subtype_t* const subtype = subtype_of(service, token->subtype);
     FSW_ASSERT((subtype != NULL) && (service->type == token->service));
     pus_request_t request = {.token = *token, .now_ns = now_ns, .process = process};
-    (void)execute(&request, service, subtype, data, size);
+    (void)execute(&request, service, subtype, data, size, NULL);
 }
 
 status_t pus_dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const packet, const size_t size,
@@ -279,7 +292,7 @@ status_t pus_dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const p
         reply = performer->take(performer->context, &request.token, tc.data, tc.size);
     }
     if (reply.kind == PUS_DONE) {
-        reply.kind = execute(&request, service, subtype, tc.data, tc.size);
+        reply.kind = execute(&request, service, subtype, tc.data, tc.size, dispatcher->persistence);
     } else {
         settle(&request, &reply);
     }

@@ -18,6 +18,7 @@
 
 #include "fsw/framework/base/octets.h"
 #include "pus/packet.h"
+#include "pus/persistence.h"
 #include "pus/process.h"
 
 typedef enum {
@@ -77,9 +78,17 @@ typedef struct {
     uint8_t subtype;
     /// Walk the application data without effect. The dispatcher refuses the request with PUS_FAILURE_DATA if
     /// the reader has failed or is not at its end afterwards. False: inconsistent, at the reader's position.
+    /// Null: `shape` tells it all.
     bool (*has_shape)(void* self, octet_reader_t* reader);
     pus_reply_t (*execute)(void* self, pus_request_t* request);
+    const uint8_t* shape; ///< Program of pus/shape.h, PUS_SHAPE_<service>_<subtype>; or null.
 } pus_subtype_t;
+
+/// A request whose data has the shape in the catalogue: `execute` may read it without a look at its bounds.
+#define PUS_REQUEST(service, subtype, execute)                                                               \
+    {                                                                                                        \
+        subtype, NULL, execute, PUS_SHAPE_##service##_##subtype                                              \
+    }
 
 /// One service as the dispatcher sees it.
 typedef struct {
@@ -108,7 +117,8 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_process_t* process;
     const pus_service_t* services;
     size_t service_count;
-    pus_performer_t performer; // `take` is null: all is performed at once.
+    pus_performer_t performer;            // `take` is null: all is performed at once.
+    const pus_persistence_t* persistence; // Null: nothing is kept.
     struct {
         uint32_t accepted; ///< Requests accepted.
         uint32_t rejected; ///< Requests rejected with TM[1,2].
@@ -122,6 +132,9 @@ void pus_dispatcher_init(pus_dispatcher_t* dispatcher, pus_process_t* process, c
                          size_t service_count);
 /// From now on `performer` is asked for each accepted request.
 void pus_dispatcher_defer(pus_dispatcher_t* dispatcher, const pus_performer_t* performer);
+/// From now on what a request changed is committed before its completion is reported; a commit that fails
+/// ends the request with TM[1,8] (PUS_FAILURE_IO, status).
+void pus_dispatcher_persist(pus_dispatcher_t* dispatcher, const pus_persistence_t* persistence);
 /// Perform a request that a performer has taken, with all reports from its start on. `service` has the
 /// request's type and subtype; it may be another instance than the dispatcher's, and `process` another
 /// process of the same APID, so that neither is shared with the dispatcher's loop.

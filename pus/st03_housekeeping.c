@@ -525,15 +525,15 @@ static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)
 pus_service_t pus_hk_service(pus_hk_t* const hk)
 {
     static const pus_subtype_t subtypes[] = {
-        {1U, shape_create, create},
-        {3U, pus_shape_list_u16, delete_structures},
-        {5U, pus_shape_list_u16, enable},
-        {6U, pus_shape_list_u16, disable},
-        {9U, pus_shape_list_u16, report_structures},
-        {27U, pus_shape_list_u16, report_once},
-        {29U, shape_append, append},
-        {31U, shape_intervals, modify_intervals},
-        {33U, pus_shape_list_u16, report_properties},
+        {1U, shape_create, create, NULL},
+        {3U, pus_shape_list_u16, delete_structures, NULL},
+        {5U, pus_shape_list_u16, enable, NULL},
+        {6U, pus_shape_list_u16, disable, NULL},
+        {9U, pus_shape_list_u16, report_structures, NULL},
+        {27U, pus_shape_list_u16, report_once, NULL},
+        {29U, shape_append, append, NULL},
+        {31U, shape_intervals, modify_intervals, NULL},
+        {33U, pus_shape_list_u16, report_properties, NULL},
     };
     pus_service_t service =
         pus_service_of(PUS_SERVICE_HOUSEKEEPING, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), hk);

@@ -127,9 +127,9 @@ static pus_reply_t report_disabled(void* const self, pus_request_t* const reques
 pus_service_t pus_events_service(pus_events_t* const events)
 {
     static const pus_subtype_t subtypes[] = {
-        {ENABLE, pus_shape_list_u16, enable},
-        {DISABLE, pus_shape_list_u16, disable},
-        {REPORT_DISABLED, pus_shape_empty, report_disabled},
+        {ENABLE, pus_shape_list_u16, enable, NULL},
+        {DISABLE, pus_shape_list_u16, disable, NULL},
+        {REPORT_DISABLED, pus_shape_empty, report_disabled, NULL},
     };
     return pus_service_of(PUS_SERVICE_EVENTS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), events);
 }

@@ -151,7 +151,7 @@ static pus_reply_t perform(void* const self, pus_request_t* const request)
 
 pus_service_t pus_functions_service(pus_functions_t* const functions)
 {
-    static const pus_subtype_t subtypes[] = {{PERFORM, has_shape, perform}};
+    static const pus_subtype_t subtypes[] = {{PERFORM, has_shape, perform, NULL}};
     FSW_ASSERT(functions != NULL);
     return (pus_service_t){
         .type = PUS_SERVICE_FUNCTIONS, .subtype_count = 1U, .subtypes = subtypes, .self = functions};

@@ -85,10 +85,10 @@ static pus_reply_t reload_descriptor(void* const self, pus_request_t* const requ
 pus_service_t pus_management_service(pus_management_t* const management)
 {
     static const pus_subtype_t subtypes[] = {
-        {PUS_MANAGEMENT_REQUEST_STATE, pus_shape_u8, request_state},
-        {PUS_MANAGEMENT_SELECT, pus_shape_u16, select_configuration},
-        {PUS_MANAGEMENT_REPORT_STATUS, pus_shape_empty, report_status},
-        {PUS_MANAGEMENT_RELOAD, pus_shape_empty, reload_descriptor},
+        {PUS_MANAGEMENT_REQUEST_STATE, pus_shape_u8, request_state, NULL},
+        {PUS_MANAGEMENT_SELECT, pus_shape_u16, select_configuration, NULL},
+        {PUS_MANAGEMENT_REPORT_STATUS, pus_shape_empty, report_status, NULL},
+        {PUS_MANAGEMENT_RELOAD, pus_shape_empty, reload_descriptor, NULL},
     };
     return pus_service_of(PUS_SERVICE_MANAGEMENT, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
                           management);

@@ -185,11 +185,11 @@ static pus_reply_t close_link(void* const self, pus_request_t* const request)
 pus_service_t pus_rtlink_service(pus_rtlink_t* const rtlink)
 {
     static const pus_subtype_t subtypes[] = {
-        {PUS_LINK_REPORT_OFFERS, shape_filter, report_offers},
-        {PUS_LINK_REQUEST, shape_request, request_link},
-        {PUS_LINK_OPEN, shape_open, open_link},
-        {PUS_LINK_CLOSE, shape_close, close_link},
-        {PUS_LINK_REPORT_STATUS, shape_filter, report_status},
+        {PUS_LINK_REPORT_OFFERS, shape_filter, report_offers, NULL},
+        {PUS_LINK_REQUEST, shape_request, request_link, NULL},
+        {PUS_LINK_OPEN, shape_open, open_link, NULL},
+        {PUS_LINK_CLOSE, shape_close, close_link, NULL},
+        {PUS_LINK_REPORT_STATUS, shape_filter, report_status, NULL},
     };
     return pus_service_of(PUS_SERVICE_RTLINK, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), rtlink);
 }

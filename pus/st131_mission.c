@@ -130,13 +130,13 @@ static pus_reply_t report_networks(void* const self, pus_request_t* const reques
 pus_service_t pus_mission_service(pus_mission_t* const mission)
 {
     static const pus_subtype_t subtypes[] = {
-        {PUS_MISSION_SET_MODE, pus_shape_u8, set_mode},
-        {PUS_MISSION_SELECT_LOG, pus_shape_u8, select_log},
-        {PUS_MISSION_SHUT_DOWN, pus_shape_empty, shut_down},
-        {PUS_MISSION_START_PROCESS, pus_shape_u16, start_process},
-        {PUS_MISSION_STOP_PROCESS, pus_shape_u16, stop_process},
-        {PUS_MISSION_REPORT_SUBSYSTEMS, pus_shape_empty, report_subsystems},
-        {PUS_MISSION_REPORT_NETWORKS, pus_shape_empty, report_networks},
+        {PUS_MISSION_SET_MODE, pus_shape_u8, set_mode, NULL},
+        {PUS_MISSION_SELECT_LOG, pus_shape_u8, select_log, NULL},
+        {PUS_MISSION_SHUT_DOWN, pus_shape_empty, shut_down, NULL},
+        {PUS_MISSION_START_PROCESS, pus_shape_u16, start_process, NULL},
+        {PUS_MISSION_STOP_PROCESS, pus_shape_u16, stop_process, NULL},
+        {PUS_MISSION_REPORT_SUBSYSTEMS, pus_shape_empty, report_subsystems, NULL},
+        {PUS_MISSION_REPORT_NETWORKS, pus_shape_empty, report_networks, NULL},
     };
     return pus_service_of(PUS_SERVICE_MISSION, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), mission);
 }

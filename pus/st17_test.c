@@ -52,8 +52,8 @@ static pus_reply_t connect(void* const self, pus_request_t* const request)
 pus_service_t pus_test_service(pus_test_t* const test)
 {
     static const pus_subtype_t subtypes[] = {
-        {ARE_YOU_ALIVE, pus_shape_empty, answer_alive},
-        {CONNECT, pus_shape_u16, connect},
+        {ARE_YOU_ALIVE, pus_shape_empty, answer_alive, NULL},
+        {CONNECT, pus_shape_u16, connect, NULL},
     };
     return pus_service_of(PUS_SERVICE_TEST, subtypes, (test->port.connect != NULL) ? 2U : 1U, test);
 }

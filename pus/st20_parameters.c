@@ -179,8 +179,8 @@ static pus_reply_t set_values(void* const self, pus_request_t* const request)
 pus_service_t pus_parameters_service(pus_parameters_t* const parameters)
 {
     static const pus_subtype_t subtypes[] = {
-        {REPORT, pus_shape_list_u32, report_values},
-        {SET, shape_set, set_values},
+        {REPORT, pus_shape_list_u32, report_values, NULL},
+        {SET, shape_set, set_values, NULL},
     };
     return pus_service_of(PUS_SERVICE_PARAMETERS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
                           parameters);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Make C names and layouts, a dictionary for the ground and CAN databases from the descriptors of missions.
+"""Make C names and layouts, dictionaries for the ground and CAN databases from descriptors and message catalogue.
 
     python3 gse/generator/generate.py --mission descriptors/missions/*.xml --out build/generated
 
@@ -18,13 +18,16 @@ import shutil
 import subprocess
 import sys
 
+import catalogue
 import dbc
 import mission as mission_descriptor
 from c_header import header
 from ground_dictionary import dictionary
 from source import DescriptorError
 
-SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "schema"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCHEMAS = ROOT / "descriptors" / "schema"
+CATALOGUE = ROOT / "pus" / "catalogue"
 
 
 def validate(path, schema):
@@ -66,6 +69,14 @@ def generate(path, out, described):
         write(out / f"{loaded.name}-{bus}.dbc", text)
 
 
+def generate_messages(out):
+    """Shapes of all requests for the flight side, and the catalogue of messages for the ground."""
+    known, services = catalogue.load(CATALOGUE)
+    for number, service in services.items():
+        write(out / f"pus/st{number:02}_shapes.h", catalogue.shapes_header(number, service, known))
+    write(out / "messages.json", json.dumps(catalogue.ground(known, services), indent=1) + "\n")
+
+
 def main(arguments=None):
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -74,6 +85,7 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     described = {}
     try:
+        generate_messages(options.out)
         for path in options.mission:
             generate(path, options.out, described)
     except DescriptorError as error:

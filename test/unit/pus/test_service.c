@@ -49,9 +49,10 @@ static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)
 }
 
 static const pus_subtype_t subtypes[] = {
-    {1U, pus_shape_empty, execute}, {2U, pus_shape_u8, execute},       {3U, pus_shape_u16, execute},
-    {4U, pus_shape_u32, execute},   {5U, pus_shape_list_u16, execute}, {6U, pus_shape_list_u32, execute},
-    {7U, inconsistent, execute},
+    {1U, pus_shape_empty, execute, NULL},    {2U, pus_shape_u8, execute, NULL},
+    {3U, pus_shape_u16, execute, NULL},      {4U, pus_shape_u32, execute, NULL},
+    {5U, pus_shape_list_u16, execute, NULL}, {6U, pus_shape_list_u32, execute, NULL},
+    {7U, inconsistent, execute, NULL},
 };
 
 void setUp(void)

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The catalogue of messages in pus/catalogue, as a tree for the ground and as shape programs for the flight side.
+
+pus/catalogue/kinds.txt tells how a file of messages reads; pus/shape.h what a shape program is."""
+
+import re
+from dataclasses import dataclass, field
+
+from source import DescriptorError
+
+CODINGS = {"u8": 1, "u16": 2, "u32": 4, "u64": 8, "i16": 2, "i32": 4, "i64": 8, "f64": 8, "time": 8, "reltime": 7, "cds": 8}
+CODINGS |= {"position": 6, "name": 8}
+VARIABLE = {"text": "SIZED", "octets": "SIZED", "packet": "PACKET", "rest": "REST"}
+HEAD = re.compile(r"(TC|TM) (\d+) ([^\[>]+?)(?: \[(medium|low)\])?(?: -> (\d+))?\Z")
+COUNT = re.compile(r"(n|n1|n2|n3|nfa) ([01])\.\. \{\Z")
+FIELD = re.compile(r"([a-z_0-9]+) ([a-z_0-9]+)(?: of ([a-z_]+))?( \?)?\Z")
+
+
+@dataclass
+class Message:
+    """One message: fields are dictionaries of name and kind, of a repetition, or of a choice."""
+
+    service: int
+    subtype: int
+    direction: str
+    name: str
+    confidence: str
+    answer: int
+    fields: list = field(default_factory=list)
+
+
+class Reader:
+    """Lines of one file, with their numbers for errors."""
+
+    def __init__(self, path):
+        self.path, self.number = path, 0
+        self.lines = path.read_text(encoding="utf-8").splitlines()
+
+    def next(self):
+        """The next line that says something, stripped; None at the end."""
+        while self.number < len(self.lines):
+            line = self.lines[self.number].strip()
+            self.number += 1
+            if line and not line.startswith("#"):
+                return line
+        return None
+
+    def wrong(self, found, expected):
+        """Refuse the present line."""
+        raise DescriptorError(self.path, self.number, f"'{found}' found, expected {expected}")
+
+
+def _coding(kind, reader):
+    name, bits = (kind.split(":") + ["0"])[:2]
+    if kind not in CODINGS and kind not in VARIABLE and kind not in ("id", "layout") and name not in ("bits", "octets"):
+        reader.wrong(kind, "a coding as the head of kinds.txt has them")
+    return {"coding": name, "size": int(bits)} if int(bits) else {"coding": name}
+
+
+def kinds(path):
+    """Kinds by name: coding, size of `bits` and `octets`, meaning."""
+    reader, found = Reader(path), {}
+    while (line := reader.next()) is not None:
+        matched = re.match(r"([a-z_0-9]+) +([a-z0-9:]+): (.+)\Z", line)
+        if not matched or matched[1] in found:
+            reader.wrong(line, "a new `name coding: meaning`")
+        found[matched[1]] = _coding(matched[2], reader) | {"meaning": matched[3]}
+    return found
+
+
+class _Parser:
+    def __init__(self, reader, known):
+        self.reader, self.known = reader, known
+
+    def fields(self, end):
+        """Fields up to a closing brace, or up to the line for which `end` holds, which is given back."""
+        found = []
+        while True:
+            line = self.reader.next()
+            if end(line):
+                return found, line
+            found.append(self.field(line, found))
+
+    def group(self):
+        return self.fields(lambda line: line == "}")[0]
+
+    def field(self, line, before):
+        """One field, repetition or choice."""
+        if line is None:
+            self.reader.wrong("end of file", "}")
+        if counted := COUNT.match(line):
+            return {"repeat": counted[1], "least": int(counted[2]), "fields": self.group()}
+        if line == "values of structure":
+            return {"values": "structure"}
+        if line.startswith("choice ") and line.endswith(" {"):
+            return self.choice(line.split()[1], before)
+        matched = FIELD.match(line)
+        if not matched or (matched[2] not in self.known and matched[2] not in ("value", "auxiliary")):
+            self.reader.wrong(line, "`name kind` with a kind of kinds.txt")
+        made = {"name": matched[1], "kind": matched[2]}
+        return made | ({"of": matched[3]} if matched[3] else {}) | ({"optional": True} if matched[4] else {})
+
+    def choice(self, name, before):
+        """Cases up to the closing brace; the selector is the field right before."""
+        if not before or before[-1].get("name") != name:
+            self.reader.wrong(name, "the name of the field right before")
+        cases = {}
+        while (line := self.reader.next()) != "}":
+            matched = re.match(r"case (\d+) \{\Z", line or "")
+            if not matched:
+                self.reader.wrong(line, "`case number {` or }")
+            cases[matched[1]] = self.group()
+        return {"choice": name, "cases": cases}
+
+
+def _service(path, known):
+    reader = Reader(path)
+    parser = _Parser(reader, known)
+    head = re.match(r"service (\d+) (.+)\Z", reader.next() or "")
+    if not head:
+        reader.wrong("no service", "`service number name`")
+    made = {"name": head[2], "enumerations": {}, "messages": []}
+    line = reader.next()
+    while line and (matched := re.match(r"([a-z_0-9]+): (.+)\Z", line)):
+        pairs = [pair.split(" ", 1) for pair in matched[2].split(" | ")]
+        made["enumerations"][matched[1]] = {int(number): word for number, word in pairs}
+        line = reader.next()
+    while line:
+        matched = HEAD.match(line)
+        if not matched:
+            reader.wrong(line, "`TC|TM subtype name [confidence] -> answer`")
+        direction, subtype, name, confidence, answer = matched.groups()
+        message = Message(int(head[1]), int(subtype), direction, name, confidence or "high", int(answer or 0))
+        message.fields, line = parser.fields(lambda line: line is None or HEAD.match(line))
+        made["messages"].append(message)
+    return int(head[1]), made
+
+
+def load(folder):
+    """Kinds, and services by number, each with name, enumerations and messages."""
+    known = kinds(folder / "kinds.txt")
+    services = dict(_service(path, known) for path in sorted(folder.glob("st*.txt")))
+    return known, services
+
+
+# ---- Shape programs: pus/shape.h ----
+
+def _encode(fields, known, registers):
+    """Octets of a shape program as C words; `registers` maps names of ids and layouts to their register."""
+    words, skip, bits = [], 0, 0
+
+    def flush():
+        nonlocal skip
+        while skip:
+            words.extend(["PUS_SHAPE_SKIP", str(min(skip, 255))])
+            skip -= min(skip, 255)
+
+    for entry in fields:
+        if "repeat" in entry:
+            flush()
+            body = _encode(entry["fields"], known, registers)
+            words.extend(["PUS_SHAPE_COUNT", str(entry["least"]), str(len(body)), *body])
+            continue
+        if "choice" in entry:
+            skip -= 1  # The selector.
+            flush()
+            words.extend(_choice(entry, known, registers))
+            continue
+        if entry["kind"] == "value":
+            flush()
+            words.extend(["PUS_SHAPE_VALUE", str(registers[entry["of"]])])
+            continue
+        kind = known[entry["kind"]]
+        if kind["coding"] == "bits":
+            bits += kind["size"]
+            skip, bits = skip + bits // 8, bits % 8
+        elif kind["coding"] in ("id", "layout"):
+            flush()
+            registers[entry["name"]] = len(registers) % 2
+            words.extend([f"PUS_SHAPE_{kind['coding'].upper()}", str(registers[entry["name"]])])
+        elif kind["coding"] == "octets" and "size" in kind:
+            skip += kind["size"]
+        elif kind["coding"] in VARIABLE:
+            flush()
+            words.append(f"PUS_SHAPE_{VARIABLE[kind['coding']]}")
+        else:
+            skip += CODINGS[kind["coding"]]
+    flush()
+    return words
+
+
+def _choice(entry, known, registers):
+    bodies = [(number, _encode(case, known, registers)) for number, case in entry["cases"].items()]
+    words, left = ["PUS_SHAPE_SELECT"], sum(len(body) + 5 for _, body in bodies) + 1
+    for number, body in bodies:
+        left -= len(body) + 5
+        words.extend(["PUS_SHAPE_CASE", number, str(len(body) + 2), *body, "PUS_SHAPE_JUMP", str(left)])
+    return [*words, "PUS_SHAPE_FAIL"]
+
+
+def shapes_header(number, service, known):
+    """C header with the shapes of a service's requests, or None if there are none by which to walk them."""
+    programs = []
+    for message in service["messages"]:
+        if message.direction == "TC" and not _needs_definitions(message.fields):
+            words = [*_encode(message.fields, known, {}), "PUS_SHAPE_END"]
+            rows = "\n".join("    " + ", ".join(words[i : i + 4]) + "," for i in range(0, len(words), 4))
+            name = f"PUS_SHAPE_{number}_{message.subtype}"
+            programs.append(f"/// TC[{number},{message.subtype}] {message.name}.\nstatic const uint8_t {name}[] = {{\n{rows}\n}};\n")
+    guard = f"GENERATED_PUS_ST{number:02}_SHAPES_H"
+    return (
+        f"// SPDX-License-Identifier: Apache-2.0\n// Shapes of the requests of ST[{number:02}] {service['name']}; made from pus/catalogue.\n"
+        f"#ifndef {guard}\n#define {guard}\n\n#include \"pus/shape.h\"\n\n" + "\n".join(programs) + f"\n#endif // {guard}\n"
+    )
+
+
+def _needs_definitions(fields):
+    """True if a value is as a definition on board says, so that the service walks the request itself."""
+    return any(
+        entry.get("kind") == "auxiliary"
+        or entry.get("of") in ("argument_id", "transaction_id")
+        or _needs_definitions(entry.get("fields", []))
+        for entry in fields
+    )
+
+
+def ground(known, services):
+    """The catalogue as the ground reads it."""
+    return {
+        "kinds": known,
+        "services": {
+            str(number): service | {"messages": [vars(message) for message in service["messages"]]}
+            for number, service in services.items()
+        },
+    }
