@@ -92,10 +92,11 @@ static void route_report(supervisor_t* const supervisor, const uint16_t from, co
     }
     log_packet(supervisor, packet, size);
     supervisor->counters.tm_routed++;
-    if (is_ground(tm.destination)) {
+    if (is_ground(tm.destination) && onboard_forwards(supervisor, &tm)) {
         send_to_ground(supervisor, packet, size);
     }
     learn_from(supervisor, &tm);
+    onboard_observe(supervisor, &tm, packet, size);
 }
 
 // ---- Requests ----
@@ -188,6 +189,21 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
     reject(supervisor, &tc, &failure);
 }
 
+bool router_has_room(const supervisor_t* const supervisor, const uint16_t apid)
+{
+    return (apid == SUPERVISOR_APID) || (message_credit(supervisor->config.endpoint, apid) > 0U);
+}
+
+void router_route_released(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
+{
+    pus_tc_t tc;
+    pus_failure_t failure;
+    const status_t status =
+        pus_tc_decode(packet, size, &tc, &failure); // Routing checks it once more, and tells.
+    const bool is_from_ground = (status == STATUS_OK) && is_ground(tc.source);
+    route_request(supervisor, is_from_ground ? COMMUNICATION_APID : SUPERVISOR_APID, packet, size);
+}
+
 void router_take_in(supervisor_t* const supervisor)
 {
     for (unsigned i = 0U; i < NO_PACKETS_LIMIT; i++) {
@@ -229,7 +245,7 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
         pus_failure_t failure;
         const status_t decoded = pus_tc_decode(packet, size, &tc, &failure);
         FSW_ASSERT(decoded == STATUS_OK);
-        if ((tc.apid != SUPERVISOR_APID) && (message_credit(supervisor->config.endpoint, tc.apid) == 0U)) {
+        if (!router_has_room(supervisor, tc.apid)) {
             return STATUS_FULL; // Not sent, so not logged.
         }
         log_packet(supervisor, packet, size); // The request first, then what it brings about.
@@ -240,13 +256,14 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
     const status_t decoded = pus_tm_decode(packet, size, &tm, &failure);
     FSW_ASSERT(decoded == STATUS_OK);
     log_packet(supervisor, packet, size);
-    if (is_ground(tm.destination)) {
+    if (is_ground(tm.destination) && onboard_forwards(supervisor, &tm)) {
         send_to_ground(supervisor, packet, size); // Logged in any case; the ground may be absent.
     }
     if ((tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS)) {
         send_heartbeat(supervisor, packet, size);
     }
     roster_report(supervisor, &tm);
+    onboard_observe(supervisor, &tm, packet, size);
     return STATUS_OK;
 }
 

@@ -72,6 +72,7 @@ static void init_component(supervisor_t* const supervisor)
     pus_rtlink_init(&supervisor->link_service, &links);
     supervisor->services[0] = pus_mission_service(&supervisor->mission_service);
     supervisor->services[1] = pus_rtlink_service(&supervisor->link_service);
+    const size_t count      = 2U + onboard_open(supervisor, &supervisor->services[2]);
     pus_requester_init(&supervisor->requester, SUPERVISOR_APID, &port);
     const component_config_t component = {.descriptor          = config->descriptor,
                                           .is_descriptor_valid = config->is_descriptor_valid,
@@ -82,7 +83,7 @@ static void init_component(supervisor_t* const supervisor)
                                           .port                = port,
                                           .has_supervisor      = false,
                                           .services            = supervisor->services,
-                                          .service_count       = 2U};
+                                          .service_count       = count};
     component_init(&supervisor->component, &component);
 }
 
@@ -126,8 +127,10 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
         tick(supervisor);
         supervisor->next_tick_ns = ((now_ns / TICK_NS) + 1U) * TICK_NS;
     }
+    const uint64_t onboard_wake_ns = onboard_step(supervisor, now_ns);
     router_flush_log(supervisor);
-    return (component_wake_ns < supervisor->next_tick_ns) ? component_wake_ns : supervisor->next_tick_ns;
+    uint64_t wake_ns = (component_wake_ns < onboard_wake_ns) ? component_wake_ns : onboard_wake_ns;
+    return (wake_ns < supervisor->next_tick_ns) ? wake_ns : supervisor->next_tick_ns;
 }
 
 void supervisor_close(supervisor_t* const supervisor)

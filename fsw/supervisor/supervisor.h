@@ -3,6 +3,7 @@
 /// permission, keeps track of subsystems, processes and real-time networks, and reacts to errors
 /// (paper, 4.3).
 ///
+///     spacecraft services   onboard.c and onboard_*.c
 ///     supervision           router.c, error_handling.c, link_manager.c, sequences.c, mission_service.c
 ///     platform abstraction  packet_log (database interface), supervisor_platform_t (processes),
 ///                           message endpoint (communication interface)
@@ -16,6 +17,7 @@
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/subsystem/component.h"
 #include "fsw/supervisor/link_graph.h"
+#include "fsw/supervisor/onboard.h"
 #include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
 #include "generated/supervisor_descriptor.h"
@@ -103,7 +105,7 @@ typedef struct {
     uint32_t start_count;
 } supervisor_config_t;
 
-typedef struct { // All fields are private.
+typedef struct supervisor { // All fields are private.
     supervisor_config_t config;
     const mission_descriptor_t* mission;
     component_t component;
@@ -129,7 +131,8 @@ typedef struct { // All fields are private.
     bool is_finished;
     pus_mission_t mission_service;
     pus_rtlink_t link_service;
-    pus_service_t services[2];
+    pus_service_t services[2U + ONBOARD_SERVICES];
+    onboard_t onboard;
     uint16_t network_members[LINK_GRAPH_MEMBERS];
     uint16_t network_links[LINK_GRAPH_EDGES];
     supervisor_status_t status;     // Published.

@@ -13,6 +13,10 @@ void router_flush_log(supervisor_t* supervisor);
 void router_flush(supervisor_t* supervisor);
 /// Port of the supervisor's own reports and requests: log, then deliver.
 status_t router_send(void* context, const uint8_t* packet, size_t size);
+/// True if a request to `apid` would find room in its mailbox now; the supervisor itself always has.
+bool router_has_room(const supervisor_t* supervisor, uint16_t apid);
+/// Route a request that a service on board has released, as one that came from its source.
+void router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 /// Order to a subsystem: TC[129,1].
 status_t order_state(supervisor_t* supervisor, uint16_t apid, state_t target);
 /// Order to a subsystem: TC[129,3].

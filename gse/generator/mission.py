@@ -218,10 +218,11 @@ def _check_rules(mission, container):
 
 
 def _telecommand(element):
-    words = element.attributes["tc"].split(",")
-    numbers = [int(word) if re.match(r"[0-9]{1,3}\Z", word) else 0 for word in words]
-    if len(numbers) != 2 or not all(1 <= number <= 255 for number in numbers):
-        element.wrong("tc", "service and subtype like 8,1")
+    """Service and subtype; subtype 0 for all of the service."""
+    matched = re.match(r"([0-9]{1,3}),([0-9]{1,3}|\*)\Z", element.attributes["tc"])
+    numbers = [0 if word == "*" else int(word) or 256 for word in matched.groups()] if matched else [256]
+    if max(numbers) > 255:
+        element.wrong("tc", "service and subtype like 8,1, or 11,*")
     return numbers
 
 

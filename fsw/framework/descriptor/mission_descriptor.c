@@ -5,6 +5,10 @@
 
 #include <string.h>
 
+/// Reports of ST[11] and ST[22], by filter, by id, or of all.
+#define SCHEDULE_REPORTS                                                                                     \
+    ((1ULL << 9U) | (1ULL << 11U) | (1ULL << 12U) | (1ULL << 14U) | (1ULL << 16U) | (1ULL << 17U) |          \
+     (1ULL << 18U) | (1ULL << 26U))
 #define STATE_OFFLINE 0U
 #define STATE_PRE_OPERATIONAL 3U
 #define STATE_OPERATIONAL 5U
@@ -65,15 +69,37 @@ const mission_plan_t* mission_find_plan(const mission_descriptor_t* const missio
 /// Reports, reads, the test service, closing a link, and the shutdown of the mission.
 static bool is_harmless(const uint8_t service, const uint8_t subtype)
 {
-    static const uint8_t always[][2] = {{3U, 9U},   {3U, 27U},  {3U, 33U},  {5U, 7U},
-                                        {20U, 1U},  {129U, 4U}, {130U, 1U}, {130U, 7U},
-                                        {130U, 8U}, {131U, 5U}, {131U, 8U}, {131U, 10U}};
+    // Service, and its subtypes as bits: 1 << subtype.
+    static const struct {
+        uint8_t service;
+        uint64_t subtypes;
+    } always[] = {
+        {3U, (1ULL << 9U) | (1ULL << 11U) | (1ULL << 27U) | (1ULL << 28U) | (1ULL << 33U) | (1ULL << 34U) |
+                 (1ULL << 40U)},
+        {4U, 1ULL << 8U},
+        {5U, 1ULL << 7U},
+        {11U, SCHEDULE_REPORTS},
+        {12U, (1ULL << 8U) | (1ULL << 10U) | (1ULL << 13U) | (1ULL << 25U) | (1ULL << 27U)},
+        {14U, (1ULL << 3U) | (1ULL << 7U) | (1ULL << 11U) | (1ULL << 15U)},
+        {15U, (1ULL << 5U) | (1ULL << 12U) | (1ULL << 18U) | (1ULL << 22U) | (1ULL << 35U) | (1ULL << 37U) |
+                  (1ULL << 39U)},
+        {17U, UINT64_MAX},
+        {18U, 1ULL << 8U},
+        {19U, (1ULL << 6U) | (1ULL << 10U)},
+        {20U, (1ULL << 1U) | (1ULL << 6U)},
+        {21U, (1ULL << 6U) | (1ULL << 9U) | (1ULL << 11U)},
+        {22U, SCHEDULE_REPORTS},
+        {23U, (1ULL << 3U) | (1ULL << 7U) | (1ULL << 12U)},
+        {129U, 1ULL << 4U},
+        {130U, (1ULL << 1U) | (1ULL << 7U) | (1ULL << 8U)},
+        {131U, (1ULL << 5U) | (1ULL << 8U) | (1ULL << 10U)},
+    };
     for (size_t i = 0U; i < (sizeof always / sizeof always[0]); i++) {
-        if ((always[i][0] == service) && (always[i][1] == subtype)) {
-            return true;
+        if (always[i].service == service) {
+            return (subtype < 64U) && (((always[i].subtypes >> subtype) & 1U) != 0U);
         }
     }
-    return service == 17U;
+    return false;
 }
 
 /// A request for OFFLINE or ERROR_OPERATIONAL, or for a rest state below the present one.
@@ -115,7 +141,8 @@ status_t permission_check(const mission_descriptor_t* const mission,
     }
     for (uint16_t i = 0U; i < mission->rule_count; i++) {
         const mission_rule_t* const rule = &mission->rules[i];
-        if ((rule->service == request->service) && (rule->subtype == request->subtype) &&
+        if ((rule->service == request->service) &&
+            ((rule->subtype == 0U) || (rule->subtype == request->subtype)) &&
             ((rule->target == MISSION_ANY_TARGET) || (rule->target == request->target)) &&
             has_bit(rule->modes, request->mode) && has_bit(rule->states, request->state) &&
             is_selected(rule, request)) {

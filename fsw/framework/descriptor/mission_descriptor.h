@@ -77,7 +77,7 @@ typedef struct {
 
 typedef struct { // One <Allow>. Everything not allowed is denied.
     uint8_t service;
-    uint8_t subtype;
+    uint8_t subtype;    ///< 0: every subtype of the service.
     const char* select; ///< Function name, or NULL where the selector is a number or anything.
     uint16_t number;    ///< State, configuration or link, if is_numbered.
     bool is_numbered;   ///< Compare `number`.
@@ -206,9 +206,11 @@ typedef struct { // What a telecommand asks for, as the supervisor knows it.
 #define PERMISSION_RULE_NONE (-1)   ///< Denied: nothing allows it.
 #define PERMISSION_RULE_ALWAYS (-2) ///< Allowed by the built-in set.
 
-/// Deny by default. Always allowed, whatever mode and state: ST[17]; requests for reports and reads (3,9 3,27
-/// 3,33 5,7 20,1 129,4 130,1 130,8 131,8 131,10); requests downwards (129,1 to a lower rest state among 0, 3,
-/// 4, 5, or to 0) and to ERROR_OPERATIONAL; closing a link (130,7); shutting the mission down (131,5).
+/// Deny by default. Always allowed, whatever mode and state: ST[17]; requests that only report what is there
+/// (3,9 11,17 20,1 and so on: the catalogue of messages gives each an answer; those that read memories or
+/// devices, or reset or abort what they report, are not among them); requests downwards (129,1 to a lower
+/// rest state among 0, 3, 4, 5, or to 0) and to ERROR_OPERATIONAL; closing a link (130,7); shutting the
+/// mission down (131,5).
 /// Pure; O(rules). STATUS_OK or STATUS_FORBIDDEN; *out_rule = index in `rules`, or one of the above.
 MUST_USE status_t permission_check(const mission_descriptor_t* mission, const permission_request_t* request,
                                    int* out_rule);

@@ -12,33 +12,32 @@ static const uint8_t rest_states[] = {0U, 3U, 4U, 5U, 6U};
 #define TC_CONFIGURATION 0x8103U
 #define SERVICE_LINKS 130U
 
-/// Service and subtype of a telecommand like 8,1.
+/// A number of 1..255 at *text, and its end. 0 if there is none.
+static uint8_t number_at(const char** const text)
+{
+    uint32_t number = 0U;
+    uint32_t digits = 0U;
+    for (; (**text >= '0') && (**text <= '9') && (digits < 4U); (*text)++) {
+        number = (number * 10U) + (uint32_t)(**text - '0');
+        digits++;
+    }
+    return ((digits <= 3U) && (number <= UINT8_MAX)) ? (uint8_t)number : 0U;
+}
+
+/// Service and subtype of a telecommand like 8,1, or 11,* for all of a service.
 static void read_telecommand(source_t* const source, mission_rule_t* const rule)
 {
-    const char* const words = source_raw(source, "tc");
-    uint32_t numbers[2]     = {0U, 0U};
-    uint32_t digits[2]      = {0U, 0U};
-    uint32_t part           = 0U;
-    bool is_right           = true;
-    for (size_t i = 0U; is_right && (words[i] != '\0'); i++) {
-        if ((words[i] == ',') && (part == 0U)) {
-            part = 1U;
-        } else if ((words[i] >= '0') && (words[i] <= '9')) {
-            numbers[part] = (numbers[part] * 10U) + (uint32_t)(words[i] - '0');
-            digits[part]++;
-            is_right = (digits[part] <= 3U);
-        } else {
-            is_right = false;
-        }
-    }
-    for (uint32_t i = 0U; i < 2U; i++) {
-        is_right = is_right && (numbers[i] >= 1U) && (numbers[i] <= 255U);
+    const char* words = source_raw(source, "tc");
+    rule->service     = number_at(&words);
+    bool is_right     = (rule->service != 0U) && (words[0] == ',');
+    if (is_right && (strcmp(words, ",*") != 0)) {
+        words++;
+        rule->subtype = number_at(&words);
+        is_right      = (rule->subtype != 0U) && (words[0] == '\0');
     }
     if (!is_right) {
-        source_wrong(source, "tc", "service and subtype like 8,1");
+        source_wrong(source, "tc", "service and subtype like 8,1, or 11,*");
     }
-    rule->service = (uint8_t)numbers[0];
-    rule->subtype = (uint8_t)numbers[1];
 }
 
 /// Bits of the modes that a rule names.

@@ -47,7 +47,7 @@
 #define COMPONENT_TICKETS 8U    ///< Function commands under way.
 #define COMPONENT_ARGUMENTS 96U ///< Arguments of all functions.
 #define COMPONENT_ARGUMENT_WORDS 64U
-#define COMPONENT_SERVICES 12U
+#define COMPONENT_SERVICES 24U
 #define COMPONENT_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX ///< Beside its own.
 #define COMPONENT_MAILBOX_OCTETS 12288U                    ///< From such a loop to the component's own.
 /// Room that the answers to any one request find there; what they need beside it the backlog has.
@@ -75,7 +75,7 @@ typedef struct {
     uint8_t link_methods;          ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
     bool has_supervisor;           ///< False for the supervisor itself.
     bool has_loop_tasks;           ///< Each loop of services has a task of its own.
-    const pus_service_t* services; ///< Further services (0..4).
+    const pus_service_t* services; ///< Further services (0..16).
     size_t service_count;
     /// TC[129,6]: read the descriptor anew, at the next rest in PRE_OPERATIONAL without a configuration or in
     /// OFFLINE. STATUS_OK with the model to use from now on; else the old one stays in force.

@@ -89,25 +89,36 @@ static void denies_when_any_part_of_the_key_differs(void)
     }
 }
 
+/// Service * 1000 + subtype of what only reports, besides ST[17].
 static bool is_in(const uint8_t service, const uint8_t subtype)
 {
-    const unsigned key = (service * 1000U) + subtype;
-    switch (key) {
-    case 3009U:
-    case 3027U:
-    case 3033U:
-    case 5007U:
-    case 20001U:
-    case 129004U:
-    case 130001U:
-    case 130007U:
-    case 130008U:
-    case 131005U:
-    case 131008U:
-    case 131010U:
-        return true;
-    default:
-        return service == 17U;
+    static const unsigned keys[] = {
+        3009U,  3011U,  3027U,  3028U,  3033U,   3034U,   3040U,   4008U,   5007U,   11009U,  11011U, 11012U,
+        11014U, 11016U, 11017U, 11018U, 11026U,  12008U,  12010U,  12013U,  12025U,  12027U,  14003U, 14007U,
+        14011U, 14015U, 15005U, 15012U, 15018U,  15022U,  15035U,  15037U,  15039U,  18008U,  19006U, 19010U,
+        20001U, 20006U, 21006U, 21009U, 21011U,  22009U,  22011U,  22012U,  22014U,  22016U,  22017U, 22018U,
+        22026U, 23003U, 23007U, 23012U, 129004U, 130001U, 130007U, 130008U, 131005U, 131008U, 131010U};
+    for (size_t i = 0U; i < (sizeof keys / sizeof keys[0]); i++) {
+        if (keys[i] == ((service * 1000U) + subtype)) {
+            return true;
+        }
+    }
+    return (service == 17U) && (subtype < 64U);
+}
+
+static void a_rule_may_be_for_a_whole_service(void)
+{
+    mission.rules[0].service = 11U;
+    mission.rules[0].subtype = 0U;
+    mission.rules[0].is_any  = true;
+    for (unsigned subtype = 1U; subtype < 256U; subtype++) {
+        permission_request_t request = move_to();
+        request.service              = 11U;
+        request.subtype              = (uint8_t)subtype;
+        TEST_ASSERT_EQUAL(is_in(11U, request.subtype) ? PERMISSION_RULE_ALWAYS : 0, rule_for(request));
+        request.service = 12U;
+        TEST_ASSERT_EQUAL(is_in(12U, request.subtype) ? PERMISSION_RULE_ALWAYS : PERMISSION_RULE_NONE,
+                          rule_for(request));
     }
 }
 
@@ -195,6 +206,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(allows_what_a_rule_says_and_tells_which);
     RUN_TEST(denies_when_any_part_of_the_key_differs);
+    RUN_TEST(a_rule_may_be_for_a_whole_service);
     RUN_TEST(without_rules_only_the_built_in_set_is_allowed);
     RUN_TEST(requests_for_a_state_are_free_downwards_only);
     RUN_TEST(a_rule_lets_a_request_upwards_pass_from_its_state_only);

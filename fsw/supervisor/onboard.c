@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/onboard.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/supervisor/supervisor_internal.h"
+
+/// All bindings, in the order in which they are stepped, and null behind the last.
+static const onboard_binding_t* const bindings[] = {NULL};
+
+size_t onboard_open(struct supervisor* const supervisor, pus_service_t* const services)
+{
+    onboard_t* const onboard = &supervisor->onboard;
+    octet_ring_init(&onboard->released, onboard->release_storage, sizeof onboard->release_storage);
+    size_t count = 0U;
+    for (; bindings[count] != NULL; count++) {
+        FSW_ASSERT(count < ONBOARD_SERVICES);
+        services[count] = bindings[count]->open(supervisor);
+    }
+    return count;
+}
+
+status_t onboard_release(void* const context, const uint8_t* const packet, const size_t size)
+{
+    struct supervisor* const supervisor = (struct supervisor*)context;
+    return octet_ring_put(&supervisor->onboard.released, packet, size);
+}
+
+/// True if the first released request may be routed now: its addressee has credit, or it has waited enough.
+static bool may_go(struct supervisor* const supervisor, const size_t size)
+{
+    onboard_t* const onboard = &supervisor->onboard;
+    pus_tc_t tc;
+    pus_failure_t failure;
+    const bool is_whole = pus_tc_decode(onboard->packet, size, &tc, &failure) == STATUS_OK;
+    if (!is_whole || router_has_room(supervisor, tc.apid)) {
+        return true;
+    }
+    if (onboard->waiting_since_ns == 0U) {
+        onboard->waiting_since_ns = supervisor->now_ns;
+    }
+    return (supervisor->now_ns - onboard->waiting_since_ns) >= ONBOARD_PATIENCE_NS;
+}
+
+static void route_released(struct supervisor* const supervisor)
+{
+    onboard_t* const onboard = &supervisor->onboard;
+    size_t size              = 0U;
+    while (
+        (octet_ring_peek(&onboard->released, onboard->packet, sizeof onboard->packet, &size) == STATUS_OK) &&
+        may_go(supervisor, size)) {
+        onboard->waiting_since_ns = 0U;
+        const status_t status =
+            octet_ring_take(&onboard->released, onboard->packet, sizeof onboard->packet, &size);
+        FSW_ASSERT(status == STATUS_OK);
+        router_route_released(supervisor, onboard->packet, size);
+    }
+}
+
+uint64_t onboard_step(struct supervisor* const supervisor, const uint64_t now_ns)
+{
+    uint64_t wake_ns = ONBOARD_NEVER;
+    for (size_t i = 0U; bindings[i] != NULL; i++) {
+        const uint64_t next_ns =
+            (bindings[i]->step != NULL) ? bindings[i]->step(supervisor, now_ns) : ONBOARD_NEVER;
+        wake_ns = (next_ns < wake_ns) ? next_ns : wake_ns;
+    }
+    route_released(supervisor);
+    return wake_ns;
+}
+
+void onboard_observe(struct supervisor* const supervisor, const pus_tm_t* const tm,
+                     const uint8_t* const packet, const size_t size)
+{
+    for (size_t i = 0U; bindings[i] != NULL; i++) {
+        if (bindings[i]->observe != NULL) {
+            bindings[i]->observe(supervisor, tm, packet, size);
+        }
+    }
+}
+
+bool onboard_forwards(struct supervisor* const supervisor, const pus_tm_t* const tm)
+{
+    (void)supervisor;
+    (void)tm;
+    return true;
+}

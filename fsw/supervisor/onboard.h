@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The services of the whole spacecraft: schedules, procedures, stores, files and what else PUS places once
+/// on board and not in each subsystem. The supervisor owns them; each is joined to the rest by a binding, a
+/// file of its own named onboard_<service>.c.
+///
+/// A request that a service releases (from a schedule, a sequence, a procedure, an event-action) waits in one
+/// queue and is routed like any other in the same step: known user, permission, state. It keeps the source it
+/// was written with. Where its addressee has no credit it waits, and all behind it, for ONBOARD_PATIENCE_NS
+/// at most; then it is refused with TM[1,10] (PUS_FAILURE_QUEUE_FULL) as one from the ground would be.
+#ifndef FSW_SUPERVISOR_ONBOARD_H
+#define FSW_SUPERVISOR_ONBOARD_H
+
+#include "fsw/framework/message/octet_ring.h"
+#include "pus/packet.h"
+#include "pus/persistence.h"
+#include "pus/service.h"
+
+#define ONBOARD_SERVICES 12U          ///< Bindings at most.
+#define ONBOARD_RELEASE_OCTETS 65536U ///< Released requests that wait to be routed.
+#define ONBOARD_PATIENCE_NS 100000000ULL
+#define ONBOARD_NEVER UINT64_MAX
+
+struct supervisor;
+
+/// How a service is joined to the supervisor. Null where there is nothing to do.
+typedef struct {
+    uint8_t type; ///< Service type, and the table of its lasting records.
+    /// Begin with nothing kept; the entry for the dispatcher, whose `step` is null.
+    pus_service_t (*open)(struct supervisor* supervisor);
+    /// Take a lasting record back. STATUS_OK, or the service's refusal.
+    status_t (*restore)(struct supervisor* supervisor, uint32_t key, const uint8_t* octets, size_t size);
+    /// Run what is due. Returns the time of the next wake [ns of the run], ONBOARD_NEVER if nothing is to
+    /// come.
+    uint64_t (*step)(struct supervisor* supervisor, uint64_t now_ns);
+    /// See a report that passes, the supervisor's own too; may release requests, but not send reports.
+    void (*observe)(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
+} onboard_binding_t;
+
+typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
+    pus_persistence_t persistence; // `put` is null: nothing is kept.
+    uint64_t waiting_since_ns;     // The first released request has no credit since then; 0: it has.
+    octet_ring_t released;
+    uint8_t release_storage[ONBOARD_RELEASE_OCTETS];
+    uint8_t packet[PUS_PACKET_MAX];
+} onboard_t;
+
+/// Open all bindings; their services go to `services` (room for ONBOARD_SERVICES). Returns their number.
+size_t onboard_open(struct supervisor* supervisor, pus_service_t* services);
+/// Step all services, then route what they have released. Returns the time of the next wake.
+uint64_t onboard_step(struct supervisor* supervisor, uint64_t now_ns);
+/// Show a report that passes to all services.
+void onboard_observe(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
+/// True if a report to the ground goes there now; what ST[14] holds back is logged and stored all the same.
+bool onboard_forwards(struct supervisor* supervisor, const pus_tm_t* tm);
+/// Port (pus_port_t) by which services release requests; the context is the supervisor. STATUS_OK,
+/// STATUS_FULL (try again later).
+status_t onboard_release(void* context, const uint8_t* packet, size_t size);
+
+#endif // FSW_SUPERVISOR_ONBOARD_H
