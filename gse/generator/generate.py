@@ -51,7 +51,7 @@ def write(path, text):
     part.replace(path)
 
 
-def generate(path, out, described):
+def generate(path, out, described, messages):
     """Files of one mission; `described` keeps the path of each subsystem's descriptor."""
     loaded = mission_descriptor.load(path)
     validate(path, "mission.xsd")
@@ -64,17 +64,17 @@ def generate(path, out, described):
             listed.wrong("descriptor", f"the descriptor that {subsystem.name} has in other missions, {known}")
         validate(source, "subsystem.xsd")
         write(out / f"{subsystem.name.lower()}_descriptor.h", header(subsystem, source.name))
-    write(out / f"{loaded.name}.json", json.dumps(dictionary(loaded), indent=1) + "\n")
+    write(out / f"{loaded.name}.json", json.dumps(dictionary(loaded) | {"catalogue": messages}, indent=1) + "\n")
     for bus, text in dbc.databases(loaded).items():
         write(out / f"{loaded.name}-{bus}.dbc", text)
 
 
 def generate_messages(out):
-    """Shapes of all requests for the flight side, and the catalogue of messages for the ground."""
+    """Shapes of all requests for the flight side; returns the catalogue of messages for the ground."""
     known, services = catalogue.load(CATALOGUE)
     for number, service in services.items():
         write(out / f"pus/st{number:02}_shapes.h", catalogue.shapes_header(number, service, known))
-    write(out / "messages.json", json.dumps(catalogue.ground(known, services), indent=1) + "\n")
+    return catalogue.ground(known, services)
 
 
 def main(arguments=None):
@@ -85,9 +85,9 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     described = {}
     try:
-        generate_messages(options.out)
+        messages = generate_messages(options.out)
         for path in options.mission:
-            generate(path, options.out, described)
+            generate(path, options.out, described, messages)
     except DescriptorError as error:
         print(error, file=sys.stderr)
         return 1

@@ -5,73 +5,21 @@
 A procedure returns the lines of its answer, each a dict (for --json) with "text" for people.
 """
 
+import itertools
+import shlex
 import struct
-from dataclasses import dataclass
 
-from . import packets, telemetry
+from . import packets, service_commands, telemetry
+from .command import REPLY_NS, Command, UsageError, asking, line, need, reply, simple
 from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, Structure
 from .session import Rejected, Request, SessionError, TimedOut
 from .values import ValueProblem
 
+_embedded_counts = itertools.count()  # Sequence counts of requests within requests.
 METHOD_ANY = 0xFF  # Transfer method of a link: whatever both ends offer.
-REPLY_NS = 5_000_000_000  # longest wait for a report behind the end of its verification
 ERROR_OPERATIONAL = STATES.index("ERROR_OPERATIONAL")
 REST_STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL")
 LINK_DEADLINE_MS = 1000
-
-
-class UsageError(ValueError):
-    """Words that are no command."""
-
-
-@dataclass(frozen=True)
-class Command:
-    """A planned command: procedure(session, timeout_ns) is a generator; requests are those it starts with."""
-
-    text: str
-    procedure: object
-    requests: tuple = ()
-
-
-def _reply(verification, message):
-    """Decoded replies of one message."""
-    return [(packet, decoded) for packet, decoded in verification.replies if packet.message == message]
-
-
-def _line(session, packet, decoded):
-    return {"text": telemetry.describe(packet, decoded, session.dictionary), **decoded}
-
-
-def _simple(*requests):
-    """Procedure that carries out requests one after the other."""
-
-    def procedure(session, timeout_ns):
-        answer = []
-        for request in requests:
-            verification = yield from session.execute(request, timeout_ns)
-            answer.append({"text": f"{request.text}: completed"})
-            answer += [_line(session, *reply) for reply in verification.replies]
-        return answer
-
-    return Command("; ".join(request.text for request in requests), procedure, requests)
-
-
-def _asking(request, message):
-    """Procedure that carries out a request and returns its report of the given message."""
-
-    def procedure(session, timeout_ns):
-        verification = yield from session.execute(request, timeout_ns)
-        what = f"{request.text}: TM[{message[0]},{message[1]}]"
-        replies = yield from session.wait_for(lambda: _reply(verification, message), REPLY_NS, what)
-        return [_line(session, *reply) for reply in replies]
-
-    return Command(request.text, procedure, (request,))
-
-
-def _need(words, count, usage):
-    if len(words) != count:
-        raise UsageError(f"usage: {usage}")
-    return words
 
 
 def _targets(dictionary, word, candidates):
@@ -89,7 +37,7 @@ def _ping(dictionary, words):
             request = Request(target.apid, 17, 1, text=f"ping {target.name}")
             start = session.now_ns
             verification = yield from session.execute(request, timeout_ns)
-            yield from session.wait_for(lambda v=verification: _reply(v, (17, 2)), REPLY_NS, f"TM[17,2] of {target.name}")
+            yield from session.wait_for(lambda v=verification: reply(v, (17, 2)), REPLY_NS, f"TM[17,2] of {target.name}")
             seconds = (session.now_ns - start) / 1e9
             answer.append({"text": f"{target.name} is alive", "subsystem": target.name, "seconds": seconds})
         return answer
@@ -120,7 +68,7 @@ def _cmd(dictionary, words):
     if given:
         known = ", ".join(a.name for a in function.arguments) or "no arguments"
         raise UsageError(f"{function.name} has no argument {', '.join(given)}; it takes: {known}")
-    return _simple(Request(subsystem.apid, 8, 1, data, f"cmd {subsystem.name}.{function.name}"))
+    return simple(Request(subsystem.apid, 8, 1, data, f"cmd {subsystem.name}.{function.name}"))
 
 
 def _state_number(word):
@@ -133,9 +81,9 @@ def _state_number(word):
 
 
 def _state(dictionary, words):
-    _need(words, 2, "state SUBSYSTEM|all TARGET")
+    need(words, 2, "state SUBSYSTEM|all TARGET")
     target = _state_number(words[1])
-    return _simple(
+    return simple(
         *(
             Request(item.apid, 129, 1, bytes([target]), f"state {item.name} {STATES[target]}")
             for item in _targets(dictionary, words[0], dictionary.members)
@@ -144,17 +92,17 @@ def _state(dictionary, words):
 
 
 def _config(dictionary, words):
-    _need(words, 2, "config SUBSYSTEM NAME")
+    need(words, 2, "config SUBSYSTEM NAME")
     subsystem = dictionary.subsystem(words[0])
     configuration = subsystem.configuration(words[1])
     data = struct.pack(">H", configuration.id)
-    return _simple(Request(subsystem.apid, 129, 3, data, f"config {subsystem.name} {configuration.name}"))
+    return simple(Request(subsystem.apid, 129, 3, data, f"config {subsystem.name} {configuration.name}"))
 
 
 def _reload(dictionary, words):
-    _need(words, 1, "reload SUBSYSTEM")
+    need(words, 1, "reload SUBSYSTEM")
     subsystem = dictionary.subsystem(words[0])
-    return _simple(Request(subsystem.apid, 129, 6, b"", f"reload {subsystem.name}"))
+    return simple(Request(subsystem.apid, 129, 6, b"", f"reload {subsystem.name}"))
 
 
 def _properties_octets(producer, consumer):
@@ -176,7 +124,7 @@ def _link_open(dictionary, link):
         verification = yield from session.execute(request, timeout_ns)
 
         def answered():
-            return _reply(verification, (130, 4)) + _reply(verification, (130, 5))
+            return reply(verification, (130, 4)) + reply(verification, (130, 5))
 
         _, decoded = (yield from session.wait_for(answered, REPLY_NS, f"{text}: TM[130,4]"))[0]
         if "error" in decoded:
@@ -206,7 +154,7 @@ def _link_rows(session, timeout_ns):
 def _link_rows_of(session, apid, timeout_ns):
     request = Request(apid, 130, 8, b"\0", "link list")
     verification = yield from session.execute(request, timeout_ns)
-    replies = yield from session.wait_for(lambda: _reply(verification, (130, 9)), REPLY_NS, "link list: TM[130,9]")
+    replies = yield from session.wait_for(lambda: reply(verification, (130, 9)), REPLY_NS, "link list: TM[130,9]")
     rows = replies[-1][1]
     if "error" in rows:
         raise SessionError(rows["error"])
@@ -255,17 +203,17 @@ def _link(dictionary, words):
 
 
 def _mode(dictionary, words):
-    _need(words, 1, "mode NAME")
+    need(words, 1, "mode NAME")
     mode = dictionary.mode(words[0])
-    return _simple(Request(SUPERVISOR_APID, 131, 1, bytes([mode]), f"mode {words[0].upper()}"))
+    return simple(Request(SUPERVISOR_APID, 131, 1, bytes([mode]), f"mode {words[0].upper()}"))
 
 
 def _log(_dictionary, words):
-    _need(words, 1, "log ascii|sqlite|ring")
+    need(words, 1, "log ascii|sqlite|ring")
     name = words[0].upper()
     if name not in STRATEGIES:
         raise UsageError(f"no packet log '{words[0]}'; there are: {', '.join(STRATEGIES).lower()}")
-    return _simple(Request(SUPERVISOR_APID, 131, 3, bytes([STRATEGIES.index(name)]), f"log {name}"))
+    return simple(Request(SUPERVISOR_APID, 131, 3, bytes([STRATEGIES.index(name)]), f"log {name}"))
 
 
 def _parameter(dictionary, word, usage):
@@ -278,18 +226,18 @@ def _parameter(dictionary, word, usage):
 
 def _set(dictionary, words):
     usage = "set SUBSYSTEM.PARAMETER VALUE"
-    _need(words, 2, usage)
+    need(words, 2, usage)
     subsystem, parameter = _parameter(dictionary, words[0], usage)
     data = struct.pack(">BI", 1, parameter.parameter_id) + parameter.encode_text(words[1])
-    return _simple(Request(subsystem.apid, 20, 3, data, f"set {subsystem.name}.{parameter.name} {words[1]}"))
+    return simple(Request(subsystem.apid, 20, 3, data, f"set {subsystem.name}.{parameter.name} {words[1]}"))
 
 
 def _get(dictionary, words):
     usage = "get SUBSYSTEM.PARAMETER"
-    _need(words, 1, usage)
+    need(words, 1, usage)
     subsystem, parameter = _parameter(dictionary, words[0], usage)
     data = struct.pack(">BI", 1, parameter.parameter_id)
-    return _asking(Request(subsystem.apid, 20, 1, data, f"get {subsystem.name}.{parameter.name}"), (20, 2))
+    return asking(Request(subsystem.apid, 20, 1, data, f"get {subsystem.name}.{parameter.name}"), (20, 2))
 
 
 def _number(word, what):
@@ -321,7 +269,7 @@ def _hk_create(subsystem, structure_id, interval, words):
         data += struct.pack(">HB", count, len(sampled))
         data += b"".join(struct.pack(">I", parameter.parameter_id) for parameter in sampled)
     subsystem.created[structure_id] = Structure(structure_id, interval, tuple(once), tuple(repeated))
-    return _simple(Request(subsystem.apid, 3, 1, data, f"hk create {subsystem.name} {structure_id}"))
+    return simple(Request(subsystem.apid, 3, 1, data, f"hk create {subsystem.name} {structure_id}"))
 
 
 def _hk(dictionary, words):
@@ -333,11 +281,11 @@ def _hk(dictionary, words):
     if verb in _HK_SUBTYPES and len(words) == 3:
         request = Request(subsystem.apid, 3, _HK_SUBTYPES[verb], struct.pack(">BH", 1, structure_id), text)
         if verb == "report":
-            return _asking(request, (3, 10))
-        return _hk_once(request, subsystem.apid) if verb == "once" else _simple(request)
+            return asking(request, (3, 10))
+        return _hk_once(request, subsystem.apid) if verb == "once" else simple(request)
     if verb == "interval" and len(words) == 4:
         data = struct.pack(">BHI", 1, structure_id, _number(words[3], "number of cycles"))
-        return _simple(Request(subsystem.apid, 3, 31, data, text))
+        return simple(Request(subsystem.apid, 3, 31, data, text))
     if verb == "create" and len(words) >= 5:
         return _hk_create(subsystem, structure_id, _number(words[3], "number of cycles"), words[4:])
     raise UsageError(f"usage: {_HK_USAGE}")
@@ -359,7 +307,7 @@ def _hk_once(request, apid):
             yield from session.wait_for(lambda: found, REPLY_NS, f"{request.text}: TM[3,25]")
         finally:
             session.listeners.remove(listen)
-        return [_line(session, *found[-1])]
+        return [line(session, *found[-1])]
 
     return Command(request.text, procedure, (request,))
 
@@ -368,33 +316,33 @@ def _event_reports(dictionary, words):
     usage = "event enable|disable SUBSYSTEM EVENT, event disabled SUBSYSTEM"
     if len(words) == 2 and words[0] == "disabled":
         subsystem = dictionary.subsystem(words[1])
-        return _asking(Request(subsystem.apid, 5, 7, text=f"event disabled {subsystem.name}"), (5, 8))
+        return asking(Request(subsystem.apid, 5, 7, text=f"event disabled {subsystem.name}"), (5, 8))
     if len(words) != 3 or words[0] not in ("enable", "disable"):
         raise UsageError(f"usage: {usage}")
     subsystem = dictionary.subsystem(words[1])
     event = subsystem.event(words[2])
     subtype = 5 if words[0] == "enable" else 6
     data = struct.pack(">BH", 1, event.id)
-    return _simple(Request(subsystem.apid, 5, subtype, data, f"event {words[0]} {subsystem.name} {event.name}"))
+    return simple(Request(subsystem.apid, 5, subtype, data, f"event {words[0]} {subsystem.name} {event.name}"))
 
 
 def _shutdown(_dictionary, words):
-    _need(words, 0, "shutdown")
-    return _simple(Request(SUPERVISOR_APID, 131, 5, text="shutdown"))
+    need(words, 0, "shutdown")
+    return simple(Request(SUPERVISOR_APID, 131, 5, text="shutdown"))
 
 
 def _table(session, timeout_ns):
     """Procedure: rows of TM[131,9]."""
     request = Request(SUPERVISOR_APID, 131, 8, text="status")
     verification = yield from session.execute(request, timeout_ns)
-    replies = yield from session.wait_for(lambda: _reply(verification, (131, 9)), REPLY_NS, "status: TM[131,9]")
+    replies = yield from session.wait_for(lambda: reply(verification, (131, 9)), REPLY_NS, "status: TM[131,9]")
     if "error" in replies[-1][1]:
         raise SessionError(replies[-1][1]["error"])
     return replies[-1][1]["rows"]
 
 
 def _status(_dictionary, words):
-    _need(words, 0, "status")
+    need(words, 0, "status")
 
     def procedure(session, timeout_ns):
         rows = yield from _table(session, timeout_ns)
@@ -411,22 +359,22 @@ def _status(_dictionary, words):
 
 
 def _networks(_dictionary, words):
-    _need(words, 0, "networks")
-    return _asking(Request(SUPERVISOR_APID, 131, 10, text="networks"), (131, 11))
+    need(words, 0, "networks")
+    return asking(Request(SUPERVISOR_APID, 131, 10, text="networks"), (131, 11))
 
 
 def _process(dictionary, words):
-    _need(words, 2, "process start|stop SUBSYSTEM")
+    need(words, 2, "process start|stop SUBSYSTEM")
     if words[0] not in ("start", "stop"):
         raise UsageError("usage: process start|stop SUBSYSTEM")
     subsystem = dictionary.subsystem(words[1])
     subtype = 6 if words[0] == "start" else 7
     data = struct.pack(">H", subsystem.apid)
-    return _simple(Request(SUPERVISOR_APID, 131, subtype, data, f"process {words[0]} {subsystem.name}"))
+    return simple(Request(SUPERVISOR_APID, 131, subtype, data, f"process {words[0]} {subsystem.name}"))
 
 
 def _stop(dictionary, words):
-    _need(words, 0, "stop")
+    need(words, 0, "stop")
 
     def procedure(session, timeout_ns):
         rows = yield from _table(session, timeout_ns)
@@ -459,7 +407,7 @@ def _raw(_dictionary, words):
 
     def procedure(session, timeout_ns):
         verification = yield from session.finish(session.send_raw(octets, request), timeout_ns)
-        return [{"text": "raw: completed"}] + [_line(session, *reply) for reply in verification.replies]
+        return [{"text": "raw: completed"}] + [line(session, *reply) for reply in verification.replies]
 
     return Command("raw", procedure, (request,))
 
@@ -483,7 +431,18 @@ VERBS = {
     "stop": (_stop, "stop", "all subsystems to ERROR_OPERATIONAL, at once"),
     "shutdown": (_shutdown, "shutdown", "shut the mission down"),
     "raw": (_raw, "raw HEX", "send octets as they are"),
+    **service_commands.VERBS,
 }
+
+
+def _embedded(text, dictionary):
+    """Octets of the one request that the words of a command send, for schedules and the like."""
+    planned = plan(shlex.split(text), dictionary)
+    if len(planned.requests) != 1:
+        raise UsageError(f"'{text}' sends {len(planned.requests)} requests, one is needed")
+    request = planned.requests[0]
+    count = next(_embedded_counts) & 0x3FFF
+    return packets.build_tc(request.apid, count, request.service, request.subtype, request.data)
 
 
 def plan(words, dictionary):
@@ -491,6 +450,7 @@ def plan(words, dictionary):
     if not words or words[0] not in VERBS:
         found = f"no command '{words[0]}'" if words else "no command"
         raise UsageError(f"{found}; there are: {', '.join(VERBS)}")
+    dictionary.catalogue.plan = lambda text: _embedded(text, dictionary)
     try:
         return VERBS[words[0]][0](dictionary, list(words[1:]))
     except (DictionaryError, ValueProblem, packets.PacketError) as error:

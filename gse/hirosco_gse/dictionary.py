@@ -7,6 +7,7 @@ import zlib
 from dataclasses import dataclass, field
 
 from . import values
+from .messages import Catalogue
 from .values import ValueProblem
 
 STATES = (
@@ -404,6 +405,7 @@ class Dictionary:
             for item in content.get("links", [])
         ]
         self.permissions = content.get("permissions", [])
+        self.catalogue = Catalogue(content.get("catalogue", {}), self)
         self.subsystems = {item["name"]: _subsystem(item) for item in content["subsystems"]}
         self._by_apid = {item.apid: item for item in self.subsystems.values()}
 

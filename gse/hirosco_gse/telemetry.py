@@ -377,11 +377,19 @@ for _subtype in VERIFICATION:
     _DECODERS[(1, _subtype)] = _verification
 
 
+def _by_catalogue(packet, dictionary, _):
+    """Any other message of the standard."""
+    entry = dictionary.catalogue.find(packet.direction, packet.service, packet.subtype)
+    if entry is None:
+        raise values.ValueProblem("not known to this ground")
+    return {"kind": entry["name"], **dictionary.catalogue.decode(packet)}
+
+
 def decode(packet, dictionary, configurations=None):
     """Content of a TM as a dict with at least "kind". `configurations`: APID -> present configuration id."""
     decoder = _DECODERS.get(packet.message)
     if decoder is None:
-        return {"kind": "unknown", "error": f"{packet.title} is not known to this ground"}
+        decoder = _by_catalogue
     try:
         return decoder(packet, dictionary, configurations)
     except (struct.error, IndexError, ValueError) as error:

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A command of an operator: planned from words, carried out by a procedure that sends requests and waits."""
+
+from dataclasses import dataclass
+
+from . import telemetry
+
+REPLY_NS = 5_000_000_000  # longest wait for a report behind the end of its verification
+
+
+class UsageError(ValueError):
+    """Words that are no command."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """A planned command: procedure(session, timeout_ns) is a generator; requests are those it starts with."""
+
+    text: str
+    procedure: object
+    requests: tuple = ()
+
+
+def reply(verification, message):
+    """Decoded replies of one message."""
+    return [(packet, decoded) for packet, decoded in verification.replies if packet.message == message]
+
+
+def line(session, packet, decoded):
+    return {"text": telemetry.describe(packet, decoded, session.dictionary), **decoded}
+
+
+def simple(*requests):
+    """Procedure that carries out requests one after the other."""
+
+    def procedure(session, timeout_ns):
+        answer = []
+        for request in requests:
+            verification = yield from session.execute(request, timeout_ns)
+            answer.append({"text": f"{request.text}: completed"})
+            answer += [line(session, *reply) for reply in verification.replies]
+        return answer
+
+    return Command("; ".join(request.text for request in requests), procedure, requests)
+
+
+def asking(request, message):
+    """Procedure that carries out a request and returns its report of the given message."""
+
+    def procedure(session, timeout_ns):
+        verification = yield from session.execute(request, timeout_ns)
+        what = f"{request.text}: TM[{message[0]},{message[1]}]"
+        replies = yield from session.wait_for(lambda: reply(verification, message), REPLY_NS, what)
+        return [line(session, *reply) for reply in replies]
+
+    return Command(request.text, procedure, (request,))
+
+
+def need(words, count, usage):
+    if len(words) != count:
+        raise UsageError(f"usage: {usage}")
+    return words

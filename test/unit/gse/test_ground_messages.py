@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The ground's reader and writer of all messages in the catalogue."""
+
+import json
+import pathlib
+import random
+
+import pytest
+from hirosco_gse import commands, packets
+from hirosco_gse.dictionary import Dictionary
+from hirosco_gse.messages import MessageProblem
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+GENERATED = ROOT / "build" / "generated" / "rokviss.json"
+LAYOUT = {"UINT8": 0, "UINT16": 1, "DOUBLE": 9}
+
+
+@pytest.fixture(scope="module", name="dictionary")
+def _dictionary():
+    return Dictionary.load(GENERATED)
+
+
+class _Values:
+    """Values of any message, at random."""
+
+    def __init__(self, catalogue, seed):
+        self.catalogue, self.random = catalogue, random.Random(seed)
+        self.layouts = {}
+
+    def group(self, entry, fields):
+        found = {}
+        for field in fields:
+            if "repeat" in field:
+                is_open = "argument_id" in json.dumps(field)  # Whose value runs to the end: one group at most.
+                groups = 1 if is_open else self.random.randrange(field["least"], 4)
+                found[field["repeat"]] = [self.group(entry, field["fields"]) for _ in range(groups)]
+            elif "choice" in field:
+                cases = sorted(field["cases"])
+                selected = self.random.choice(cases)
+                word = self.catalogue.words(entry["service"], field["choice"]).get(int(selected), int(selected))
+                found[field["choice"]] = word
+                found |= self.group(entry, field["cases"][selected])
+            elif "values" in field:
+                found["values"] = "0102"
+            else:
+                found[field["name"]] = self.value(entry, field)
+        return found
+
+    def value(self, entry, field):
+        if field["kind"] in ("value", "auxiliary"):
+            layout = self.layouts.get(field.get("of"))
+            return {None: "0a0b", "UINT8": 200, "UINT16": 60000, "DOUBLE": -0.125}[layout]
+        kind = self.catalogue.kinds[field["kind"]]
+        coding, name = kind["coding"], field["name"]
+        if coding == "id":
+            self.layouts[name] = self.random.choice(sorted(LAYOUT))
+            return f"0x{99 << 21 | LAYOUT[self.layouts[name]] << 16 | 7:08X}"
+        if coding == "layout":
+            self.layouts[name] = self.random.choice(sorted(LAYOUT))
+            return self.layouts[name]
+        words = self.catalogue.words(entry["service"], name)
+        if words:
+            return self.random.choice(sorted(words.values()))
+        request = packets.build_tc(16, 3, 17, 1).hex()
+        simple = {"u8": 200, "u16": 60000, "u32": 4000000000, "u64": 1 << 60, "f64": 0.5, "time": 12.5, "reltime": -3.25}
+        simple |= {"cds": 86400.25, "position": -1.5, "name": "ALPHA", "text": "/a/b", "packet": request, "rest": "aabb"}
+        if coding == "bits":
+            return (1 << kind["size"]) - 1
+        if coding == "octets":
+            return "5a" * kind.get("size", 3)
+        return simple[coding]
+
+
+def test_there_are_all_messages_of_the_standard(dictionary):
+    numbers = {(entry["service"], entry["subtype"]) for entry in dictionary.catalogue.all()}
+    assert len(numbers) == 318 == len(dictionary.catalogue.all())
+    assert len(dictionary.catalogue.all("TC")) == 240
+    for entry in dictionary.catalogue.all("TC"):
+        answer = entry["answer"]
+        assert not answer or dictionary.catalogue.find("TM", entry["service"], answer), entry
+
+
+@pytest.mark.parametrize("direction", ["TC", "TM"])
+def test_what_is_written_is_read_and_no_part_of_it_is(dictionary, direction):
+    catalogue = dictionary.catalogue
+    for entry in catalogue.all(direction):
+        for seed in range(6):
+            given = _Values(catalogue, seed).group(entry, entry["fields"])
+            message = entry["service"], entry["subtype"]
+            octets = catalogue.encode(direction, *message, given)
+            packet = packets.Packet(direction, 16, 0, *message, 1, octets, b"")
+            assert catalogue.decode(packet) == given, entry["name"]
+            if any(word in json.dumps(entry) for word in ('"part"', '"values"', '"auxiliary"', "argument_id", "transaction")):
+                continue  # The last field takes all that is left.
+            with pytest.raises(MessageProblem):
+                catalogue.decode(packets.Packet(direction, 16, 0, *message, 1, octets + b"\0", b""))
+
+
+def test_errors_name_the_field_and_what_is_expected(dictionary):
+    encode = dictionary.catalogue.encode
+    for given, words in (
+        ({}, "rate_exponential_value is missing"),
+        ({"rate_exponential_value": 256}, "rate_exponential_value"),
+        ({"rate_exponential_value": 1, "x": 2}, "no field x here; there are: rate_exponential_value"),
+    ):
+        with pytest.raises(MessageProblem, match=words):
+            encode("TC", 9, 1, given)
+    with pytest.raises(MessageProblem, match="none of: disabled, enabled"):
+        encode("TC", 11, 22, {"n": [{"group_id": 1, "group_status": "off"}]})
+    with pytest.raises(MessageProblem, match="more than 8 characters"):
+        encode("TC", 21, 3, {"request_sequence_id": "NINELETTE"})
+
+
+def test_words_of_an_operator_become_a_scheduled_request(dictionary):
+    planned = commands.plan(["at", "12.5", "cmd", "MANIPULATOR.STOP"], dictionary)
+    packet = packets.parse(packets.build_tc(1, 0, 11, 4, planned.requests[0].data))
+    found = dictionary.catalogue.decode(packet)
+    inner = packets.parse(bytes.fromhex(found["n"][0]["request"]))
+    assert (found["sub_schedule_id"], found["n"][0]["group_id"], found["n"][0]["release_time"]) == (1, 1, 12.5)
+    assert (inner.apid, inner.message, inner.user, inner.data[:4]) == (16, (8, 1), 1, b"STOP")
+
+
+def test_any_message_is_a_command(dictionary):
+    planned = commands.plan(["tc", "MANIPULATOR", "5,5", "n=[3,4]"], dictionary)
+    assert planned.requests[0].data == bytes.fromhex("0200030004")
+    for words in (["tc", "MANIPULATOR", "5"], ["tc", "MANIPULATOR", "7,1"], ["tc", "MANIPULATOR", "5,5", "n"], ["at", "1"]):
+        with pytest.raises(commands.UsageError):
+            commands.plan(words, dictionary)
