@@ -21,6 +21,7 @@
 ##   make check-full check, MISRA of the whole flight side, five minutes of each fuzz target, many deaths in flight
 ##   make coverage   branches the C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises the marks
+##   make pus-coverage   fly the conformance suite of the packet services and write docs/pus-coverage.md
 ##   make fuzz       run every fuzz target in turn on its kept corpus          ONLY=<part of a name>  SECONDS=20
 ##   make vm         a shell in a micro-VM with vcan and TIPC over this tree; what is written there is forgotten, but
 ##                   for build/vm/out            CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=folder
@@ -287,6 +288,9 @@ test-hil: build/setup/vm all
 	+$(if $(NEEDS_FOREIGN),@$(BUILD_FOREIGN))
 	@HIL_PLACE='$(PLACE)' $(VENV) -m pytest -q -rs -p no:cacheprovider --timeout=600 --rootdir=. \
 	    $(or $(HIL_TESTS),$(error no test in test/hil has '$(ONLY)' in its path))
+
+pus-coverage: build/setup/test all
+	@UPDATE_COVERAGE=1 $(VENV) -m pytest -q -p no:cacheprovider --timeout=600 --rootdir=. test/conformance/pus
 
 fuzzers: $(foreach t,$(call selected,$(FUZZ_TARGETS)),$B/target/$t)
 	@:

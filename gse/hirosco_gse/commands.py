@@ -9,7 +9,7 @@ import itertools
 import shlex
 import struct
 
-from . import packets, service_commands, telemetry
+from . import packets, service_commands
 from .command import REPLY_NS, Command, UsageError, asking, line, need, reply, simple
 from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, Structure
 from .session import Rejected, Request, SessionError, TimedOut

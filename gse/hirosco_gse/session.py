@@ -57,7 +57,8 @@ class Verification:
     request_id: bytes
     sent_ns: int
     stages: list = field(default_factory=list)
-    failure: Failure = None
+    failure: Failure = None  # The last one.
+    failures: list = field(default_factory=list)  # A request of several instructions may have several.
     is_finished: bool = False
     replies: list = field(default_factory=list)  # other reports addressed to us, since the request was sent
 
@@ -137,9 +138,12 @@ class Session:
         verification.stages.append(packet.subtype)
         if packet.subtype in (2, 4, 6, 8, 10):
             verification.failure = Failure.decode(packet.subtype, packet.data[4:])
+            verification.failures.append(verification.failure)
         if packet.subtype in FINAL_SUBTYPES:
             verification.is_finished = True
-            del self._open[packet.data[:4]]
+            is_of_instruction = packet.subtype == 4 and verification.failure.instruction > 0
+            if not is_of_instruction:  # Others may follow, and the end of the whole.
+                del self._open[packet.data[:4]]
 
     def _compare(self, packet, decoded):
         subsystem = self.dictionary.subsystem_of_apid(packet.apid)

@@ -3,72 +3,24 @@
 
 import json
 import pathlib
-import random
+import sys
 
 import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+
 from hirosco_gse import commands, packets
 from hirosco_gse.dictionary import Dictionary
 from hirosco_gse.messages import MessageProblem
+from message_values import Values
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 GENERATED = ROOT / "build" / "generated" / "rokviss.json"
-LAYOUT = {"UINT8": 0, "UINT16": 1, "DOUBLE": 9}
 
 
 @pytest.fixture(scope="module", name="dictionary")
 def _dictionary():
     return Dictionary.load(GENERATED)
-
-
-class _Values:
-    """Values of any message, at random."""
-
-    def __init__(self, catalogue, seed):
-        self.catalogue, self.random = catalogue, random.Random(seed)
-        self.layouts = {}
-
-    def group(self, entry, fields):
-        found = {}
-        for field in fields:
-            if "repeat" in field:
-                is_open = "argument_id" in json.dumps(field)  # Whose value runs to the end: one group at most.
-                groups = 1 if is_open else self.random.randrange(field["least"], 4)
-                found[field["repeat"]] = [self.group(entry, field["fields"]) for _ in range(groups)]
-            elif "choice" in field:
-                cases = sorted(field["cases"])
-                selected = self.random.choice(cases)
-                word = self.catalogue.words(entry["service"], field["choice"]).get(int(selected), int(selected))
-                found[field["choice"]] = word
-                found |= self.group(entry, field["cases"][selected])
-            elif "values" in field:
-                found["values"] = "0102"
-            else:
-                found[field["name"]] = self.value(entry, field)
-        return found
-
-    def value(self, entry, field):
-        if field["kind"] in ("value", "auxiliary"):
-            layout = self.layouts.get(field.get("of"))
-            return {None: "0a0b", "UINT8": 200, "UINT16": 60000, "DOUBLE": -0.125}[layout]
-        kind = self.catalogue.kinds[field["kind"]]
-        coding, name = kind["coding"], field["name"]
-        if coding == "id":
-            self.layouts[name] = self.random.choice(sorted(LAYOUT))
-            return f"0x{99 << 21 | LAYOUT[self.layouts[name]] << 16 | 7:08X}"
-        if coding == "layout":
-            self.layouts[name] = self.random.choice(sorted(LAYOUT))
-            return self.layouts[name]
-        words = self.catalogue.words(entry["service"], name)
-        if words:
-            return self.random.choice(sorted(words.values()))
-        request = packets.build_tc(16, 3, 17, 1).hex()
-        simple = {"u8": 200, "u16": 60000, "u32": 4000000000, "u64": 1 << 60, "f64": 0.5, "time": 12.5, "reltime": -3.25}
-        simple |= {"cds": 86400.25, "position": -1.5, "name": "ALPHA", "text": "/a/b", "packet": request, "rest": "aabb"}
-        if coding == "bits":
-            return (1 << kind["size"]) - 1
-        if coding == "octets":
-            return "5a" * kind.get("size", 3)
-        return simple[coding]
 
 
 def test_there_are_all_messages_of_the_standard(dictionary):
@@ -85,7 +37,7 @@ def test_what_is_written_is_read_and_no_part_of_it_is(dictionary, direction):
     catalogue = dictionary.catalogue
     for entry in catalogue.all(direction):
         for seed in range(6):
-            given = _Values(catalogue, seed).group(entry, entry["fields"])
+            given = Values(catalogue, seed).group(entry, entry["fields"])
             message = entry["service"], entry["subtype"]
             octets = catalogue.encode(direction, *message, given)
             packet = packets.Packet(direction, 16, 0, *message, 1, octets, b"")

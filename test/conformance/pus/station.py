@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A ground station at a flying mission, for tests of its services: requests by the catalogue, reports decoded, all noted.
+
+    answer = station.ask("SUPERVISOR", 11, 18)                  completes, and is the fields of its answer TM[11,19]
+    station.do("SUPERVISOR", 11, 1)                             completes
+    station.refuse(0x0209, "SUPERVISOR", 11, 4, sub_schedule_id=1, n=[...])
+
+The mission flies in stepped time as fast as it can; nothing here depends on how fast that is. Every request that completed and
+every report that a test asked for is noted with the test: docs/pus-coverage.md is made of these notes."""
+
+import collections
+import os
+import time
+
+import flying
+from hirosco_gse import link
+from hirosco_gse.dictionary import Dictionary
+from hirosco_gse.session import Request, Session
+
+PATIENCE_S = 120.0  # Against hanging only.
+USER = 2
+ENDLESS_S = 1_000_000  # Of simulated time; the tests end the flight.
+
+
+class Outcome:
+    """What became of a request: the failures by stage and code, and the reports addressed to us."""
+
+    def __init__(self, verification):
+        self.stages = verification.stages
+        self.failure = verification.failure
+        self.failures = verification.failures
+        self.replies = verification.replies
+
+    @property
+    def is_completed(self):
+        """TM[1,7] came."""
+        return 7 in self.stages
+
+
+class Notes:
+    """Which messages were seen to work, and by which tests."""
+
+    def __init__(self):
+        self.requests, self.reports = collections.defaultdict(set), collections.defaultdict(set)
+        self.hostile = collections.Counter()
+
+    @staticmethod
+    def test():
+        """Name of the present test."""
+        return os.environ.get("PYTEST_CURRENT_TEST", "").split(" ")[0].split("::")[-1].split("[")[0]
+
+
+class Station:
+    """One ground user of a flight."""
+
+    def __init__(self, flight, notes, mission="rokviss"):
+        self.flight, self.notes = flight, notes
+        self.dictionary = Dictionary.load(flying.ROOT / "build" / "generated" / f"{mission}.json")
+        self.catalogue = self.dictionary.catalogue
+        self.session = Session(self.dictionary, first_sequence=0, source=USER)
+        self.session.listeners.append(self._note)
+        self.stream = link.connect("127.0.0.1", flight.port(), PATIENCE_S)
+        self.reports = []  # (packet, decoded) since the last clear()
+        self.undecoded = []
+
+    def _note(self, packet, decoded):
+        self.reports.append((packet, decoded))
+        if "error" in decoded:
+            self.undecoded.append((packet.title, decoded["error"], packet.raw.hex()))
+
+    def close(self):
+        """Hang up."""
+        self.stream.close()
+
+    # ---- waiting ----
+
+    def pump(self, seconds=0.01):
+        """Take in what comes within so long; true if anything did."""
+        self.stream.settimeout(seconds)
+        if self.session.outbox:
+            self.stream.sendall(self.session.outbox)
+            self.session.outbox.clear()
+        try:
+            octets = self.stream.recv(1 << 16)
+        except TimeoutError:
+            return False
+        assert octets, f"the spacecraft closed the link\n{self.flight.told()}"
+        self.session.feed(octets)
+        return True
+
+    def wait(self, condition, what):
+        """Until the condition holds; its value."""
+        end = time.monotonic() + PATIENCE_S
+        while not (found := condition()):
+            assert time.monotonic() < end, f"{what} did not come within {PATIENCE_S} s"
+            self.pump(0.5)
+        return found
+
+    def now(self):
+        """Mission time [s] of the last report."""
+        return (self.reports[-1][0].time_ns - self.dictionary.epoch_ns) / 1e9 if self.reports else 0.0
+
+    def wait_until(self, seconds):
+        """Until a report of that mission time or later has come."""
+        self.wait(lambda: self.now() >= seconds, f"mission time {seconds}")
+
+    def report(self, service, subtype, apid=None, since=0, where=None):
+        """The first report of a message since that place in `reports` whose fields hold; waits for it."""
+
+        def found():
+            for packet, decoded in self.reports[since:]:
+                if packet.message == (service, subtype) and apid in (None, packet.apid) and (where is None or where(decoded)):
+                    return packet, decoded
+            return None
+
+        packet, decoded = self.wait(found, f"TM[{service},{subtype}]")
+        assert "error" not in decoded, decoded
+        self.notes.reports[(service, subtype)].add(self.notes.test())
+        return packet, decoded
+
+    # ---- requests ----
+
+    def send(self, subsystem, service, subtype, **fields):
+        """Send a request of the catalogue; its verification."""
+        apid = self.dictionary.subsystem(subsystem).apid
+        data = self.catalogue.encode("TC", service, subtype, fields)
+        return self.send_data(apid, service, subtype, data)
+
+    def send_data(self, apid, service, subtype, data):
+        """Send a request with any application data; its verification."""
+        request = Request(apid, service, subtype, bytes(data), f"TC[{service},{subtype}] to {apid}")
+        return self.session.send(request)
+
+    def settle(self, verification):
+        """Wait for the end of a request's verification, and for what was sent before it."""
+        self.wait(lambda: verification.is_finished, f"end of {verification.request.text}")
+        if verification.failure is not None and verification.failure.instruction:
+            self.fence(verification.request.apid)  # Further instructions may have failed.
+        return Outcome(verification)
+
+    def fence(self, apid):
+        """Until all that an application has to say about the requests sent so far has come."""
+        ping = self.send_data(apid, 17, 1, b"")
+        self.wait(lambda: ping.is_finished, f"end of {ping.request.text}")
+
+    def do(self, subsystem, service, subtype, **fields):
+        """A request that completes; its outcome."""
+        verification = self.send(subsystem, service, subtype, **fields)
+        outcome = self.settle(verification)
+        assert outcome.is_completed, f"{verification.request.text}: {outcome.failure.words(self.dictionary)}"
+        self.notes.requests[(service, subtype)].add(self.notes.test())
+        return outcome
+
+    def ask(self, subsystem, service, subtype, **fields):
+        """A request that completes and is answered; the fields of its answer, the groups of several packets together."""
+        outcome = self.do(subsystem, service, subtype, **fields)
+        answer = self.catalogue.find("TC", service, subtype)["answer"]
+        parts = [decoded for packet, decoded in outcome.replies if packet.message == (service, answer)]
+        assert parts, f"TC[{service},{subtype}] completed without TM[{service},{answer}]"
+        assert not any("error" in part for part in parts), parts
+        self.notes.reports[(service, answer)].add(self.notes.test())
+        return merged(parts)
+
+    def refuse(self, code, subsystem, service, subtype, **fields):
+        """A request that is refused as a whole, or in some instruction, with that code; its outcome."""
+        verification = self.send(subsystem, service, subtype, **fields)
+        outcome = self.settle(verification)
+        assert outcome.failures, f"{verification.request.text} was carried out, 0x{code:04X} expected"
+        codes = [failure.code for failure in outcome.failures]
+        assert code in codes, f"{verification.request.text}: {[hex(found) for found in codes]}, 0x{code:04X} expected"
+        return outcome
+
+    def command(self, *words):
+        """A command of an operator, carried out to its end; lines of its answer."""
+        done = flying.gse(self.flight, *words, timeout=PATIENCE_S)
+        assert done.returncode == 0, f"gse {' '.join(map(str, words))}: {done.stdout}{done.stderr}"
+        return done.stdout
+
+
+def merged(parts):
+    """Fields of an answer that came in several packets: their groups one after the other."""
+    whole = dict(parts[0])
+    for part in parts[1:]:
+        for name, value in part.items():
+            if isinstance(value, list) and name.startswith("n"):
+                whole[name] = whole[name] + value
+    return whole
+
+
+def launch(folder, *options):
+    """A flight without a scenario, which its station ends."""
+    return flying.start(folder, "--scenario", "none", "--duration", ENDLESS_S, "--form", "image", *options)

@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Services 1, 3, 5, 17 and 20 in flight."""
+
+
+def test_alive(station):
+    for subsystem in ("SUPERVISOR", "MANIPULATOR", "JOYSTICK"):
+        assert station.ask(subsystem, 17, 1)["kind"] == "alive"
+
+
+def test_unknown_service_and_subtype_are_told(station):
+    outcome = station.settle(station.send_data(16, 99, 1, b""))
+    assert outcome.failure.code == 0x0110, "nothing permits it"
+    outcome = station.settle(station.send_data(16, 3, 99, b""))
+    assert (outcome.failure.code, outcome.failure.detail) == (0x0106, 3 << 8 | 99)

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Requests that are not what the catalogue says, made from it: cut at every length, longer by one octet, with other counts and
+lengths within. What the ground's own reader finds malformed must be rejected at acceptance, by whoever it is sent to."""
+
+import random
+
+from hirosco_gse.messages import MessageProblem
+from hirosco_gse.packets import Packet
+from message_values import Values
+
+SEEDS = 3
+MUTATIONS = 24  # Of single octets, of each message.
+TOGETHER = 32  # Requests under way.
+DATA, PERMISSION, SERVICE, SUBTYPE, QUEUE_FULL = 0x0108, 0x0110, 0x0105, 0x0106, 0x0109
+# Whose data only definitions on board delimit: refused at acceptance or at start of execution, but never carried out.
+DELIMITED_ON_BOARD = {(8, 1), (20, 3)}
+
+
+def _is_well_formed(catalogue, entry, octets):
+    try:
+        catalogue.decode(Packet("TC", 1, 0, entry["service"], entry["subtype"], 1, octets, b""))
+        return True
+    except (MessageProblem, ValueError):
+        return False
+
+
+def _malformed(catalogue, entry):
+    """Application data that the ground's reader refuses."""
+    found = set()
+    for seed in range(SEEDS):
+        whole = catalogue.encode("TC", entry["service"], entry["subtype"], Values(catalogue, seed).group(entry, entry["fields"]))
+        found |= {whole[:size] for size in range(len(whole))} | {whole + b"\0"}
+        chance = random.Random(seed)
+        for _ in range(MUTATIONS if whole else 0):
+            place = chance.randrange(len(whole))
+            found.add(whole[:place] + bytes([chance.choice((0, 1, 2, 127, 255, chance.randrange(256)))]) + whole[place + 1 :])
+    return sorted(octets for octets in found if not _is_well_formed(catalogue, entry, octets))
+
+
+def _judge(station, entry, octets, verification):
+    """None if the request was refused as malformed; else words. False if nobody there offers the message."""
+    outcome = station.settle(verification)
+    codes = {failure.code for failure in outcome.failures}
+    if codes & {SERVICE, SUBTYPE, PERMISSION}:
+        return False
+    message = entry["service"], entry["subtype"]
+    if DATA in codes or (message in DELIMITED_ON_BOARD and 7 not in outcome.stages):
+        station.notes.hostile[message] += 1
+        return None
+    return f"TC[{message[0]},{message[1]}] {octets.hex()}: stages {outcome.stages}, codes {sorted(map(hex, codes))}"
+
+
+def _send(station, batch):
+    """Judgements of requests sent together; those that found a mailbox full are sent again, one by one."""
+    sent = [(apid, entry, octets, station.send_data(apid, entry["service"], entry["subtype"], octets)) for apid, entry, octets in batch]
+    for apid, entry, octets, verification in sent:
+        station.settle(verification)
+        while verification.failure is not None and verification.failure.code == QUEUE_FULL:
+            verification = station.send_data(apid, entry["service"], entry["subtype"], octets)
+            station.settle(verification)
+        yield _judge(station, entry, octets, verification)
+
+
+def test_nothing_malformed_is_accepted(station):
+    hostile = [
+        (station.dictionary.subsystem(name).apid, entry, octets)
+        for name in ("SUPERVISOR", "MANIPULATOR")
+        for entry in station.catalogue.all("TC")
+        for octets in _malformed(station.catalogue, entry)
+    ]
+    found = []
+    for start in range(0, len(hostile), TOGETHER):
+        found += _send(station, hostile[start : start + TOGETHER])
+    wrong = [words for words in found if words]
+    print(f"{found.count(None)} malformed requests refused, {len(wrong)} not, {found.count(False)} not offered or not permitted there")
+    assert not wrong, "\n".join(wrong[:40])
+
+
+def test_everything_received_decodes(station):
+    assert not station.undecoded, station.undecoded[:10]
+    assert not station.session.malformed
