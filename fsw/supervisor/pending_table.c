@@ -11,7 +11,8 @@ void pending_init(pending_table_t* const table)
     (void)memset(table, 0, sizeof *table);
 }
 
-status_t pending_add(pending_table_t* const table, const uint16_t apid, const pus_token_t* const token)
+status_t pending_add(pending_table_t* const table, const uint16_t apid, const pus_token_t* const token,
+                     const uint64_t now_ns)
 {
     FSW_ASSERT((table != NULL) && (token != NULL));
     if ((token->ack & PUS_ACK_ALL) == 0U) {
@@ -19,9 +20,11 @@ status_t pending_add(pending_table_t* const table, const uint16_t apid, const pu
     }
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         if (!table->entries[i].is_used) {
-            table->entries[i].is_used = true;
-            table->entries[i].apid    = apid;
-            table->entries[i].token   = *token;
+            table->entries[i].is_used     = true;
+            table->entries[i].is_answered = (token->ack & PUS_ACK_ACCEPTANCE) == 0U;
+            table->entries[i].apid        = apid;
+            table->entries[i].since_ns    = now_ns;
+            table->entries[i].token       = *token;
             table->count++;
             return STATUS_OK;
         }
@@ -47,6 +50,7 @@ void pending_report(pending_table_t* const table, const uint16_t apid, const uin
         const pus_token_t* const token = &table->entries[i].token;
         const bool is_it               = table->entries[i].is_used && (table->entries[i].apid == apid) &&
                            (token->request_id == verification->request_id) && (token->source == destination);
+        table->entries[i].is_answered |= is_it;
         const bool is_part = (verification->subtype == 4U) && (verification->failure.instruction != 0U);
         if (is_it && !is_part &&
             (pus_verification_is_final(verification) ||
@@ -58,14 +62,33 @@ void pending_report(pending_table_t* const table, const uint16_t apid, const uin
     }
 }
 
+static void take_out(pending_table_t* const table, const size_t index, pus_token_t* const out_token)
+{
+    *out_token                    = table->entries[index].token;
+    table->entries[index].is_used = false;
+    table->count--;
+}
+
 bool pending_take(pending_table_t* const table, const uint16_t apid, pus_token_t* const out_token)
 {
     FSW_ASSERT((table != NULL) && (out_token != NULL));
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         if (table->entries[i].is_used && (table->entries[i].apid == apid)) {
-            *out_token                = table->entries[i].token;
-            table->entries[i].is_used = false;
-            table->count--;
+            take_out(table, i, out_token);
+            return true;
+        }
+    }
+    return false;
+}
+
+bool pending_take_unanswered(pending_table_t* const table, const uint64_t since_ns,
+                             pus_token_t* const out_token)
+{
+    FSW_ASSERT((table != NULL) && (out_token != NULL));
+    for (size_t i = 0U; i < PENDING_MAX; i++) {
+        if (table->entries[i].is_used && !table->entries[i].is_answered &&
+            (table->entries[i].since_ns < since_ns)) {
+            take_out(table, i, out_token);
             return true;
         }
     }

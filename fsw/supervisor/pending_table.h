@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Requests that have been passed to an addressee and whose verification is not over: when the addressee
-/// dies, each is ended with TM[1,8], so that no request stays open.
+/// dies, or does not even accept what it was asked to acknowledge, each is ended with TM[1,8], so that no
+/// request stays open.
 /// Ownership: the caller places the table. Context: one loop. Time: O(PENDING_MAX).
 #ifndef FSW_SUPERVISOR_PENDING_TABLE_H
 #define FSW_SUPERVISOR_PENDING_TABLE_H
@@ -17,7 +18,9 @@
 typedef struct { // Private, except `count` and `refused`.
     struct {
         bool is_used;
+        bool is_answered; // Some report has come; or none is due before the work is done.
         uint16_t apid;
+        uint64_t since_ns;
         pus_token_t token;
     } entries[PENDING_MAX];
     uint16_t count;
@@ -25,13 +28,16 @@ typedef struct { // Private, except `count` and `refused`.
 } pending_table_t;
 
 void pending_init(pending_table_t* table);
-/// Track a request that was passed to `apid`. A request that asks for no report is over at once.
+/// Track a request that is passed to `apid` now. A request that asks for no report is over at once.
 /// STATUS_OK, STATUS_EXHAUSTED (counted).
-status_t pending_add(pending_table_t* table, uint16_t apid, const pus_token_t* token);
+status_t pending_add(pending_table_t* table, uint16_t apid, const pus_token_t* token, uint64_t now_ns);
 /// A verification report of `apid` to `destination` has passed; drops the entry if its chain ends here.
 void pending_report(pending_table_t* table, uint16_t apid, uint16_t destination,
                     const pus_verification_t* verification);
 /// Take one request of `apid` out. False if there is none (left).
 bool pending_take(pending_table_t* table, uint16_t apid, pus_token_t* out_token);
+/// Take one request out that was passed before `since_ns`, asked for its acceptance, and got no report at
+/// all. False if there is none (left).
+bool pending_take_unanswered(pending_table_t* table, uint64_t since_ns, pus_token_t* out_token);
 
 #endif // FSW_SUPERVISOR_PENDING_TABLE_H

@@ -5,6 +5,8 @@
 #include "fsw/framework/base/assertion.h"
 
 #define SILENT_NS 3000000000ULL ///< Longest silence of a running subsystem; its status comes once a second.
+#define UNANSWERED_NS 10000000000ULL ///< Longest wait for the acceptance of a request.
+#define NS_PER_MS 1000000ULL
 
 void roster_init(supervisor_t* const supervisor)
 {
@@ -116,6 +118,18 @@ void roster_end_pending(supervisor_t* const supervisor, const uint16_t apid)
     }
 }
 
+void roster_end_unanswered(supervisor_t* const supervisor)
+{
+    if (supervisor->now_ns <= UNANSWERED_NS) {
+        return;
+    }
+    pus_token_t token;
+    const pus_failure_t failure = pus_failure(PUS_FAILURE_TIMEOUT, (uint32_t)(UNANSWERED_NS / NS_PER_MS));
+    while (pending_take_unanswered(&supervisor->pending, supervisor->now_ns - UNANSWERED_NS, &token)) {
+        pus_verify_failed(component_process(&supervisor->component), &token, &failure, supervisor->now_ns);
+    }
+}
+
 /// Start it again as long as its budget lasts, then, or if that fails, fall back to mode SAFE (id 0). On the
 /// way down to the end of the mission nothing is started.
 static void restart(supervisor_t* const supervisor, roster_entry_t* const entry)
@@ -141,10 +155,11 @@ static void restart(supervisor_t* const supervisor, roster_entry_t* const entry)
 
 static void process_lost(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
-    const uint16_t apid = entry->mission->apid;
-    entry->process      = PROCESS_LOST;
-    entry->state        = STATE_OFFLINE;
-    entry->phase        = PHASE_IDLE;
+    const uint16_t apid  = entry->mission->apid;
+    entry->process       = PROCESS_LOST;
+    entry->state         = STATE_OFFLINE;
+    entry->phase         = PHASE_IDLE;
+    entry->is_order_owed = false;
     roster_end_pending(supervisor, apid);
     raise_u16(supervisor, SUPERVISOR_EVENT_PROCESS_LOST, apid);
     error_member_lost(supervisor, apid);

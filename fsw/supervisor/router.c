@@ -155,7 +155,7 @@ static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* 
     const status_t status = message_send(supervisor->config.endpoint, tc->apid, packet, size);
     if (status == STATUS_OK) {
         const pus_token_t token = pus_token_of(tc);
-        (void)pending_add(&supervisor->pending, tc->apid, &token);
+        (void)pending_add(&supervisor->pending, tc->apid, &token, supervisor->now_ns);
     }
     return status;
 }
@@ -269,10 +269,25 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
 
 status_t order_state(supervisor_t* const supervisor, const uint16_t apid, const state_t target)
 {
-    octet_writer_t writer = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_MANAGEMENT,
-                                         PUS_MANAGEMENT_REQUEST_STATE, PUS_ACK_COMPLETION);
+    roster_entry_t* const entry = roster_find(supervisor, apid);
+    octet_writer_t writer       = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_MANAGEMENT,
+                                               PUS_MANAGEMENT_REQUEST_STATE, PUS_ACK_COMPLETION);
     octet_write_u8(&writer, (uint8_t)target);
-    return pus_tc_send(&supervisor->requester, &writer, NULL);
+    const status_t status = pus_tc_send(&supervisor->requester, &writer, NULL);
+    FSW_ASSERT(entry != NULL); // Members of the mission are ordered about, nobody else.
+    entry->is_order_owed = (status == STATUS_FULL);
+    entry->ordered       = target;
+    return status;
+}
+
+void order_owed(supervisor_t* const supervisor)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        const roster_entry_t* const entry = &supervisor->roster[i];
+        if (entry->is_order_owed && router_has_room(supervisor, entry->mission->apid)) {
+            (void)order_state(supervisor, entry->mission->apid, entry->ordered);
+        }
+    }
 }
 
 status_t order_configuration(supervisor_t* const supervisor, const uint16_t apid,

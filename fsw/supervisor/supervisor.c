@@ -107,6 +107,8 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
 static void tick(supervisor_t* const supervisor)
 {
     roster_watch(supervisor);
+    roster_end_unanswered(supervisor);
+    order_owed(supervisor);
     link_manager_watch(supervisor);
     error_run_plans(supervisor);
     sequence_autostart(supervisor);

@@ -55,6 +55,8 @@ typedef struct { // What is known of one subsystem.
     state_phase_t phase;
     uint16_t configuration;
     uint8_t restarts;
+    bool is_order_owed; ///< `ordered` found no room in its mailbox.
+    state_t ordered;
     uint64_t heard_ns;
     uint64_t started_ns;
     uint64_t

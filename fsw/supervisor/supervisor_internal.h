@@ -17,8 +17,11 @@ status_t router_send(void* context, const uint8_t* packet, size_t size);
 bool router_has_room(const supervisor_t* supervisor, uint16_t apid);
 /// Route a request that a service on board has released, as one that came from its source.
 void router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
-/// Order to a subsystem: TC[129,1].
+/// Order to a subsystem of the mission: TC[129,1]. Where its mailbox has no room the order is owed, until
+/// another one takes its place or its process dies. Statuses of pus_tc_send.
 status_t order_state(supervisor_t* supervisor, uint16_t apid, state_t target);
+/// Give the orders that are owed, as far as there is room now.
+void order_owed(supervisor_t* supervisor);
 /// Order to a subsystem: TC[129,3].
 status_t order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t configuration);
 
@@ -29,6 +32,8 @@ void roster_init(supervisor_t* supervisor);
 void roster_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// End every request that a subsystem which is gone still owed an answer to.
 void roster_end_pending(supervisor_t* supervisor, uint16_t apid);
+/// End every request whose addressee lives and has not even accepted it.
+void roster_end_unanswered(supervisor_t* supervisor);
 /// Look after processes and heartbeats; once per tick.
 void roster_watch(supervisor_t* supervisor);
 /// Electrical power [W] of all subsystems, with one of them in another state.

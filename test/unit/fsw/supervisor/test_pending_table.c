@@ -21,7 +21,7 @@ static pus_token_t token(uint32_t id, uint16_t source, uint8_t ack)
 static void add(uint16_t apid, uint32_t id, uint16_t source, uint8_t ack)
 {
     const pus_token_t added = token(id, source, ack);
-    TEST_ASSERT_EQUAL(STATUS_OK, pending_add(&table, apid, &added));
+    TEST_ASSERT_EQUAL(STATUS_OK, pending_add(&table, apid, &added, 100U));
 }
 
 static void report(uint16_t apid, uint16_t destination, uint32_t id, uint8_t subtype, uint16_t instruction)
@@ -125,15 +125,33 @@ static void a_full_table_counts_what_it_cannot_track(void)
     for (uint32_t i = 0U; i < PENDING_MAX; i++) {
         add(16U, i, 1U, 0x1U);
     }
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pending_add(&table, 16U, &more));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pending_add(&table, 16U, &more, 100U));
     TEST_ASSERT_EQUAL(1U, table.refused);
     report(16U, 1U, 64U, 1U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, pending_add(&table, 16U, &more));
+    TEST_ASSERT_EQUAL(STATUS_OK, pending_add(&table, 16U, &more, 100U));
     unsigned count = 0U;
     while (pending_take(&table, 16U, &taken)) {
         count++;
     }
     TEST_ASSERT_EQUAL(PENDING_MAX, count);
+}
+
+static void only_what_is_late_and_unanswered_is_taken(void)
+{
+    pus_token_t taken;
+    pending_init(&table);
+    add(16U, 5U, 1U, PUS_ACK_ALL);
+    add(17U, 6U, 1U, PUS_ACK_ACCEPTANCE);
+    add(16U, 7U, 1U, PUS_ACK_COMPLETION);
+    add(16U, 8U, 1U, PUS_ACK_ALL);
+    report(16U, 1U, 8U, 1U, 0U);
+    TEST_ASSERT_FALSE(pending_take_unanswered(&table, 100U, &taken));
+    TEST_ASSERT_TRUE(pending_take_unanswered(&table, 101U, &taken));
+    TEST_ASSERT_EQUAL(5U, taken.request_id);
+    TEST_ASSERT_TRUE(pending_take_unanswered(&table, 101U, &taken));
+    TEST_ASSERT_EQUAL(6U, taken.request_id);
+    TEST_ASSERT_FALSE(pending_take_unanswered(&table, 101U, &taken));
+    TEST_ASSERT_EQUAL(2U, table.count);
 }
 
 int main(void)
@@ -146,5 +164,6 @@ int main(void)
     RUN_TEST(equal_requests_end_one_by_one);
     RUN_TEST(what_a_lost_subsystem_owes_is_taken_out);
     RUN_TEST(a_full_table_counts_what_it_cannot_track);
+    RUN_TEST(only_what_is_late_and_unanswered_is_taken);
     return UNITY_END();
 }

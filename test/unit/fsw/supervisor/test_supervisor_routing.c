@@ -397,6 +397,44 @@ static void pending_requests_end_with_their_subsystem(void)
     TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
 }
 
+/// A subsystem that goes on telling its status, and never says a word about what it is asked.
+static void a_request_that_nobody_accepts_ends(void)
+{
+    bed.members[BED_ARM].is_passive = true;
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed.ack = PUS_ACK_COMPLETION; // Nothing is due before it is done.
+    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    bed_verify(BED_ARM, 1U, 1U);
+    bed_run(1U);
+    bed_forget();
+    bed_run(990U);
+    bed_expect("");
+    bed_run(20U);
+    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 0406 2710"));
+    TEST_ASSERT_FALSE(bed_has("G 1.8 #1"));
+    TEST_ASSERT_FALSE(bed_has("G 1.8 #2"));
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.pending.count);
+}
+
+/// Its mailbox is full when it is to secure itself: the order comes as soon as there is room.
+static void an_order_without_room_is_owed(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed.members[BED_HAND].is_deaf = true;
+    for (unsigned i = 0U; i < 40U; i++) {
+        (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        bed_step();
+    }
+    bed_event(BED_ARM, 4U, 3U);
+    bed_run(1U);
+    bed_forget();
+    bed.members[BED_HAND].is_deaf = false;
+    bed_run(4U);
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06 from 8001"));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -419,5 +457,7 @@ int main(void)
     RUN_TEST(nobody_goes_down_beside_a_member_that_operates);
     RUN_TEST(a_way_up_is_one_step);
     RUN_TEST(pending_requests_end_with_their_subsystem);
+    RUN_TEST(a_request_that_nobody_accepts_ends);
+    RUN_TEST(an_order_without_room_is_owed);
     return UNITY_END();
 }
