@@ -27,11 +27,7 @@ static struct {
 static void take_and_release(void)
 {
     for (unsigned i = 0U; i < WORK; i++) {
-        void* block = NULL;
-        if (pool_take(&pool, &block) != STATUS_OK) {
-            abort();
-        }
-        sink = block;
+        sink = pool_take(&pool);
         if (pool_release(&pool, sink) != STATUS_OK) {
             abort();
         }

@@ -6,23 +6,38 @@
 #include "fsw/framework/resource/pool.h"
 #include "fsw/framework/resource/resource.h"
 
-/// Free list, references and counters agree.
+#include <string.h>
+
+/// The list holds as many blocks as are free, none of them twice, and none that is held.
+static inline bool pool_list_is_consistent(const pool_t* pool)
+{
+    const uint16_t free_count = (uint16_t)(pool->block_count - pool->stats.taken);
+    bool is_listed[UINT16_MAX];
+    (void)memset(is_listed, 0, pool->block_count);
+    uint16_t index = pool->free_index;
+    if ((free_count > 0U) && (index < pool->block_count) &&
+        (pool->free_block != &pool->storage[pool->slots[index].start])) {
+        return false;
+    }
+    for (uint16_t i = 0U; i < free_count; i++) {
+        if ((index >= pool->block_count) || is_listed[index] || (pool->slots[index].holders > 0U)) {
+            return false;
+        }
+        is_listed[index] = true;
+        index            = pool->slots[index].next;
+    }
+    return true;
+}
+
+/// Free list, holders and counters agree.
 static inline bool pool_is_consistent(const pool_t* pool)
 {
-    uint16_t free_count = 0U;
-    uint16_t index      = pool->first_free;
-    // Counting up to block_count ends the walk even if corruption has turned the list into a loop.
-    while ((index < pool->block_count) && (free_count < pool->block_count) &&
-           (pool->slots[index].references == 0U)) {
-        free_count++;
-        index = pool->slots[index].next_free;
-    }
     uint16_t held = 0U;
     for (uint16_t i = 0U; i < pool->block_count; i++) {
-        held = (uint16_t)(held + ((pool->slots[i].references > 0U) ? 1U : 0U));
+        held = (uint16_t)(held + ((pool->slots[i].holders > 0U) ? 1U : 0U));
     }
-    return (index == UINT16_MAX) && (held == pool->stats.taken) &&
-           ((pool->stats.taken + free_count) == pool->block_count) && (pool->stats.taken <= pool->stats.peak);
+    return (held == pool->stats.taken) && (pool->stats.taken <= pool->stats.peak) &&
+           pool_list_is_consistent(pool);
 }
 
 static inline bool resource_is_consistent(const resource_t* resource)

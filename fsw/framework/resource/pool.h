@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Pool of equal blocks with reference counts: take, retain and release in constant time, without a heap.
-/// Bookkeeping lies outside the blocks, so writing past the end of one cannot damage the free list.
+/// Bookkeeping lies outside the blocks, so writing past the end of one cannot damage the list of free blocks.
 /// When use reaches the warning threshold, `warning` rises (once, with hysteresis) before anything fails.
 ///
 /// Ownership  The pool borrows `storage` and `slots`; both outlive it. It never allocates.
@@ -31,7 +31,7 @@
 #define POOL_WARN_PERCENT 75U
 #define POOL_CLEAR_PERCENT 65U
 
-#define POOL_BLOCK_OCTETS_MAX 524288U
+#define POOL_BLOCK_OCTETS_MAX 65536U
 
 typedef struct {
     size_t block_octets;   ///< Usable size of a block [octets], 1..POOL_BLOCK_OCTETS_MAX.
@@ -41,21 +41,23 @@ typedef struct {
     uint8_t clear_percent; ///< Use at which it falls again, < warn_percent.
 } pool_setup_t;
 
-typedef struct { // One per block, placed by the owner. All fields are private.
-    uint16_t next_free;
-    uint16_t references; // 0 = free.
+typedef struct {      // One per block, placed by the owner. All fields are private.
+    uint32_t start;   // Of the block [octets] in the storage: constant.
+    uint16_t next;    // Of the list of free blocks; the last one's is some block.
+    uint16_t holders; // 0 = free.
 } pool_slot_t;
 
 typedef struct { // All fields are private, except `stats`: read-only, for housekeeping telemetry.
-    uint64_t* storage;
+    uint8_t* storage;
     pool_slot_t* slots;
     size_t block_words;
-    size_t storage_words;
-    uint64_t words_inverse; // 2^32 / block_words, rounded up.
     size_t block_octets;
+    uint64_t inverse; // 2^32 / octets of whole words of a block, rounded up.
+    void* free_block; // First of the list of free blocks, and its index, as long as there is one.
+    uint16_t free_index;
     uint16_t block_count;
-    uint16_t reserve;
-    uint16_t first_free;
+    uint16_t unreserved; // Blocks before the reserve begins.
+    uint16_t quiet;      // Below this use a take is neither refused, nor a new peak, nor a reason to warn.
     uint16_t warn_blocks;
     uint16_t clear_blocks;
     bool is_news; // Warning has risen and was not polled yet.
@@ -77,11 +79,11 @@ void pool_init(pool_t* pool, uint64_t* storage, pool_slot_t* slots, const pool_s
 void pool_set_thresholds(pool_t* pool, uint8_t warn_percent, uint8_t clear_percent);
 
 /// Take one block with one reference: aligned as uint64_t, contents undefined. Leaves the reserve alone.
-/// STATUS_OK, or STATUS_EXHAUSTED with *out_block = NULL.
-MUST_USE status_t pool_take(pool_t* pool, void** out_block);
+/// Null if no block is left: then only `refused` changes.
+MUST_USE void* pool_take(pool_t* pool);
 
 /// As pool_take, but may use the reserve: for what must work when all else is full (commanding).
-MUST_USE status_t pool_take_reserved(pool_t* pool, void** out_block);
+MUST_USE void* pool_take_reserved(pool_t* pool);
 
 /// One more holder of a taken block. STATUS_OK; STATUS_NOT_OURS if `block` is not a taken block of this pool;
 /// STATUS_FULL at 65535 holders.

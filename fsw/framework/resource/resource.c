@@ -68,20 +68,27 @@ static pool_t* fitting(resource_t* const resource, const size_t octets)
     return NULL;
 }
 
+static status_t taken(void* const block, const pool_t* const pool, void** const out_block)
+{
+    *out_block = block;
+    if (block != NULL) {
+        return STATUS_OK;
+    }
+    return (pool == NULL) ? STATUS_TOO_LARGE : STATUS_EXHAUSTED;
+}
+
 status_t resource_take(resource_t* const resource, const size_t octets, void** const out_block)
 {
     FSW_ASSERT((resource != NULL) && (out_block != NULL));
     pool_t* const pool = fitting(resource, octets);
-    *out_block         = NULL;
-    return (pool == NULL) ? STATUS_TOO_LARGE : pool_take(pool, out_block);
+    return taken((pool == NULL) ? NULL : pool_take(pool), pool, out_block);
 }
 
 status_t resource_take_reserved(resource_t* const resource, const size_t octets, void** const out_block)
 {
     FSW_ASSERT((resource != NULL) && (out_block != NULL));
     pool_t* const pool = fitting(resource, octets);
-    *out_block         = NULL;
-    return (pool == NULL) ? STATUS_TOO_LARGE : pool_take_reserved(pool, out_block);
+    return taken((pool == NULL) ? NULL : pool_take_reserved(pool), pool, out_block);
 }
 
 /// Pool whose storage holds the block; the first one counts a stranger.

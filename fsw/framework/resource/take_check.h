@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #ifdef RESOURCE_CHECKS
+#define TAKES_ARE_CHECKED true
 
 /// Refuse the take of this number, counted from 1 and from now on; 0: none.
 void take_check_refuse(uint32_t number);
@@ -25,6 +26,7 @@ void take_check_mark(uint64_t* block, size_t words);
 bool take_check_is_marked(const uint64_t* block, size_t words);
 
 #else
+#define TAKES_ARE_CHECKED false
 
 static inline bool take_check_is_refused(void)
 {

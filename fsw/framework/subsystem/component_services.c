@@ -223,11 +223,14 @@ static uint16_t first_out_of_bounds(const component_t* const component,
 /// A place for the token of a function that goes on, or 0 if there is none.
 static uint32_t open_ticket(component_t* const component, const pus_token_t* const token)
 {
-    void* block = NULL;
     for (uint32_t i = 0U; i < COMPONENT_TICKETS; i++) {
-        if ((component->open_tickets[i] == NULL) && (pool_take(&component->tickets, &block) == STATUS_OK)) {
-            component->open_tickets[i]  = (pus_token_t*)block;
-            *component->open_tickets[i] = *token;
+        if (component->open_tickets[i] == NULL) {
+            pus_token_t* const block = pool_take(&component->tickets);
+            if (block == NULL) {
+                return 0U;
+            }
+            *block                     = *token;
+            component->open_tickets[i] = block;
             return i + 1U;
         }
     }
