@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Interface control document from the descriptors: what is on the wire, octet by octet. A page per mission."""
 
+import icd_messages
 from ground_dictionary import dictionary
 from page import escape, shell, table
 from source import STATES
@@ -213,5 +214,6 @@ def pages(missions):
     """Dict file -> HTML: a page per mission, and the one that leads to them."""
     made = [mission_page(loaded) for loaded in missions]
     cards = "".join(f'<a href="{file}"><b>{title}</b><span>{len(loaded.subsystems)} subsystems</span></a>' for (file, title, _), loaded in zip(made, missions))
-    front = shell("icd.html", "Interface control", f'<h1>Interface control documents</h1><p class="sub">From the descriptors, one per mission.</p><div class="cards">{cards}</div>')
-    return {"icd.html": front, **{file: text for file, _, text in made}}
+    cards += f'<a href="{icd_messages.FILE}"><b>{icd_messages.TITLE}</b><span>every request and report, octet by octet</span></a>'
+    front = shell("icd.html", "Interface control", f'<h1>Interface control documents</h1><p class="sub">From the descriptors, one per mission, and from the catalogue of messages.</p><div class="cards">{cards}</div>')
+    return {"icd.html": front, icd_messages.FILE: icd_messages.page(), **{file: text for file, _, text in made}}

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Page of the interface control document with every message of the standard's services, from the catalogue."""
+
+import pathlib
+
+import catalogue
+from page import escape, shell, table
+
+FOLDER = pathlib.Path(__file__).resolve().parents[2] / "pus" / "catalogue"
+FILE, TITLE = "icd-messages.html", "Messages of the packet services"
+OCTETS = {"id": "4", "layout": "1", "text": "2 + n", "octets": "2 + n", "packet": "n", "rest": "the rest"} | {
+    name: str(size) for name, size in catalogue.CODINGS.items()
+}
+
+
+def _mono(text):
+    return f'<span class="mono">{escape(text)}</span>'
+
+
+def _octets(kind):
+    if kind["coding"] == "bits":
+        return f"{kind['size']} bits"
+    return str(kind["size"]) if "size" in kind else OCTETS[kind["coding"]]
+
+
+class _Rows:
+    """Rows of a message's fields, repetitions and cases indented below what they hang on."""
+
+    def __init__(self, known, enumerations, direction):
+        self.known, self.enumerations, self.direction = known, enumerations, direction
+        self.rows = []
+
+    def add(self, fields, depth):
+        for entry in fields:
+            self.field(entry, "&nbsp;" * 4 * depth, depth)
+
+    def field(self, entry, indent, depth):
+        if "repeat" in entry:
+            least = "at least one" if entry["least"] else "or none"
+            size = "1" if self.direction == "TC" else "2"
+            self.rows.append([indent + _mono(entry["repeat"]), size, f"count, {least}; so many times:"])
+            self.add(entry["fields"], depth + 1)
+        elif "choice" in entry:
+            for number, case in entry["cases"].items():
+                word = self.enumerations.get(entry["choice"], {}).get(int(number), "")
+                nothing = "" if case else " nothing"
+                self.rows.append([indent, "", f"if {_mono(entry['choice'])} is {number} {escape(word)}:{nothing}"])
+                self.add(case, depth + 1)
+        elif "values" in entry:
+            self.rows.append([indent + _mono("values"), "", "as the report structure says"])
+        elif entry["kind"] in ("value", "auxiliary"):
+            what = "value as" if entry["kind"] == "value" else "auxiliary data of"
+            self.rows.append([indent + _mono(entry["name"]), "", f"{what} {_mono(entry['of'])} says"])
+        else:
+            kind = self.known[entry["kind"]]
+            words = self.enumerations.get(entry["name"], {})
+            meaning = ", ".join(f"{number} {word}" for number, word in words.items()) or kind["meaning"]
+            self.rows.append([indent + _mono(entry["name"]), _octets(kind), escape(meaning)])
+
+
+def _message(message, known, enumerations):
+    number = f"{message.service},{message.subtype}"
+    answer = f"<p>Answered by TM[{message.service},{message.answer}].</p>" if message.answer else ""
+    doubt = "" if message.confidence == "high" else f' <span class="chip">{message.confidence} confidence</span>'
+    rows = _Rows(known, enumerations, message.direction)
+    rows.add(message.fields, 0)
+    fields = table(["field", "octets", "meaning"], rows.rows, (1,)) if rows.rows else "<p>No fields.</p>"
+    return f"<h3>{message.direction}[{number}] {escape(message.name)}{doubt}</h3>{answer}{fields}"
+
+
+def page():
+    """HTML of the page."""
+    known, services = catalogue.load(FOLDER)
+    parts, contents = [], []
+    for number, service in services.items():
+        place, title = f"st{number:02}", f"ST[{number:02}] {service['name']}"
+        contents.append((2, place, title))
+        parts.append(f'<h2 id="{place}">{title}</h2>')
+        parts += [_message(message, known, service["enumerations"]) for message in service["messages"]]
+    total = sum(len(service["messages"]) for service in services.values())
+    body = (
+        f'<h1>{TITLE}</h1><p class="sub">{total} messages of ECSS-E-ST-70-41C with the widths of this mission, from the catalogue. '
+        "Octets are big-endian. Absolute time is CUC 4+3 with its P-field, TAI since 1958.</p>" + "".join(parts)
+    )
+    return shell(FILE, TITLE, body, contents)
