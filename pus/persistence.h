@@ -19,7 +19,8 @@
 
 typedef struct {
     void* context;
-    /// Keep a record; `octets` is copied. STATUS_OK, STATUS_FULL (no room: nothing changed), STATUS_IO.
+    /// Keep a record; `octets` is copied. STATUS_OK; STATUS_FULL (no room), STATUS_TOO_LARGE,
+    /// STATUS_IO: nothing changed.
     status_t (*put)(void* context, uint8_t table, uint32_t key, const uint8_t* octets, size_t size);
     /// Forget a record. STATUS_OK, STATUS_NOT_FOUND, STATUS_IO.
     status_t (*erase)(void* context, uint8_t table, uint32_t key);

@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/journal/journal.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/journal/journal_index.h"
+#include "fsw/framework/journal/journal_record.h"
+
+#include <string.h>
+
+#define LIMIT_MIN 256U
+#define LIMIT_MAX 0x80000000U
+
+static const medium_t* medium_of(const journal_t* const journal, const size_t index)
+{
+    return &journal->configuration.media[index];
+}
+
+static const medium_t* active_of(const journal_t* const journal)
+{
+    return medium_of(journal, journal->active);
+}
+
+static journal_slot_t* find(const journal_t* const journal, const uint8_t table, const uint32_t key)
+{
+    return journal_index_find(journal->configuration.slots, journal->slot_count, table, key);
+}
+
+/// Make a record that lies at `offset` the live one of its key; `slot` is the present one's, or null.
+static void note_put(journal_t* const journal, journal_slot_t* slot, const journal_record_t* const record,
+                     const uint32_t offset)
+{
+    if (slot == NULL) {
+        slot = journal_index_insert(journal->configuration.slots, journal->slot_count, record->table,
+                                    record->key);
+        journal->stats.records++;
+    } else {
+        journal->stats.live -= JOURNAL_RECORD_SIZE(slot->size);
+    }
+    slot->offset = offset;
+    slot->size   = record->size;
+    journal->stats.live += JOURNAL_RECORD_SIZE(record->size);
+}
+
+static void note_erased(journal_t* const journal, const journal_slot_t* const slot)
+{
+    journal->stats.records--;
+    journal->stats.live -= JOURNAL_RECORD_SIZE(slot->size);
+    journal_index_remove(journal->configuration.slots, journal->slot_count, slot);
+}
+
+static status_t failed(journal_t* const journal)
+{
+    journal->stats.failed++;
+    return STATUS_IO;
+}
+
+// --- writing -----------------------------------------------------------------------------------------------
+
+/// Append a record whose octets are in the buffer. STATUS_OK, STATUS_FULL, STATUS_IO.
+static status_t append(journal_t* const journal, const journal_record_t* const record)
+{
+    const medium_t* const medium = active_of(journal);
+    if (journal->is_ragged) {
+        // A write that failed may have left octets here, which could make sense behind other ones.
+        if (medium->resize(medium->context, journal->tail.offset) != STATUS_OK) {
+            return STATUS_IO;
+        }
+        journal->is_ragged = false;
+    }
+    const status_t status = journal_write_record(medium, &journal->tail, record, journal->buffer);
+    journal->is_ragged    = (status != STATUS_OK);
+    journal->stats.used   = journal->tail.offset;
+    return status;
+}
+
+/// True if a log of `used` octets can take another record and, after it, the commit and the erasure of every
+/// record there is.
+static bool has_room(const journal_t* const journal, const uint32_t used, const size_t size)
+{
+    const uint64_t erasures = ((uint64_t)journal->stats.records + 1U) * JOURNAL_RECORD_SIZE(0U);
+    const uint64_t needed   = used + JOURNAL_RECORD_SIZE((uint64_t)size) + erasures + JOURNAL_RECORD_SIZE(0U);
+    return needed <= journal->configuration.limit;
+}
+
+/// Copy the live records behind one another to a medium; their slots note where they lie there.
+/// STATUS_OK, STATUS_FULL, STATUS_IO.
+static status_t copy_live(journal_t* const journal, const medium_t* const medium, journal_place_t* const to)
+{
+    journal_place_t from = journal_first_place(journal->stats.generation);
+    while (from.offset < journal->tail.offset) {
+        journal_record_t record;
+        const uint32_t offset = from.offset;
+        if (journal_read_record(active_of(journal), &from, &record, journal->buffer) != STATUS_OK) {
+            return STATUS_IO;
+        }
+        journal_slot_t* const slot =
+            (record.kind == JOURNAL_PUT) ? find(journal, record.table, record.key) : NULL;
+        if ((slot != NULL) && (slot->offset == offset)) {
+            slot->moved           = to->offset;
+            const status_t status = journal_write_record(medium, to, &record, journal->buffer);
+            if (status != STATUS_OK) {
+                return status;
+            }
+        }
+    }
+    return STATUS_OK;
+}
+
+/// Begin a generation on a medium that is empty, and stays so if the power is cut now.
+static status_t begin_generation(const medium_t* const medium, const uint32_t generation)
+{
+    status_t status = medium->resize(medium->context, 0U);
+    if (status == STATUS_OK) {
+        status = medium->sync(medium->context);
+    }
+    return (status == STATUS_OK) ? journal_write_head(medium, generation) : status;
+}
+
+/// Go on from `tail` on a medium whose generation holds no commit yet.
+static void go_on(journal_t* const journal, const size_t index, const uint32_t generation,
+                  const journal_place_t* const tail)
+{
+    journal->active           = index;
+    journal->is_provisional   = true;
+    journal->is_ragged        = false;
+    journal->is_suspect       = false;
+    journal->tail             = *tail;
+    journal->synced           = journal_first_place(generation);
+    journal->stats.generation = generation;
+    journal->stats.used       = tail->offset;
+}
+
+/// Go on with the live records on the other medium. The present one must hold the last commit. STATUS_OK;
+/// STATUS_FULL, STATUS_IO: nothing has changed.
+static status_t compact(journal_t* const journal)
+{
+    const size_t other           = 1U - journal->active;
+    const uint32_t generation    = journal->stats.generation + 1U;
+    const medium_t* const medium = medium_of(journal, other);
+    journal_place_t to           = journal_first_place(generation);
+    status_t status              = begin_generation(medium, generation);
+    if (status == STATUS_OK) {
+        status = copy_live(journal, medium, &to);
+    }
+    if (status != STATUS_OK) {
+        return status;
+    }
+    for (size_t i = 0U; i < journal->slot_count; i++) {
+        journal->configuration.slots[i].offset = journal->configuration.slots[i].moved;
+    }
+    go_on(journal, other, generation, &to);
+    journal->stats.compactions++;
+    return STATUS_OK;
+}
+
+/// Make room for a record. STATUS_OK, STATUS_FULL, STATUS_IO.
+static status_t make_room(journal_t* const journal, const size_t size)
+{
+    if (has_room(journal, journal->tail.offset, size)) {
+        return STATUS_OK;
+    }
+    const bool has_other = !journal->is_provisional; // Else it holds the last commit.
+    if (!has_other || !has_room(journal, JOURNAL_HEAD_SIZE + journal->stats.live, size)) {
+        return STATUS_FULL;
+    }
+    return compact(journal);
+}
+
+status_t journal_put(void* const context, const uint8_t table, const uint32_t key,
+                     const uint8_t* const octets, const size_t size)
+{
+    journal_t* const journal = context;
+    FSW_ASSERT((journal != NULL) && ((octets != NULL) || (size == 0U)) && !journal->is_replaying);
+    if (size > JOURNAL_RECORD_MAX) {
+        journal->stats.full++;
+        return STATUS_TOO_LARGE;
+    }
+    const journal_record_t record = {.kind = JOURNAL_PUT, .table = table, .size = (uint16_t)size, .key = key};
+    journal_slot_t* const slot    = find(journal, table, key); // Compaction leaves it where it is.
+    status_t status               = STATUS_FULL;
+    if ((slot != NULL) || (journal->stats.records < journal->configuration.capacity)) {
+        status = make_room(journal, size);
+    }
+    const uint32_t offset = journal->tail.offset;
+    if (status == STATUS_OK) {
+        if (size > 0U) {
+            (void)memcpy(&journal->buffer[JOURNAL_OCTETS_AT], octets, size);
+        }
+        status = append(journal, &record);
+    }
+    if (status == STATUS_OK) {
+        note_put(journal, slot, &record, offset);
+        journal->changes++;
+    } else if (status == STATUS_FULL) {
+        journal->stats.full++;
+    } else {
+        status = failed(journal);
+    }
+    return status;
+}
+
+status_t journal_erase(void* const context, const uint8_t table, const uint32_t key)
+{
+    journal_t* const journal = context;
+    FSW_ASSERT((journal != NULL) && !journal->is_replaying);
+    const journal_slot_t* const slot = find(journal, table, key);
+    if (slot == NULL) {
+        journal->stats.unknown++;
+        return STATUS_NOT_FOUND;
+    }
+    const journal_record_t record = {.kind = JOURNAL_ERASE, .table = table, .key = key};
+    if (append(journal, &record) != STATUS_OK) {
+        return failed(journal);
+    }
+    note_erased(journal, slot);
+    journal->changes++;
+    return STATUS_OK;
+}
+
+/// Write all that has not counted once more. STATUS_OK; STATUS_IO: or it is not what was written.
+static status_t write_again(journal_t* const journal)
+{
+    const medium_t* const medium = active_of(journal);
+    journal_place_t place        = journal->synced;
+    status_t status              = STATUS_OK;
+    if (journal->is_provisional) {
+        status = journal_write_head(medium, journal->stats.generation);
+    }
+    while ((status == STATUS_OK) && (place.offset < journal->tail.offset)) {
+        journal_record_t record;
+        journal_place_t same = place;
+        status               = journal_read_record(medium, &place, &record, journal->buffer);
+        if (status == STATUS_OK) {
+            status = journal_write_record(medium, &same, &record, journal->buffer);
+        }
+    }
+    return (status == STATUS_OK) ? STATUS_OK : STATUS_IO;
+}
+
+/// Close the transaction and make it count. STATUS_OK, STATUS_IO.
+static status_t close_transaction(journal_t* const journal)
+{
+    const medium_t* const medium  = active_of(journal);
+    const journal_record_t record = {.kind = JOURNAL_COMMIT};
+    status_t status               = journal->is_suspect ? write_again(journal) : STATUS_OK;
+    if (status == STATUS_OK) {
+        status = append(journal, &record);
+    }
+    if (status == STATUS_OK) {
+        status              = medium->sync(medium->context);
+        journal->is_suspect = (status != STATUS_OK);
+    }
+    if (status != STATUS_OK) {
+        return STATUS_IO;
+    }
+    journal->synced         = journal->tail;
+    journal->changes        = 0U;
+    journal->is_provisional = false;
+    return STATUS_OK;
+}
+
+static bool is_wasteful(const journal_t* const journal)
+{
+    const uint64_t live = JOURNAL_HEAD_SIZE + (uint64_t)journal->stats.live;
+    return journal->tail.offset > ((2U * live) + journal->configuration.slack);
+}
+
+status_t journal_commit(void* const context)
+{
+    journal_t* const journal = context;
+    FSW_ASSERT((journal != NULL) && !journal->is_replaying);
+    if ((journal->changes == 0U) && !journal->is_provisional) {
+        return STATUS_OK;
+    }
+    if (close_transaction(journal) != STATUS_OK) {
+        return failed(journal);
+    }
+    journal->stats.commits++;
+    // What has counted does so whether this succeeds or not.
+    if (is_wasteful(journal) &&
+        ((compact(journal) != STATUS_OK) || (close_transaction(journal) != STATUS_OK))) {
+        journal->stats.failed++;
+    }
+    return STATUS_OK;
+}
+
+// --- reading back ------------------------------------------------------------------------------------------
+
+/// What a medium holds.
+typedef struct {
+    bool has_commit;
+    uint32_t generation;
+    journal_place_t end; ///< Behind the last commit.
+} survey_t;
+
+/// STATUS_OK, STATUS_IO.
+static status_t survey(journal_t* const journal, const size_t index, survey_t* const out_survey)
+{
+    const medium_t* const medium = medium_of(journal, index);
+    *out_survey                  = (survey_t){0};
+    status_t status              = journal_read_head(medium, &out_survey->generation);
+    journal_place_t place        = journal_first_place(out_survey->generation);
+    while (status == STATUS_OK) {
+        journal_record_t record;
+        status = journal_read_record(medium, &place, &record, journal->buffer);
+        if ((status == STATUS_OK) && (record.kind == JOURNAL_COMMIT)) {
+            out_survey->has_commit = true;
+            out_survey->end        = place;
+        }
+    }
+    return (status == STATUS_EMPTY) ? STATUS_OK : STATUS_IO;
+}
+
+/// Fill the index from the medium, up to the tail. STATUS_OK, STATUS_EXHAUSTED, STATUS_IO.
+static status_t build_index(journal_t* const journal)
+{
+    journal_place_t place = journal_first_place(journal->stats.generation);
+    while (place.offset < journal->tail.offset) {
+        journal_record_t record;
+        const uint32_t offset = place.offset;
+        if (journal_read_record(active_of(journal), &place, &record, journal->buffer) != STATUS_OK) {
+            return STATUS_IO;
+        }
+        journal_slot_t* const slot = find(journal, record.table, record.key);
+        if (record.kind == JOURNAL_PUT) {
+            if ((slot == NULL) && (journal->stats.records >= journal->configuration.capacity)) {
+                return STATUS_EXHAUSTED;
+            }
+            note_put(journal, slot, &record, offset);
+        } else if ((record.kind == JOURNAL_ERASE) && (slot != NULL)) {
+            note_erased(journal, slot);
+        } else {
+            // A commit: all up to the tail is known to count.
+        }
+    }
+    return STATUS_OK;
+}
+
+/// Cut off what lies behind the tail. STATUS_OK, STATUS_FULL, STATUS_IO.
+static status_t cut_tail(journal_t* const journal)
+{
+    const medium_t* const medium = active_of(journal);
+    uint64_t size                = 0U;
+    status_t status              = medium->size(medium->context, &size);
+    if ((status != STATUS_OK) || (size <= journal->tail.offset)) {
+        return status;
+    }
+    journal->stats.discarded = size - journal->tail.offset;
+    status                   = medium->resize(medium->context, journal->tail.offset);
+    return (status == STATUS_OK) ? medium->sync(medium->context) : status;
+}
+
+/// Begin an empty journal. STATUS_OK, STATUS_FULL, STATUS_IO.
+static status_t begin_journal(journal_t* const journal)
+{
+    const journal_place_t tail = journal_first_place(1U);
+    go_on(journal, 0U, 1U, &tail);
+    return begin_generation(medium_of(journal, 0U), 1U);
+}
+
+status_t journal_open(journal_t* const journal, const journal_configuration_t* const configuration)
+{
+    FSW_ASSERT((journal != NULL) && (configuration != NULL) && (configuration->slots != NULL) &&
+               (configuration->capacity >= 1U));
+    FSW_ASSERT((configuration->limit >= LIMIT_MIN) && (configuration->limit <= LIMIT_MAX));
+    (void)memset(journal, 0, sizeof(*journal));
+    journal->configuration = *configuration;
+    journal->slot_count    = JOURNAL_SLOTS(configuration->capacity);
+    (void)memset(configuration->slots, 0, journal->slot_count * sizeof(configuration->slots[0]));
+
+    survey_t found[2];
+    if ((survey(journal, 0U, &found[0]) != STATUS_OK) || (survey(journal, 1U, &found[1]) != STATUS_OK)) {
+        return STATUS_IO;
+    }
+    if (!found[0].has_commit && !found[1].has_commit) {
+        return begin_journal(journal);
+    }
+    const bool is_second =
+        found[1].has_commit && (!found[0].has_commit || (found[1].generation > found[0].generation));
+    const survey_t* const valid = &found[is_second ? 1U : 0U];
+    go_on(journal, is_second ? 1U : 0U, valid->generation, &valid->end);
+    journal->is_provisional = false;
+    journal->synced         = valid->end;
+    const status_t status   = build_index(journal);
+    return (status == STATUS_OK) ? cut_tail(journal) : status;
+}
+
+status_t journal_replay(journal_t* const journal, const journal_take_t take, void* const context)
+{
+    FSW_ASSERT((journal != NULL) && (take != NULL));
+    journal_place_t place = journal_first_place(journal->stats.generation);
+    while (place.offset < journal->tail.offset) {
+        journal_record_t record;
+        const uint32_t offset = place.offset;
+        if (journal_read_record(active_of(journal), &place, &record, journal->buffer) != STATUS_OK) {
+            return failed(journal);
+        }
+        const journal_slot_t* const slot = find(journal, record.table, record.key);
+        if ((record.kind == JOURNAL_PUT) && (slot != NULL) && (slot->offset == offset)) {
+            journal->is_replaying = true;
+            take(context, record.table, record.key, &journal->buffer[JOURNAL_OCTETS_AT], record.size);
+            journal->is_replaying = false;
+        }
+    }
+    return STATUS_OK;
+}

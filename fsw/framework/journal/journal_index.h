@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Where the live records of a journal are: a hash table with linear probing and without gravestones. For the
+/// journal only. A slot's address is good until the next insertion or removal. Time: O(1) expected, with at
+/// most three in four slots taken.
+#ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_INDEX_H
+#define FSW_FRAMEWORK_JOURNAL_JOURNAL_INDEX_H
+
+#include "fsw/framework/journal/journal.h"
+
+/// The record's slot, or null.
+journal_slot_t* journal_index_find(journal_slot_t* slots, size_t count, uint8_t table, uint32_t key);
+/// A slot for a record that has none. At least two slots are free.
+journal_slot_t* journal_index_insert(journal_slot_t* slots, size_t count, uint8_t table, uint32_t key);
+/// Free a slot that is taken.
+void journal_index_remove(journal_slot_t* slots, size_t count, const journal_slot_t* slot);
+
+#endif // FSW_FRAMEWORK_JOURNAL_JOURNAL_INDEX_H

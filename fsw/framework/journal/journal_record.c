@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/journal/journal_record.h"
+
+#include "fsw/framework/base/crc.h"
+#include "fsw/framework/base/octets.h"
+
+#define MAGIC 0x484A524EU // "HJRN"
+#define VERSION 1U
+#define CRC_SIZE 4U
+
+enum { // Offsets in a record.
+    TABLE    = 1,
+    SIZE     = 2,
+    SEQUENCE = 4,
+    KEY      = 8,
+    CHAIN    = 12
+};
+
+/// Make a head; its checksum.
+static uint32_t make_head(const uint32_t generation, uint8_t* const head)
+{
+    octets_put_u32(head, MAGIC);
+    octets_put_u32(&head[4], VERSION << 16U);
+    octets_put_u32(&head[8], generation);
+    const uint32_t crc = crc32_iso(head, JOURNAL_HEAD_SIZE - CRC_SIZE);
+    octets_put_u32(&head[JOURNAL_HEAD_SIZE - CRC_SIZE], crc);
+    return crc;
+}
+
+journal_place_t journal_first_place(const uint32_t generation)
+{
+    uint8_t head[JOURNAL_HEAD_SIZE];
+    return (journal_place_t){
+        .offset = JOURNAL_HEAD_SIZE, .chain = make_head(generation, head), .sequence = 1U};
+}
+
+status_t journal_write_head(const medium_t* const medium, const uint32_t generation)
+{
+    uint8_t head[JOURNAL_HEAD_SIZE];
+    (void)make_head(generation, head);
+    return medium->write(medium->context, 0U, head, sizeof(head));
+}
+
+/// Read from a medium, where its end is no error but STATUS_EMPTY.
+static status_t read_up_to_end(const medium_t* const medium, const uint32_t offset, uint8_t* const octets,
+                               const size_t size)
+{
+    const status_t status = medium->read(medium->context, offset, octets, size);
+    return (status == STATUS_TRUNCATED) ? STATUS_EMPTY : status;
+}
+
+status_t journal_read_head(const medium_t* const medium, uint32_t* const out_generation)
+{
+    uint8_t head[JOURNAL_HEAD_SIZE];
+    uint8_t expected[JOURNAL_HEAD_SIZE];
+    const status_t status = read_up_to_end(medium, 0U, head, sizeof(head));
+    if (status != STATUS_OK) {
+        return status;
+    }
+    *out_generation    = octets_u32_at(&head[8]);
+    const uint32_t crc = make_head(*out_generation, expected);
+    const bool is_head = (octets_u32_at(head) == MAGIC) &&
+                         (octets_u32_at(&head[4]) == octets_u32_at(&expected[4])) &&
+                         (octets_u32_at(&head[JOURNAL_HEAD_SIZE - CRC_SIZE]) == crc);
+    return is_head ? STATUS_OK : STATUS_EMPTY;
+}
+
+static void advance(journal_place_t* const place, const size_t size, const uint32_t crc)
+{
+    place->offset += (uint32_t)JOURNAL_RECORD_SIZE(size);
+    place->chain = crc;
+    place->sequence++;
+}
+
+status_t journal_write_record(const medium_t* const medium, journal_place_t* const place,
+                              const journal_record_t* const record, uint8_t* const buffer)
+{
+    const size_t end = JOURNAL_OCTETS_AT + (size_t)record->size;
+    buffer[0]        = record->kind;
+    buffer[TABLE]    = record->table;
+    octets_put_u16(&buffer[SIZE], record->size);
+    octets_put_u32(&buffer[SEQUENCE], place->sequence);
+    octets_put_u32(&buffer[KEY], record->key);
+    octets_put_u32(&buffer[CHAIN], place->chain);
+    const uint32_t crc = crc32_iso(buffer, end);
+    octets_put_u32(&buffer[end], crc);
+    const status_t status = medium->write(medium->context, place->offset, buffer, end + CRC_SIZE);
+    if (status == STATUS_OK) {
+        advance(place, record->size, crc);
+    }
+    return status;
+}
+
+/// True if the header in the buffer is that of the record at this place.
+static bool is_next(const journal_place_t* const place, const journal_record_t* const record,
+                    const uint8_t* const buffer)
+{
+    const bool is_kind =
+        (record->kind == JOURNAL_PUT) || (record->kind == JOURNAL_ERASE) || (record->kind == JOURNAL_COMMIT);
+    return is_kind && (record->size <= JOURNAL_RECORD_MAX) &&
+           (octets_u32_at(&buffer[SEQUENCE]) == place->sequence) &&
+           (octets_u32_at(&buffer[CHAIN]) == place->chain);
+}
+
+status_t journal_read_record(const medium_t* const medium, journal_place_t* const place,
+                             journal_record_t* const out_record, uint8_t* const buffer)
+{
+    status_t status = read_up_to_end(medium, place->offset, buffer, JOURNAL_OCTETS_AT);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    *out_record = (journal_record_t){.kind  = buffer[0],
+                                     .table = buffer[TABLE],
+                                     .size  = octets_u16_at(&buffer[SIZE]),
+                                     .key   = octets_u32_at(&buffer[KEY])};
+    if (!is_next(place, out_record, buffer)) {
+        return STATUS_EMPTY;
+    }
+    const size_t end = JOURNAL_OCTETS_AT + (size_t)out_record->size;
+    status           = read_up_to_end(medium, place->offset + JOURNAL_OCTETS_AT, &buffer[JOURNAL_OCTETS_AT],
+                                      (size_t)out_record->size + CRC_SIZE);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    const uint32_t crc = crc32_iso(buffer, end);
+    if (octets_u32_at(&buffer[end]) != crc) {
+        return STATUS_EMPTY;
+    }
+    advance(place, out_record->size, crc);
+    return STATUS_OK;
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Records of a journal on a medium. For the journal only. Numbers are big-endian.
+///
+///     head     "HJRN", version u16 = 1, spare u16, generation u32, CRC-32
+///     record   kind u8, table u8, size u16, sequence u32, key u32, chain u32, octets, CRC-32
+#ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H
+#define FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H
+
+#include "fsw/framework/journal/journal.h"
+
+enum {
+    JOURNAL_PUT    = 0x50,
+    JOURNAL_ERASE  = 0x45,
+    JOURNAL_COMMIT = 0x43
+};
+
+#define JOURNAL_OCTETS_AT 16U ///< Where a record's octets begin.
+
+typedef struct {
+    uint8_t kind; ///< JOURNAL_*.
+    uint8_t table;
+    uint16_t size; ///< Octets, in the buffer from JOURNAL_OCTETS_AT on.
+    uint32_t key;
+} journal_record_t;
+
+/// Where the first record of a generation lies.
+journal_place_t journal_first_place(uint32_t generation);
+/// Statuses of the medium's `write`.
+status_t journal_write_head(const medium_t* medium, uint32_t generation);
+/// STATUS_OK, STATUS_EMPTY (there is none), STATUS_IO.
+status_t journal_read_head(const medium_t* medium, uint32_t* out_generation);
+
+/// Write a record whose octets are in the buffer already, and go on behind it. Statuses of the medium's
+/// `write`; then the place stays.
+status_t journal_write_record(const medium_t* medium, journal_place_t* place, const journal_record_t* record,
+                              uint8_t* buffer);
+/// Read a record into the buffer, whole, and go on behind it. STATUS_OK, STATUS_EMPTY (what lies there is not
+/// the next record: the place stays), STATUS_IO.
+status_t journal_read_record(const medium_t* medium, journal_place_t* place, journal_record_t* out_record,
+                             uint8_t* buffer);
+
+#endif // FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H

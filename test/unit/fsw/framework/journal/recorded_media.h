@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Two media in memory that record every write, so that a test can cut the power at any of them: of what was
+/// not synced yet, any part may be missing and any write may be torn. Errors come on demand.
+#ifndef TEST_UNIT_FSW_FRAMEWORK_JOURNAL_RECORDED_MEDIA_H
+#define TEST_UNIT_FSW_FRAMEWORK_JOURNAL_RECORDED_MEDIA_H
+
+#include "fsw/framework/base/medium.h"
+
+#include <stdbool.h>
+
+#define MEDIUM_MAX 32768U    ///< Largest medium [octets].
+#define OPERATIONS_MAX 8192U ///< Recorded since the last recorded_clear.
+
+typedef struct {
+    uint8_t octets[MEDIUM_MAX];
+    size_t size;
+} image_t;
+
+typedef enum {
+    OPERATION_WRITE,
+    OPERATION_RESIZE,
+    OPERATION_SYNC,
+    OPERATION_LOST
+} operation_kind_t;
+
+typedef struct {
+    operation_kind_t kind;
+    size_t medium;
+    size_t offset; ///< Or the new size.
+    size_t size;   ///< Octets written.
+    size_t data;   ///< Where they are in recorded.data.
+    unsigned mark; ///< recorded.mark when it was done.
+} operation_t;
+
+typedef struct {
+    image_t image[2];
+    image_t durable[2]; ///< As they were when recording began.
+    size_t count;
+    operation_t operations[OPERATIONS_MAX];
+    size_t data_size;
+    uint8_t data[1U << 21U];
+    unsigned mark;      ///< The test's own; noted with each operation.
+    unsigned calls;     ///< Of any kind, reads too, since the last clear.
+    unsigned fail_from; ///< The call of this number and `fail_count` - 1 after it fail; 0: none.
+    unsigned fail_count;
+    status_t failure; ///< With this.
+    size_t torn;      ///< Octets that a write which fails still leaves.
+} recorded_t;
+
+extern recorded_t recorded;
+
+medium_t recorded_medium(size_t index);
+/// Begin to record anew, on media as `images` shows them, which were there when the power came back.
+void recorded_clear(const image_t images[2]);
+/// Carry out an operation on its image; of a write, the first `size` octets.
+void recorded_apply(const operation_t* operation, size_t size, image_t images[2]);
+/// The media as they are sure to be: what was synced, and nothing else. A sync that failed has lost what was
+/// written before it, though it can still be read.
+void recorded_durable(image_t images[2]);
+/// Copy both media.
+void recorded_copy(image_t to[2], const image_t from[2]);
+
+#endif // TEST_UNIT_FSW_FRAMEWORK_JOURNAL_RECORDED_MEDIA_H

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+// A journal through many lives, each of which ends in a power cut at any of its writes: after each cut, the
+// state must be that of the last commit that was acknowledged, or of the one that was under way.
+#include "fsw/framework/journal/journal.h"
+
+#include "test/unit/fsw/framework/journal/recorded_media.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define CAPACITY 12U
+#define KEYS 8U
+#define TABLES 2U
+#define LIMIT 1500U
+#define COMMITS_MAX 64U
+#define LIVES 8U
+#define TRANSACTIONS 22U
+#define RANDOM_SUBSETS 4U
+#define PENDING_MAX 512U
+
+typedef struct {
+    uint8_t table;
+    uint32_t key;
+    uint32_t version; // Tells size and octets of the record.
+} kept_t;
+
+/// What the journal should hold, in the order in which it was put.
+typedef struct {
+    size_t count;
+    kept_t kept[CAPACITY];
+} state_t;
+
+static journal_t journal;
+static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
+static state_t states[COMMITS_MAX]; // After each commit of this life; the last one is in the making.
+static size_t state_count;
+static state_t replayed;
+static bool is_content_right;
+static uint32_t random_state = 1U;
+static unsigned long cuts;
+static image_t images[2];
+static image_t durable[2];
+static image_t chosen[2];
+
+static uint32_t random_below(const uint32_t bound)
+{
+    random_state = (random_state * 1664525U) + 1013904223U;
+    return (uint32_t)(((uint64_t)random_state * bound) >> 32U);
+}
+
+static size_t content(const uint32_t version, uint8_t* const octets)
+{
+    const size_t size = (version * 29U) % 61U;
+    for (size_t i = 0U; i < size; i++) {
+        octets[i] = (uint8_t)((version * 7U) + i);
+    }
+    return size;
+}
+
+static void open_journal(void)
+{
+    const journal_configuration_t configuration = {.media    = {recorded_medium(0U), recorded_medium(1U)},
+                                                   .limit    = LIMIT,
+                                                   .slack    = 60U,
+                                                   .slots    = slots,
+                                                   .capacity = CAPACITY};
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
+}
+
+/// Versions are few, so that a record of an earlier life often comes again, octet by octet.
+static void take(void* const context, const uint8_t table, const uint32_t key, const uint8_t* const octets,
+                 const size_t size)
+{
+    state_t* const state = context;
+    uint8_t expected[64];
+    for (uint32_t version = 0U; version < 4U; version++) {
+        if ((content(version, expected) == size) && (memcmp(expected, octets, size) == 0)) {
+            TEST_ASSERT_TRUE(state->count < CAPACITY);
+            state->kept[state->count] = (kept_t){.table = table, .key = key, .version = version};
+            state->count++;
+            return;
+        }
+    }
+    is_content_right = false;
+}
+
+static void replay(void)
+{
+    replayed         = (state_t){0};
+    is_content_right = true;
+    open_journal();
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_replay(&journal, take, &replayed));
+    TEST_ASSERT_TRUE(is_content_right);
+    TEST_ASSERT_EQUAL_UINT32(replayed.count, journal.stats.records);
+}
+
+static bool is_same(const state_t* const a, const state_t* const b)
+{
+    bool is_equal = (a->count == b->count);
+    for (size_t i = 0U; is_equal && (i < a->count); i++) {
+        is_equal = (a->kept[i].table == b->kept[i].table) && (a->kept[i].key == b->kept[i].key) &&
+                   (a->kept[i].version == b->kept[i].version);
+    }
+    return is_equal;
+}
+
+static void model_erase(state_t* const state, const uint8_t table, const uint32_t key)
+{
+    size_t kept = 0U;
+    for (size_t i = 0U; i < state->count; i++) {
+        if ((state->kept[i].table != table) || (state->kept[i].key != key)) {
+            state->kept[kept] = state->kept[i];
+            kept++;
+        }
+    }
+    state->count = kept;
+}
+
+/// One put or erasure, in the journal and in what is expected of it.
+static void change(void)
+{
+    state_t* const state   = &states[state_count - 1U];
+    const uint8_t table    = (uint8_t)random_below(TABLES);
+    const uint32_t key     = random_below(KEYS);
+    const uint32_t version = random_below(4U);
+    const size_t before    = state->count;
+    uint8_t octets[64];
+    if (random_below(3U) == 0U) {
+        model_erase(state, table, key);
+        const status_t expected = (state->count < before) ? STATUS_OK : STATUS_NOT_FOUND;
+        TEST_ASSERT_EQUAL(expected, journal_erase(&journal, table, key));
+        return;
+    }
+    const status_t status = journal_put(&journal, table, key, octets, content(version, octets));
+    if (status == STATUS_OK) {
+        model_erase(state, table, key);
+        state->kept[state->count] = (kept_t){.table = table, .key = key, .version = version};
+        state->count++;
+    } else {
+        TEST_ASSERT_EQUAL(STATUS_FULL, status);
+    }
+}
+
+/// An even mark is that of changes; an odd one of the commit behind them.
+static void live(void)
+{
+    for (unsigned i = 0U; i < TRANSACTIONS; i++) {
+        const uint32_t changes = random_below((random_below(6U) == 0U) ? 24U : 5U);
+        for (uint32_t k = 0U; k < changes; k++) {
+            change();
+        }
+        recorded.mark++;
+        TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
+        recorded.mark++;
+        states[state_count] = states[state_count - 1U];
+        state_count++;
+    }
+}
+
+/// The media after a cut hold the state of one of two commits.
+static void judge(const unsigned mark)
+{
+    recorded_t* const self = &recorded;
+    const size_t last      = mark / 2U; // States before it are those of acknowledged commits.
+    recorded_copy(self->image, images);
+    const size_t count     = self->count;
+    const size_t data_size = self->data_size;
+    replay();
+    self->count     = count; // What opening wrote is none of the life that is looked at.
+    self->data_size = data_size;
+    cuts++;
+    const bool is_acknowledged = is_same(&replayed, &states[last]);
+    const bool is_under_way    = ((mark % 2U) == 1U) && is_same(&replayed, &states[last + 1U]);
+    if (!is_acknowledged && !is_under_way) {
+        TEST_FAIL_MESSAGE("neither the last state that was acknowledged nor the one under way");
+    }
+}
+
+static size_t pending[PENDING_MAX]; // Operations that no sync has made sure of.
+static size_t pending_count;
+
+/// What is done with pending operation `index`: the octets of it that reach the medium, or none of it.
+typedef struct {
+    enum {
+        ALL,
+        NONE,
+        ALL_BUT_ONE,
+        ONLY_ONE,
+        SOME
+    } which;
+    size_t one;
+    size_t torn; // Octets of the last operation.
+} choice_t;
+
+static void cut(const choice_t* const choice, const unsigned mark)
+{
+    recorded_copy(images, durable);
+    for (size_t i = 0U; i < pending_count; i++) {
+        const operation_t* const operation = &recorded.operations[pending[i]];
+        const bool is_last                 = (i + 1U) == pending_count;
+        size_t size                        = operation->size;
+        bool is_done                       = true;
+        switch (choice->which) {
+        case ALL:
+            size = is_last ? choice->torn : size;
+            break;
+        case NONE:
+            is_done = false;
+            break;
+        case ALL_BUT_ONE:
+            is_done = (i != choice->one);
+            break;
+        case ONLY_ONE:
+            is_done = (i == choice->one);
+            break;
+        case SOME:
+        default:
+            is_done = random_below(2U) == 0U;
+            size    = (random_below(4U) == 0U) ? random_below((uint32_t)size + 1U) : size;
+            break;
+        }
+        if (is_done) {
+            recorded_apply(operation, size, images);
+        }
+    }
+    judge(mark);
+}
+
+static void cut_in_all_ways(const size_t last)
+{
+    const operation_t* const operation = &recorded.operations[last];
+    const unsigned mark                = operation->mark;
+    for (size_t torn = 0U; torn <= operation->size; torn++) {
+        cut(&(choice_t){.which = ALL, .torn = torn}, mark);
+    }
+    cut(&(choice_t){.which = NONE}, mark);
+    for (size_t i = 0U; i < pending_count; i++) {
+        cut(&(choice_t){.which = ALL_BUT_ONE, .one = i}, mark);
+        cut(&(choice_t){.which = ONLY_ONE, .one = i}, mark);
+    }
+    for (unsigned i = 0U; i < RANDOM_SUBSETS; i++) {
+        cut(&(choice_t){.which = SOME}, mark);
+    }
+}
+
+/// A sync of one medium makes its operations sure; those of the other one stay pending.
+static void sync_medium(const size_t medium)
+{
+    size_t kept = 0U;
+    for (size_t i = 0U; i < pending_count; i++) {
+        const operation_t* const operation = &recorded.operations[pending[i]];
+        if (operation->medium == medium) {
+            recorded_apply(operation, operation->size, durable);
+        } else {
+            pending[kept] = pending[i];
+            kept++;
+        }
+    }
+    pending_count = kept;
+}
+
+/// Cut the power at each operation of this life; one of the cuts is what the next life begins with.
+static void die_everywhere(void)
+{
+    const size_t count      = recorded.count;
+    const size_t chosen_one = random_below((uint32_t)count);
+    recorded_copy(durable, recorded.durable);
+    pending_count = 0U;
+    for (size_t i = 0U; i < count; i++) {
+        const operation_t* const operation = &recorded.operations[i];
+        if (operation->kind == OPERATION_SYNC) {
+            sync_medium(operation->medium);
+        } else {
+            TEST_ASSERT_TRUE(pending_count < PENDING_MAX);
+            pending[pending_count] = i;
+            pending_count++;
+            cut_in_all_ways(i);
+            if (i <= chosen_one) {
+                recorded_copy(chosen, images);
+            }
+        }
+    }
+}
+
+void setUp(void)
+{
+    random_state = 1U;
+    cuts         = 0U;
+    memset(images, 0, sizeof(images));
+}
+
+void tearDown(void)
+{
+}
+
+static void every_cut_leaves_a_whole_transaction(void)
+{
+    unsigned long compactions = 0U;
+    unsigned long full        = 0U;
+    unsigned long discarded   = 0U;
+    char text[120];
+    memset(chosen, 0, sizeof(chosen));
+    for (unsigned i = 0U; i < LIVES; i++) {
+        recorded_clear(chosen);
+        replay();
+        discarded += (unsigned long)journal.stats.discarded;
+        states[0]   = replayed;
+        states[1]   = replayed;
+        state_count = 2U;
+        live();
+        compactions += journal.stats.compactions;
+        full += journal.stats.full;
+        die_everywhere();
+    }
+    TEST_ASSERT_TRUE(compactions >= LIVES);
+    TEST_ASSERT_TRUE((full > 0U) && (discarded > 0U));
+    (void)snprintf(text, sizeof(text), "%lu power cuts in %u lives with %lu compactions", cuts, LIVES,
+                   compactions);
+    UnityPrint(text);
+    UNITY_PRINT_EOL();
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(every_cut_leaves_a_whole_transaction);
+    return UNITY_END();
+}
