@@ -44,14 +44,24 @@ static bool limit_memory(uint64_t bytes)
     return setrlimit(RLIMIT_AS, &limit) == 0;
 }
 
-static void pin(int processor)
+/// Count round the processors that this process may use, which may be fewer than there are.
+static void pin(int number)
 {
     cpu_set_t set;
-    if ((processor >= 0) && (processor < CPU_SETSIZE)) {
-        CPU_ZERO(&set);
-        CPU_SET((unsigned)processor, &set);
-        (void)sched_setaffinity(0, sizeof(set), &set); // Where it is not permitted, it runs anywhere.
+    if ((number < 0) || (sched_getaffinity(0, sizeof(set), &set) != 0) || (CPU_COUNT(&set) == 0)) {
+        return;
     }
+    int left = number % CPU_COUNT(&set);
+    for (unsigned processor = 0U; processor < (unsigned)CPU_SETSIZE; processor++) {
+        if (CPU_ISSET(processor, &set) != 0) {
+            if (left == 0) {
+                CPU_ZERO(&set);
+                CPU_SET(processor, &set);
+            }
+            left--;
+        }
+    }
+    (void)sched_setaffinity(0, sizeof(set), &set); // Where it is not permitted, it runs anywhere.
 }
 
 static bool redirect_output(const char* path)

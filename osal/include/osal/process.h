@@ -24,8 +24,8 @@ typedef struct {
     const int* descriptors;       ///< Descriptors the child keeps (0, 1, 2 are always kept).
     size_t descriptor_count;
     uint64_t memory_limit_bytes; ///< Address space limit; 0: none.
-    int processor;               ///< Pin to this processor (where permitted); -1: anywhere.
-    const char* output_path;     ///< Standard output and error are appended to this file; null: inherited.
+    int processor;           ///< Pin to one (where permitted), counted round those we may use; -1: anywhere.
+    const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
 } osal_process_start_t;
 
 typedef struct {

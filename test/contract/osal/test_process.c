@@ -54,13 +54,15 @@ static int show_memory_limit(const char* expected)
     return ((getrlimit(RLIMIT_AS, &limit) == 0) && (limit.rlim_cur == strtoull(expected, NULL, 10))) ? 0 : 1;
 }
 
+#define NAMED_PROCESSORS 100 // By an exit code.
+
 static int show_processor(void)
 {
     cpu_set_t set;
     if ((sched_getaffinity(0, sizeof(set), &set) != 0) || (CPU_COUNT(&set) != 1)) {
         return 100;
     }
-    for (int i = 0; i < 100; i++) {
+    for (int i = 0; i < NAMED_PROCESSORS; i++) {
         if (CPU_ISSET((unsigned)i, &set)) {
             return i;
         }
@@ -242,29 +244,37 @@ static void test_child_keeps_only_the_named_descriptors(void)
 static void test_memory_limit_holds_for_the_child_only(void)
 {
 #if defined(__SANITIZE_ADDRESS__)
-    TEST_IGNORE_MESSAGE("the address sanitizer maps terabytes");
+    const char* const octets = "70368744177664"; // The address sanitizer maps terabytes.
+#else
+    const char* const octets = "500000000";
 #endif
-    const osal_process_start_t start = {.memory_limit_bytes = 500000000U, .processor = -1};
-    osal_process_t process           = start_role("memory", "500000000", &start);
+    const osal_process_start_t start = {.memory_limit_bytes = strtoull(octets, NULL, 10), .processor = -1};
+    osal_process_t process           = start_role("memory", octets, &start);
     TEST_ASSERT_EQUAL(0, result_of(&process).code);
     struct rlimit limit;
     TEST_ASSERT_EQUAL(0, getrlimit(RLIMIT_AS, &limit));
-    TEST_ASSERT_TRUE(limit.rlim_cur > 500000000U);
+    TEST_ASSERT_TRUE(limit.rlim_cur > start.memory_limit_bytes);
 }
 
-static void test_child_is_pinned_where_that_is_possible(void)
+/// Counted round those that are ours, which may be fewer than there are.
+static void test_child_is_pinned_to_one_of_our_processors(void)
 {
     cpu_set_t set;
-    if ((sched_getaffinity(0, sizeof(set), &set) != 0) || !CPU_ISSET(0U, &set)) {
-        TEST_IGNORE_MESSAGE("processor 0 is not ours");
+    TEST_ASSERT_EQUAL(0, sched_getaffinity(0, sizeof(set), &set));
+    const int count = CPU_COUNT(&set);
+    int number      = 0;
+    for (unsigned i = 0U; i < (unsigned)NAMED_PROCESSORS; i++) {
+        if (CPU_ISSET(i, &set)) {
+            for (int round = 0; round < 2; round++) {
+                osal_process_start_t start = plain;
+                start.processor            = number + (round * count);
+                osal_process_t process     = start_role("processor", NULL, &start);
+                TEST_ASSERT_EQUAL(i, result_of(&process).code);
+            }
+            number++;
+        }
     }
-    osal_process_start_t start = plain;
-    start.processor            = 0;
-    osal_process_t process     = start_role("processor", NULL, &start);
-    TEST_ASSERT_EQUAL(0, result_of(&process).code);
-    start.processor = 1000; // There is none: it runs anywhere.
-    process         = start_role("exit", "3", &start);
-    TEST_ASSERT_EQUAL(3, result_of(&process).code);
+    TEST_ASSERT_TRUE(number > 0);
 }
 
 static void test_output_goes_to_the_file_and_is_appended(void)
@@ -430,7 +440,7 @@ int main(int count, char** arguments)
     RUN_TEST(test_what_cannot_be_started);
     RUN_TEST(test_child_keeps_only_the_named_descriptors);
     RUN_TEST(test_memory_limit_holds_for_the_child_only);
-    RUN_TEST(test_child_is_pinned_where_that_is_possible);
+    RUN_TEST(test_child_is_pinned_to_one_of_our_processors);
     RUN_TEST(test_output_goes_to_the_file_and_is_appended);
     RUN_TEST(test_child_begins_with_ordinary_signals);
     RUN_TEST(test_child_dies_with_its_parent);
