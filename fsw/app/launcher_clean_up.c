@@ -8,12 +8,10 @@
 #include "osal/include/osal/file.h"
 #include "osal/include/osal/mqueue.h"
 
-#include <string.h>
-
-/// Wall-clock time that children have to end by themselves before they are asked to; the operator, whose
-/// interpreter is slow to leave on an emulated or loaded machine, has longer; and before they are made to.
+/// Wall-clock time that children have to end by themselves before they are asked to, and before they are made
+/// to. An operator who has joined does not hear that it is asked: it ends by itself, slowly on an emulated or
+/// loaded machine.
 #define END_ASKED_NS 500000000ULL
-#define END_OPERATOR_ASKED_NS 10000000000ULL
 #define END_FORCED_NS 30000000000ULL
 
 static bool is_any_alive(launcher_t* const launcher)
@@ -33,11 +31,10 @@ static bool is_any_alive(launcher_t* const launcher)
     return is_any;
 }
 
-static void stop_all(launcher_t* const launcher, const bool by_force, const bool with_operator)
+static void stop_all(launcher_t* const launcher, const bool by_force)
 {
     for (size_t i = 0U; i < launcher->child_count; i++) {
-        const bool is_operator = (strcmp(launcher->children[i].name, "operator") == 0);
-        if (launcher->children[i].is_alive && (with_operator || !is_operator)) {
+        if (launcher->children[i].is_alive) {
             (void)osal_process_stop(&launcher->children[i].process, by_force);
         }
     }
@@ -49,20 +46,16 @@ static void end_children(launcher_t* const launcher)
     if (launcher->calendar != NULL) {
         osal_calendar_close(launcher->calendar);
     }
-    unsigned asked          = 0U;
+    bool is_asked           = false;
     const uint64_t start_ns = osal_clock_monotonic_ns();
     while (is_any_alive(launcher)) {
         const uint64_t past_ns = osal_clock_monotonic_ns() - start_ns;
-        if ((asked == 0U) && (past_ns > END_ASKED_NS)) {
-            stop_all(launcher, false, false);
-            asked++;
-        }
-        if ((asked == 1U) && (past_ns > END_OPERATOR_ASKED_NS)) {
-            stop_all(launcher, false, true);
-            asked++;
+        if (!is_asked && (past_ns > END_ASKED_NS)) {
+            stop_all(launcher, false);
+            is_asked = true;
         }
         if (past_ns > END_FORCED_NS) {
-            stop_all(launcher, true, true);
+            stop_all(launcher, true);
         }
         (void)osal_process_wait_any(NULL, 0U, LAUNCHER_LOOP_MS);
     }

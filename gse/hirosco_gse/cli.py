@@ -9,6 +9,7 @@ import contextlib
 import json
 import pathlib
 import re
+import signal
 import sys
 import time
 
@@ -171,6 +172,8 @@ class _Console:
             else:
                 clock = None
                 driver = link.RealDriver(stream, session, self.dictionary.epoch_ns)
+            if self.arguments.run:  # Who has started us and ends the run waits until we have told how it went.
+                signal.signal(signal.SIGTERM, lambda number, frame: None)
 
             def tell(entry):
                 _print(self.arguments, entry)
