@@ -47,6 +47,7 @@ PARALLEL := +$(if $(V),,@)$(MAKE) --no-print-directory -j$(JOBS)
 Q        := $(if $(V),,@)
 PYTHON   := /usr/bin/python3
 export PYTHONPYCACHEPREFIX := $(CURDIR)/build/pycache
+unexport PYTHONDONTWRITEBYTECODE # Else each start of Python compiles its own library anew.
 VENV     := build/venv/bin/python
 
 # --- compiler and variant --------------------------------------------------------------------------------------
@@ -291,8 +292,8 @@ test: build/setup/$(if $(HIL_TESTS),vm,test)
 
 test-hil: build/setup/vm all
 	+$(if $(NEEDS_FOREIGN),@$(BUILD_FOREIGN))
-	@HIL_PLACE='$(PLACE)' $(VENV) -m pytest -q -rs -p no:cacheprovider --timeout=600 --rootdir=. \
-	    $(or $(HIL_TESTS),$(error no test in test/hil has '$(ONLY)' in its path))
+	@$(if $(HIL_TESTS),,$(error no test in test/hil has '$(ONLY)' in its path))HIL_PLACE='$(PLACE)' \
+	    $(VENV) test/support/run_tests.py --jobs $(JOBS) --under test/hil --only '$(ONLY)'
 
 pus-coverage: build/setup/test all
 	@UPDATE_COVERAGE=1 $(VENV) -m pytest -q -p no:cacheprovider --timeout=600 --rootdir=. test/conformance/pus
@@ -385,7 +386,7 @@ check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 osal pus fsw sim gse && echo 'check: no function is too complex'
 .PHONY: check-flights
 check-flights: build/setup/vm all foreign # The long ones: many deaths at random moments.
-	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long test/mission test/hil && echo 'check: every flight ends as it should'
+	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile test/mission test/hil && echo 'check: every flight ends as it should'
 check-layers:
 	@$(PYTHON) test/lint/check_layers.py
 check-symbols: all

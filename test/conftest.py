@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests marked `long` run only with LONG=1 in the environment (`make check-full`)."""
+"""Tests marked `long` run only with LONG=1 in the environment (`make check-full`). Of several workers each has a processor of its
+own, and what it starts stays there: none slows another one down."""
 
 import os
 
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "long: takes minutes; run with LONG=1")
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "")
+    if worker:
+        ours = sorted(os.sched_getaffinity(0))
+        os.sched_setaffinity(0, {ours[int(worker.removeprefix("gw")) % len(ours)]})
 
 
 def pytest_collection_modifyitems(config, items):

@@ -17,7 +17,7 @@ SEED = 1
 
 @pytest.fixture(scope="session")
 def outcomes():
-    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+    with concurrent.futures.ThreadPoolExecutor(min(2, len(os.sched_getaffinity(0)))) as pool:
         runs = {name: pool.submit(run_fuzz.judge, name, SECONDS, SEED) for name in run_fuzz.targets()}
         yield runs
 

@@ -35,11 +35,25 @@ def hil_folder(request):
 def place(request, hil_folder):
     """Where commands with buses run: place.run(command) or place.group(name, command)."""
     chosen = places.choose(hil_folder)
-    request.config.stash[CHOSEN] = chosen
+    request.config.stash[CHOSEN] = f"{chosen.name} ({chosen.why})"
     return chosen
+
+
+def pytest_sessionfinish(session):
+    """A worker tells the one who writes the summary."""
+    chosen = session.config.stash.get(CHOSEN, None)
+    if chosen and hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["place"] = chosen
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    told = getattr(node, "workeroutput", {}).get("place")
+    if told:
+        node.config.stash[CHOSEN] = told
 
 
 def pytest_terminal_summary(terminalreporter, config):
     chosen = config.stash.get(CHOSEN, None)
     if chosen:
-        terminalreporter.write_line(f"hardware-in-the-loop tests ran in this place: {chosen.name} ({chosen.why})", bold=True)
+        terminalreporter.write_line(f"hardware-in-the-loop tests ran in this place: {chosen}", bold=True)

@@ -18,7 +18,9 @@ VARIANTS = ["build", "build/sanitize"]
 # Of processor time, which a loaded machine does not change; and of the clock, for what waits for ever.
 PROCESSOR_SECONDS_ALLOWED = 300
 SECONDS_ALLOWED = 1200
-FLIGHT_SECONDS_ALLOWED = 600
+FLIGHT_SECONDS_ALLOWED = 1800
+# Files that take more than half a minute.
+LONGEST = ["test/hil/test_nodes.py", "test/fuzz/test_fuzz.py", "test/hil/test_deaths.py", "test/hil/test_buses.py"]
 UNITY = re.compile(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", re.MULTILINE)
 CMOCKA = re.compile(r"^\[ +(PASSED|FAILED|SKIPPED) +\] (\d+) test", re.MULTILINE)
 CLOSING = re.compile(r"^(\d+ Tests \d+ Failures.*|OK|FAIL|\[ +(PASSED|FAILED|SKIPPED) +\] \d+ test.*)$")
@@ -89,8 +91,13 @@ def run_programs(sources, variants, jobs):
     return total
 
 
-def run_pytest(only):
-    files = sorted(str(path) for path in pathlib.Path("test").rglob("test_*.py") if only in str(path))
+def in_order(files):
+    """Those that take long first, so that the workers end together."""
+    return sorted(files, key=lambda name: (LONGEST.index(name) if name in LONGEST else len(LONGEST), name))
+
+
+def run_pytest(folder, only, jobs):
+    files = in_order(str(path) for path in pathlib.Path(folder).rglob("test_*.py") if only in str(path))
     if not files:
         return Count()
     report = pathlib.Path("build/test/pytest.xml")
@@ -98,6 +105,8 @@ def run_pytest(only):
     report.unlink(missing_ok=True)
     options = ["-q", "-rs", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS_ALLOWED}", "--rootdir=.",
                f"--junitxml={report}"]
+    if min(jobs, len(files)) > 1:  # A file stays whole: its tests share flights.
+        options += ["-n", str(min(jobs, len(files))), "--dist", "loadfile", "--no-loadscope-reorder"]
     code = subprocess.run([sys.executable, "-m", "pytest", *options, *files]).returncode
     count = Count()
     if report.exists():
@@ -114,6 +123,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", default="", help="run only tests whose path contains this")
+    parser.add_argument("--under", default="test", help="folder of the tests in Python")
     parser.add_argument("--variant", action="append", help="folder of a build to run instead of the two usual ones")
     parser.add_argument("--no-pytest", action="store_true", help="C test programs only")
     parser.add_argument("--failed", default="", help="what failed before the tests ran")
@@ -125,7 +135,7 @@ def main():
     total = run_programs(sources, arguments.variant or VARIANTS, arguments.jobs)
     total.add(run_programs([source for source in arguments.threads.split() if arguments.only in source], ["build/thread"], arguments.jobs))
     if not arguments.no_pytest:
-        total.add(run_pytest(arguments.only))
+        total.add(run_pytest(arguments.under, arguments.only, arguments.jobs))
     if arguments.failed:
         print(f"failed before the tests: {arguments.failed.strip()}")
         total.failed += 1
