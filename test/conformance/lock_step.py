@@ -12,7 +12,7 @@ import time
 import can
 
 MESSAGE = re.compile(rb"<\s*(.*?)\s*>")
-PATIENCE_S = 150.0  # Of the clock on the wall: an emulated machine takes its time to start a flight.
+PATIENCE_S = 600.0  # Of the clock on the wall: an emulated machine takes its time to start a flight.
 
 
 class LockStepBus(can.BusABC):

@@ -13,6 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SIMULATOR = ROOT / "build/bin/simulator"
 SHEETS = ROOT / "descriptors/devices"
 SYNC = 0x080
+BOUND_S = 300.0  # Of the clock on the wall, only to give up: devices live in simulated time.
 
 
 class Simulator:
@@ -38,7 +39,7 @@ class Simulator:
         for network in self.networks:
             network.disconnect()
         self.process.send_signal(signal.SIGTERM)
-        assert self.process.wait(10) == 0
+        assert self.process.wait(BOUND_S) == 0
         self.process.stdout.close()
 
 
@@ -46,4 +47,19 @@ def pass_time(network, milliseconds):
     """For `--in-step --quantum 2000`: each frame buys 2 ms of simulated time."""
     for _ in range(milliseconds // 2):
         network.send_message(SYNC, [])
-    time.sleep(0.05)
+
+
+def patient(node):
+    """A node of profile 402 that is waited for as long as a busy machine needs."""
+    node.sdo.RESPONSE_TIMEOUT = BOUND_S
+    node.TIMEOUT_SWITCH_STATE_FINAL = node.TIMEOUT_SWITCH_STATE_SINGLE = BOUND_S
+    node.TIMEOUT_SWITCH_OP_MODE = node.TIMEOUT_CHECK_TPDO = node.TIMEOUT_HOMING_DEFAULT = BOUND_S
+    return node
+
+
+def until(condition, what):
+    """Poll; simulated time goes on meanwhile, if somebody lets it."""
+    end = time.monotonic() + BOUND_S
+    while not condition():
+        assert time.monotonic() < end, f"{what}: not within {BOUND_S} s"
+        time.sleep(0.01)

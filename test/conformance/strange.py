@@ -3,7 +3,6 @@
 
 import pathlib
 import re
-import socket
 import sys
 import time
 
@@ -17,14 +16,8 @@ from hirosco_gse.dictionary import STATES, Dictionary  # noqa: E402
 MANIPULATOR, SUPERVISOR = 16, 1
 STAND_ALONE = 1
 NODES = (0x11, 0x12)
-LIMIT_S = 150.0  # Wall-clock; simulated time stands still while a slave thinks.
+LIMIT_S = 600.0  # Wall-clock; simulated time stands still while a slave thinks.
 NOT_BOOTED, TIMEOUT, ABORTED, VALUE, FORMAT, REBOOTED, SILENT = 1, 2, 3, 4, 5, 6, 7
-
-
-def free_port():
-    """A port that nobody listens on."""
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return listener.getsockname()[1]
 
 
 class Ground:
@@ -89,11 +82,11 @@ class Stage:
     def __init__(self, folder, interface=None, options=()):
         """interface: where the slaves live, if the run shows the bus on one; options: more of the launcher's."""
         scenario = flying.write_scenario(folder / "alone.scn", "0.0 hand rest", "0.0 fault unplug robot")
-        tools = free_port()
+        tools = flying.free_port()
         self.flight = flying.start(folder / "run", "--scenario", scenario, "--tools", tools, "--duration", 36000, *options)
         self.slaves = None
         try:
-            flying.wait_until(lambda: self._has_tools(tools), LIMIT_S, "no port for tools")
+            flying.wait_until(lambda: self._has_tools(tools), "no port for tools", LIMIT_S)
             self.slaves = slaves.Slaves(tools, "robot", NODES, interface)
             self.ground = Ground(self.flight.port(LIMIT_S))
         except BaseException:

@@ -6,7 +6,7 @@ import configparser
 import canopen
 import pytest
 from canopen.objectdictionary import ODVariable
-from simulated import SHEETS, Simulator, pass_time
+from simulated import SHEETS, Simulator, pass_time, patient
 
 DEVICES = {"joint-drive": ("robot", 0x11), "joystick": ("joystick", 0x21)}
 CHANGING = {0x1001, 0x6041, 0x6062, 0x6064, 0x606B, 0x606C, 0x6074, 0x6077, 0x6078, 0x60F4, 0x2220,
@@ -88,7 +88,7 @@ def device(sheet, tmp_path_factory):
     bus, number = DEVICES[name]
     simulator = Simulator(tmp_path_factory.mktemp("sheet"), "--in-step", "--quantum", "2000")
     network = simulator.connect(bus)
-    node = network.add_node(number, str(path))
+    node = patient(network.add_node(number, str(path)))
     pass_time(network, 10)
     yield node
     simulator.close()

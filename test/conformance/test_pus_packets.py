@@ -84,7 +84,7 @@ def signed(octets):
 def dump(data, *options):
     """(objects, exit code) of pusdump --json; text is encoded."""
     data = data.encode() if isinstance(data, str) else data
-    run = subprocess.run([PUSDUMP, "--json", *options], input=data, capture_output=True, timeout=30)
+    run = subprocess.run([PUSDUMP, "--json", *options], input=data, capture_output=True, timeout=300)
     assert run.stderr == b""
     return [json.loads(line) for line in run.stdout.splitlines()], run.returncode
 
@@ -397,7 +397,7 @@ def test_pusdump_survives_any_input(tmp_path):
     chance = random.Random(4)
     for _ in range(120):
         options = chance.choice(([], ["--format", "hex"], ["--format", "log"], ["--format", "binary"]))
-        run = subprocess.run([sanitized, "--json", *options], input=any_input(chance), capture_output=True, timeout=30)
+        run = subprocess.run([sanitized, "--json", *options], input=any_input(chance), capture_output=True, timeout=300)
         assert run.stderr == b"" and run.returncode in (0, 1)
         found = [json.loads(line) for line in run.stdout.splitlines()]
         assert run.returncode == any(packet["error"] is not None for packet in found)

@@ -19,8 +19,8 @@ from vm import microvm
 
 PYTHON = "build/venv/bin/python"
 PROBE = "test/hil/guest/probe.py"
-PROBE_SECONDS = 60
-SECONDS = 300
+PROBE_SECONDS = 300
+SECONDS = 1200
 SHOWN_LINES = 40
 LIMIT_REACHED = microvm.LIMIT_REACHED
 # What the micro-VM finds: an own network, an own /run and /dev/shm, the loopback up.

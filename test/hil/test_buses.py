@@ -10,7 +10,7 @@ import pytest
 import place as places
 
 PROGRAM = "test/hil/guest/socketcan.py"
-SECONDS = 1500
+SECONDS = 2400
 TOOLS = ("7FE#EE", "7FF#FF")  # Probe and sentinel of the recorder.
 FD_FLAG = 0x4  # candump shows the kernel's mark of an FD frame among its flags; our log has the frame's own flags only.
 HIL = {"vcan": ("rokviss", "hil"), "controllers": ("classic", "classic")}

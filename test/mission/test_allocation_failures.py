@@ -44,7 +44,7 @@ def fly(folder, number):
     folder.parent.mkdir(parents=True, exist_ok=True)
     scenario = flying.write_scenario(folder.parent / "allocation.scn", *SCENARIO)
     flight = flying.fly(
-        folder, "--scenario", scenario, "--form", "image", binaries=SANITIZED, limit_s=300,
+        folder, "--scenario", scenario, "--form", "image", binaries=SANITIZED,
         environment={"HIROSCO_REFUSE_TAKE": str(number), "ASAN_OPTIONS": "detect_leaks=1:abort_on_error=0"},
     )
     assert not REPORT.search(flight.console + flight.output), flight.told()

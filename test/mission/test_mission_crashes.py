@@ -16,13 +16,13 @@ from hirosco_gse import run as runs
 MEMBERS = {"joystick": 17, "manipulator": 16}
 PROCESSES = ("simulator", "supervisor", "joystick", "manipulator", "communication", "operator", "packet-archive-sqlite")
 FLIGHT_S = 20
-ENDS_WITHIN_S = 60.0
+END_S = 60  # Far beyond the moment of a death, however late that comes.
 SAFE_WITHIN_US = 20_000
 
 
 def _kill_at(flight, name, step):
     """kill -9 of one child after this step of the operator; the simulated time in microseconds is not known."""
-    flying.wait_until(lambda: flight.steps() >= step or flight.process.poll() is not None, 30, f"step {step} of the operator")
+    flying.wait_until(lambda: flight.steps() >= step or flight.process.poll() is not None, f"step {step} of the operator")
     assert flight.process.poll() is None, flight.told()
     pid = flight.children()[name]
     os.kill(pid, signal.SIGKILL)
@@ -34,7 +34,7 @@ def _lines():
     for second in range(3, FLIGHT_S):
         steps = {5: "log sqlite", 9: "log ascii", 12: "hk once MANIPULATOR 4711"}
         lines.append(f"{second} operator {steps.get(second, 'ping all')}")
-    return [*lines, f"{FLIGHT_S} operator shutdown"]
+    return [*lines, f"{END_S} operator shutdown"]
 
 
 STEPS = [line.partition(" operator ")[2] for line in _lines() if " operator " in line]
@@ -109,7 +109,7 @@ def _die(folder, scenario, name, step, form="processes"):
     flight = flying.start(folder, "--scenario", scenario, "--form", form, report="yes")
     try:
         _kill_at(flight, name, step)
-        flight.wait(ENDS_WITHIN_S)
+        flight.wait()
     finally:
         flight.abandon()
     return flight
@@ -151,12 +151,12 @@ def test_kill_of_the_supervisor_takes_members_to_safe_operational(folder, scenar
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_operator_that_never_comes(folder, form):
+def test_operator_that_never_comes(folder, scenario, form):
     """Killed before it has joined the flight: nobody waits for it."""
-    flight = flying.start(folder, "--scenario", "commissioning", "--form", form, report="yes")
-    flying.wait_until(lambda: "operator" in flight.children(), 10, "an operator")
+    flight = flying.start(folder, "--scenario", scenario, "--form", form, report="yes")
+    flying.wait_until(lambda: "operator" in flight.children(), "an operator")
     os.kill(flight.children()["operator"], signal.SIGKILL)
-    flight.wait(20)
+    flight.wait()
     _assert_ended_as_it_should(flight, "operator")
 
 
@@ -177,9 +177,9 @@ def test_operator_that_leaves_early(folder, form, lines):
 def test_somebody_stands_still(folder, name):
     """A process that neither ends nor goes on: the launcher gives up after half a minute."""
     flight = flying.start(folder, "--scenario", "telepresence")
-    flying.wait_until(lambda: flight.steps() >= 10, 30, "step 10")
+    flying.wait_until(lambda: flight.steps() >= 10, "step 10")
     os.kill(flight.children()[name], signal.SIGSTOP)
-    flight.wait(90)
+    flight.wait()
     assert flight.code != 0
     assert "stands still" in flight.facts["exit_reason"]
     flying.assert_clean(flight)
@@ -188,12 +188,12 @@ def test_somebody_stands_still(folder, name):
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_kill_of_the_launcher_ends_its_children(folder, form):
     flight = flying.start(folder, "--scenario", "telepresence", "--form", form)
-    flying.wait_until(lambda: flight.steps() >= 10, 30, "step 10")
+    flying.wait_until(lambda: flight.steps() >= 10, "step 10")
     children = flight.children()
     assert len(children) >= 3
     flight.process.kill()
-    flight.process.wait(10)
-    flying.wait_until(lambda: not [pid for pid, _, _ in flying.processes() if pid in children.values()], 15, "children end")
+    flight.process.wait(flying.MOMENT_S)
+    flying.wait_until(lambda: not [pid for pid, _, _ in flying.processes() if pid in children.values()], "children end")
     for entry in flight.leftovers():  # Names stay, since their owner is gone without a word: the next run must not mind.
         assert not entry.startswith("process "), entry
         os.unlink(entry)
@@ -218,9 +218,9 @@ def test_kill_of_the_simulator_keeps_the_logs_of_before(folder, scenario):
 def test_interrupted_flight_goes_down_in_order(folder, scenario):
     """Ctrl-C in the middle: members to OFFLINE, nothing enabled, nothing left."""
     flight = flying.start(folder, "--scenario", scenario, report="yes")
-    flying.wait_until(lambda: flight.steps() >= IN_OPERATION, 30, "operation")
+    flying.wait_until(lambda: flight.steps() >= IN_OPERATION, "operation")
     os.kill(flight.process.pid, signal.SIGINT)
-    flight.wait(ENDS_WITHIN_S)
+    flight.wait()
     for apid in MEMBERS.values():
         assert _states(flight, apid)[-1] == 0, flight.told()
     assert not _enabled_at_end(flight)
@@ -235,9 +235,7 @@ def test_interrupted_three_times_ends_at_once(folder):
     for _ in range(3):
         os.kill(flight.process.pid, signal.SIGINT)
         time.sleep(0.05)
-    began = time.monotonic()
-    flight.wait(30)
-    assert time.monotonic() - began < 15
+    flight.wait()
     assert flight.code != 0 or _states(flight, 16)[-1:] in ([], [0])
     flying.assert_clean(flight)
 
@@ -253,7 +251,7 @@ def test_kill_of_anybody_at_any_moment(folder, number):
     pid = flight.children().get(name)
     if pid is not None:
         os.kill(pid, signal.SIGKILL)
-    flight.wait(ENDS_WITHIN_S)
+    flight.wait()
     if flight.code != 0:
         assert (flight.folder / "run.json").exists()
         assert (flight.folder / "report.html").exists()

@@ -31,7 +31,7 @@ def _replace(house, path, old, new, count=1):
 
 
 def _fly(house, form="processes"):
-    return flying.fly(house / "out", "--scenario", "commissioning", "--form", form, root=house, limit_s=40)
+    return flying.fly(house / "out", "--scenario", "commissioning", "--form", form, root=house)
 
 
 def test_untouched_copy_flies(house):

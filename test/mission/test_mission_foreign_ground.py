@@ -46,8 +46,8 @@ def test_telecommand_of_a_foreign_client_is_served_and_told(folder):
     """TC[17,1] gets its chain on the connection that asked; the run passes and says that it is not reproducible."""
     flight = flying.start(folder, *OPTIONS)
     stream = flying.connect(flight.port())
-    stream.settimeout(20)
-    flying.wait_until(lambda: flight.steps() >= 3, 20, "step 3")
+    stream.settimeout(flying.MOMENT_S)
+    flying.wait_until(lambda: flight.steps() >= 3, "step 3")
     stream.sendall(_ping(16))
     answers = []
     for raw in _packets(stream):
@@ -82,7 +82,7 @@ def test_listeners_do_not_disturb(folder, quiet):
     thread = threading.Thread(target=lambda: received.extend(_packets(reader)))
     thread.start()
     flight.wait()
-    thread.join(10)
+    thread.join(flying.MOMENT_S)
     assert flight.code == 0, flight.told()
     assert flight.facts["reproducible"] is False, "the packet log tells when they came"
     for name in flying.BUS_LOGS:
@@ -114,10 +114,10 @@ def test_request_with_a_wrong_crc_is_refused(folder):
     """TM[1,2] from the supervisor, with the request's id, to the one who sent it."""
     flight = flying.start(folder, *OPTIONS)
     stream = flying.connect(flight.port())
-    stream.settimeout(20)
+    stream.settimeout(flying.MOMENT_S)
     request = bytearray(_ping(16))
     request[-1] ^= 0xFF
-    flying.wait_until(lambda: flight.steps() >= 3, 20, "step 3")
+    flying.wait_until(lambda: flight.steps() >= 3, "step 3")
     stream.sendall(bytes(request))
     found = None
     for raw in _packets(stream):

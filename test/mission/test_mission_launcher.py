@@ -102,7 +102,7 @@ PROGRAMS = sorted(path.name for path in flying.BIN.glob("*")) or ["hirosco"]
 @pytest.mark.parametrize("words", [(), ("--help",), ("--no-such-option",), ("--run",), ("--run", "/hirosco-0.run", "--component", "0")])
 def test_program_called_by_hand_tells_its_usage(name, words):
     """No program of the house crashes or waits for ever, however it is called."""
-    done = subprocess.run([flying.BIN / name, *words], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20, cwd="/tmp")
+    done = subprocess.run([flying.BIN / name, *words], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
     assert done.returncode in (0, 1, USAGE), f"{name} {words} ended with {done.returncode}"
     told = done.stdout + done.stderr
     if not (name == "pusdump" and words == ()):  # an empty packet log is well-formed
@@ -123,9 +123,7 @@ def test_port_in_use_is_named(folder):
 
 
 def test_port_asked_for_is_taken(folder):
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = flying.free_port()
     flight = flying.fly(folder, "--scenario", "commissioning", "--port", port)
     assert flight.code == 0, flight.told()
     assert f"127.0.0.1:{port}" in flight.output
@@ -156,7 +154,7 @@ def test_folder_of_another_run_is_refused(folder):
 def test_error_in_a_scenario_is_told_with_its_line(folder, form, line, words):
     folder.mkdir()
     path = flying.write_scenario(folder / "wrong.scn", "0.0 hand rest", line, "0.2 operator shutdown")
-    flight = flying.fly(folder / "run", "--scenario", path, "--form", form, limit_s=40)
+    flight = flying.fly(folder / "run", "--scenario", path, "--form", form)
     assert flight.code != 0
     assert re.search(r"wrong\.scn:3\b", flight.console), flight.told()
     for word in words:

@@ -95,10 +95,10 @@ def test_verification_reports_decode_as_service_1(packets):
 
 
 def test_pusdump_reads_all_and_agrees(flight, packets):
-    plain = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, timeout=60)
+    plain = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert plain.returncode == 0, plain.stderr
     assert len(plain.stdout.splitlines()) == len(packets)
-    dumped = subprocess.run([flying.PUSDUMP, "--json", flight.folder / "packets.log"], capture_output=True, text=True, timeout=60)
+    dumped = subprocess.run([flying.PUSDUMP, "--json", flight.folder / "packets.log"], capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert dumped.returncode == 0, dumped.stderr
     for line, packet in zip(dumped.stdout.splitlines(), packets, strict=True):
         told = json.loads(line)

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import flying
 import pytest
@@ -20,7 +19,7 @@ SUBSYSTEMS = ("JOYSTICK", "MANIPULATOR", "SUPERVISOR", "COMMUNICATION")
 def mission(folder):
     """A mission in wall-clock time, up and listening."""
     flight = flying.start(folder, *OPTIONS)
-    flying.wait_until(lambda: flying.gse(flight, "ping", "all").returncode == SUCCESS, 20, "everybody alive")
+    flying.wait_until(lambda: flying.gse(flight, "ping", "all").returncode == SUCCESS, "everybody alive")
     yield flight
     flight.abandon()
 
@@ -60,8 +59,8 @@ def test_a_person_commands_the_mission(mission):
     assert "refused" in refused.stderr
 
     _told(mission, "config", "MANIPULATOR", "STAND_ALONE")
-    shown = _told(mission, "hk", "MANIPULATOR")
-    assert shown.count("DES_POSITION") >= 4, "4711 comes four times a second for two seconds"
+    # 4711 comes four times a second, and it looks for two.
+    flying.wait_until(lambda: _told(mission, "hk", "MANIPULATOR").count("DES_POSITION") >= 4, "housekeeping")
     for state in ("SAFE_OPERATIONAL", "OPERATIONAL"):
         _told(mission, "state", "MANIPULATOR", state)
     assert "completed" in _told(mission, "cmd", "MANIPULATOR.MOVE_TO", "POSITION=0.95,-1.4", "DURATION=1")
@@ -72,7 +71,7 @@ def test_a_person_commands_the_mission(mission):
     after = _status(mission)
     assert after["MANIPULATOR"] == "ERROR_OPERATIONAL"
     assert _told(mission, "shutdown")
-    mission.wait(60)
+    mission.wait()
     assert mission.code == 0, mission.told()
     assert mission.facts["time"] == "real"
     assert mission.facts["reproducible"] is False
@@ -132,7 +131,7 @@ def test_interrupt_brings_every_subsystem_to_offline(mission, number):
         _told(mission, "state", name, "SAFE_OPERATIONAL")
     _told(mission, "state", "MANIPULATOR", "OPERATIONAL")
     os.kill(mission.process.pid, number)
-    mission.wait(30)
+    mission.wait()
     assert mission.code == 0, mission.told()
     assert "shutting the mission down" in mission.output
     assert _last_states(mission)[16] == 0
@@ -145,7 +144,7 @@ def test_ctrl_c_of_a_terminal_reaches_all_and_still_ends_in_order(mission):
     """The terminal sends the signal to the whole process group, children and all."""
     _told(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
     os.killpg(mission.process.pid, signal.SIGINT)
-    mission.wait(30)
+    mission.wait()
     assert mission.code == 0, mission.told()
     assert _last_states(mission)[16] == 0
     flying.assert_clean(mission)
@@ -157,20 +156,23 @@ def test_following_ends_with_an_interrupt(mission):
     _told(mission, "config", "MANIPULATOR", "STAND_ALONE")
     words = [sys.executable, str(flying.ROOT / "gse" / "gse"), "--port", str(mission.port()), "hk", "-f", "MANIPULATOR"]
     follower = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(3)
+    heard = 0
+    while heard < 4:
+        line = follower.stdout.readline()
+        assert line, follower.communicate()
+        heard += "CUR_VALUES" in line
     follower.send_signal(signal.SIGINT)
-    out, errors = follower.communicate(timeout=10)
+    _, errors = follower.communicate(timeout=flying.MOMENT_S)
     assert follower.returncode == SUCCESS, errors
-    assert out.count("CUR_VALUES") >= 4
     assert errors == ""
     _told(mission, "shutdown")
-    mission.wait(30)
+    mission.wait()
 
 
 def test_scenario_in_wall_clock_time(folder):
     """The same operator, the same steps, as fast as time goes."""
     flight = flying.fly(folder, "--time", "real", "--scenario", "commissioning")
     assert flight.code == 0, flight.told()
-    assert flight.facts["simulated_s"] == pytest.approx(4, abs=2)
+    assert flight.facts["simulated_s"] >= 3.5
     assert len(flight.read("operator.log").splitlines()) == 12
     flying.assert_clean(flight)

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(not (SANITIZED / "hirosco").exists(), reason="no
 @pytest.mark.parametrize("scenario", ["commissioning", "standalone", "telepresence"])
 def test_flight_without_a_report(folder, fleet, form, scenario):
     options = ("--scenario", scenario, "--form", form)
-    flight = flying.fly(folder, *options, binaries=SANITIZED, environment=ENVIRONMENT, limit_s=300)
+    flight = flying.fly(folder, *options, binaries=SANITIZED, environment=ENVIRONMENT)
     assert not REPORT.search(flight.console + flight.output), flight.told()
     assert flight.code == 0, flight.told()
     if scenario == "telepresence":
@@ -28,6 +28,6 @@ def test_flight_without_a_report(folder, fleet, form, scenario):
 
 @pytest.mark.parametrize("links", ["udp"])
 def test_udp_links_without_a_report(folder, links):
-    flight = flying.fly(folder, "--scenario", "telepresence", "--links", links, binaries=SANITIZED, environment=ENVIRONMENT, limit_s=300)
+    flight = flying.fly(folder, "--scenario", "telepresence", "--links", links, binaries=SANITIZED, environment=ENVIRONMENT)
     assert not REPORT.search(flight.console + flight.output), flight.told()
     assert flight.code == 0, flight.told()

@@ -15,7 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import cases
 import place
 
-BOUND_S = 60
+BOUND_S = 300
 
 
 def command(*words):

@@ -10,7 +10,6 @@ import pathlib
 import subprocess
 import sys
 import threading
-import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "test/conformance"), str(ROOT / "test/hil/guest")]
@@ -20,22 +19,14 @@ import cases
 import lock_step
 import simulated
 from canopen.profiles.p402 import BaseNode402
+from simulated import until
 
 PREFIX = os.environ.get("CANOPEN_INTERFACES", "")
 OUT = pathlib.Path(os.environ["OUT"])
 BUSES = ("robot", "joystick")
-BOUND_S = 60.0  # Of the clock on the wall, only to give up: devices live in simulated time.
 SYNC, HEARTBEAT = 0x080, 0x700
 STEPS_PER_CYCLE = 4  # 2 ms
 SENTINEL = 0x7FF
-
-
-def until(condition, what):
-    """Poll; simulated time goes on meanwhile."""
-    end = time.monotonic() + BOUND_S
-    while not condition():
-        assert time.monotonic() < end, f"{what}: not within {BOUND_S} s"
-        time.sleep(0.01)
 
 
 class Master:
@@ -63,10 +54,7 @@ class Master:
 
     def drive(self, number, sheet="joint-drive"):
         """A node of the network with patience; the network's only one with this number."""
-        node = BaseNode402(number, str(simulated.SHEETS / f"{sheet}.eds"))
-        node.sdo.RESPONSE_TIMEOUT = BOUND_S
-        node.TIMEOUT_SWITCH_STATE_FINAL = node.TIMEOUT_SWITCH_STATE_SINGLE = BOUND_S
-        node.TIMEOUT_SWITCH_OP_MODE = node.TIMEOUT_CHECK_TPDO = node.TIMEOUT_HOMING_DEFAULT = BOUND_S
+        node = simulated.patient(BaseNode402(number, str(simulated.SHEETS / f"{sheet}.eds")))
         self.network[number] = node
         return node
 
@@ -203,17 +191,23 @@ def case_mappings_are_read_from_the_devices():
 def case_heartbeat_and_boot_up_are_heard():
     master = WORLD.master("robot")
     drive = master.drive(0x12)
-    seen = []
-    drive.nmt.add_heartbeat_callback(seen.append)
+    seen, steps = [], []
+
+    def hear(state):
+        seen.append(state)
+        steps.append(master.bus.steps)
+
+    drive.nmt.add_heartbeat_callback(hear)
     for state, number in (("OPERATIONAL", 5), ("STOPPED", 4), ("PRE-OPERATIONAL", 127)):
         drive.nmt.state = state
         until(lambda: seen and seen[-1] == number, state)
-    seen.clear()
-    first = master.bus.steps
+    mark = len(seen)
     drive.nmt.state = "RESET"
-    until(lambda: 0 in seen and seen[-1] == 127, "boot-up, then pre-operational")
-    until(lambda: len(seen) >= 12, "ten heartbeats more")
-    assert 400 <= master.bus.steps - first <= 2000  # One in 20 ms of simulated time, that is 40 steps.
+    until(lambda: 0 in seen[mark:], "boot-up")
+    boot = seen.index(0, mark)
+    until(lambda: len(seen) > boot + 11, "heartbeats")
+    assert set(seen[boot + 1 : boot + 12]) == {127}
+    assert 390 <= steps[boot + 11] - steps[boot + 1] <= 410  # One in 20 ms of simulated time, that is 40 steps.
 
 
 def case_emergency_of_a_drive_whose_master_falls_silent():

@@ -7,8 +7,10 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import socket
 import subprocess
+import sys
 import time
 
 import buses
@@ -17,7 +19,7 @@ import cases
 OUT = pathlib.Path(os.environ["OUT"])
 BIN = pathlib.Path("build/bin")
 WORK = pathlib.Path("/dev/shm/flights")
-BOUND_S = 600
+BOUND_S = 900
 CONTRACTS = ["contract/osal/test_can", "contract/osal/test_can_socket",
              "unit/fsw/framework/dataflow/test_flow_can_socket"]
 CASES = {"test_can_socket": 13, "test_flow_can_socket": 4}
@@ -84,6 +86,20 @@ def recorder(path, probe):
         finally:
             process.terminate()
             process.wait()
+
+
+def has_line(name, frame):
+    """The log of bus robot of a flight under way has the frame."""
+    log = WORK / name / "can-robot.log"
+    return log.exists() and f" {frame}" in log.read_text()
+
+
+def shut_down(process):
+    """As Ctrl-C does, in order; what the launcher said."""
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=BOUND_S)[0]
+    assert process.returncode == 0, said
+    return said
 
 
 def refused(*options, reader=subprocess.run, runner=()):
@@ -186,17 +202,17 @@ def case_vcan_flight_is_seen_by_candump():
 
 
 def case_frames_of_tools_enter_the_bus():
-    process = started("tools", "--bus", "vcan", "--scenario", "none", "--duration", "1")
-    sent = 0
-    while process.poll() is None:
-        ended = subprocess.run(["cansend", "vcan-robot", "7A1#0102"], capture_output=True)
-        subprocess.run(["cansend", "vcan-robot", "20000040#0000000000000000"], capture_output=True)
-        sent += ended.returncode == 0
-        time.sleep(0.2)
-    process.communicate()
+    process = started("tools", "--bus", "vcan", "--scenario", "none", "--duration", "100000")
+
+    def seen_on_the_bus():
+        assert process.poll() is None, process.communicate()[0]
+        for frame in ("7A1#0102", "20000040#0000000000000000"):
+            subprocess.run(["cansend", "vcan-robot", frame], capture_output=True)
+        return all(has_line("tools", frame) for frame in ("7A1#0102", "20000040#"))
+
+    until(seen_on_the_bus, "frames of tools")
+    shut_down(process)
     kept("tools")
-    log = (WORK / "tools" / "can-robot.log").read_text()
-    assert sent > 0 and "7A1#0102" in log and "20000040#" in log, f"{sent} sent"
     seen = facts("tools")
     assert seen["bus_frames_foreign"] >= 2 and not seen["reproducible"], seen
 
@@ -237,24 +253,26 @@ def case_a_burst_on_a_controller_is_counted():
 
 def case_a_flood_on_the_wire_ends_in_a_safe_state():
     """Somebody sends as fast as it goes on flight's own controller while the arm is in operation."""
-    scenario = WORK / "flood.scn"
-    scenario.write_text("\n".join([
-        "0.0 hand rest", "0.1 operator state MANIPULATOR PRE_OPERATIONAL", "0.2 operator config MANIPULATOR CLASSIC",
-        "0.3 operator state MANIPULATOR SAFE_OPERATIONAL", "0.4 operator state MANIPULATOR OPERATIONAL", "1.0 operator shutdown", ""]))
+    script = WORK / "up.scn"
+    script.write_text("".join(f"0.0 operator {words}\n" for words in (
+        "state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR CLASSIC", "state MANIPULATOR SAFE_OPERATIONAL",
+        "state MANIPULATOR OPERATIONAL")))
     process = started("flood", "--mission", "classic", "--bus", "can", "--interface", "robot=can0",
-                      "--sim-interface", "robot=can1", "--scenario", scenario)
-    log = WORK / "flood" / "operator.log"
-    until(lambda: process.poll() is not None or log.exists() and " OPERATIONAL: completed" in log.read_text(), "OPERATIONAL")
+                      "--sim-interface", "robot=can1", "--scenario", "none", "--duration", "100000")
+    port = WORK / "flood" / "ground.port"
+    until(lambda: process.poll() is not None or port.exists() and port.read_text().strip(), "the ground port")
+    subprocess.run([sys.executable, "gse/gse", "--port", port.read_text().strip(), "script", script], check=True, timeout=BOUND_S)
     flood = subprocess.Popen(["cangen", "can0", "-g", "0", "-i", "-I", "7F0", "-L", "8"], stdout=subprocess.DEVNULL,
                              stderr=subprocess.DEVNULL)
     try:
-        said = process.communicate(timeout=BOUND_S)[0]
+        until(lambda: process.poll() is not None or has_line("flood", "7F0#"), "the flood")
+        said = shut_down(process)
     finally:
         flood.kill()
         flood.wait()
     kept("flood")
     seen = facts("flood")
-    assert process.returncode == 0 and seen["bus_frames_foreign"] > 0 and not seen["reproducible"], said
+    assert seen["bus_frames_foreign"] > 0 and not seen["reproducible"], said
     statuswords = {}
     for line in (WORK / "flood" / "can-robot.log").read_text().splitlines():
         found = re.search(r" (19[12])#(..)(..)", line)
