@@ -8,6 +8,7 @@
 #include <fcntl.h>
 #include <limits.h>
 #include <stdbool.h>
+#include <stdio.h> // rename
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -51,6 +52,46 @@ status_t osal_file_append(osal_file_t* file, const char* path)
     return open_file(file, path, O_WRONLY | O_CREAT | O_APPEND);
 }
 
+/// Force the folder of a path to the disk, so that a name in it lasts. STATUS_OK, STATUS_IO.
+static status_t sync_folder(const char* path)
+{
+    char folder[PATH_MAX]   = {'.', '\0'};
+    const char* const slash = strrchr(path, '/');
+    if (slash != NULL) {
+        const size_t length = (slash == path) ? 1U : (size_t)(slash - path);
+        if (length >= sizeof(folder)) {
+            return STATUS_IO;
+        }
+        (void)memcpy(folder, path, length);
+        folder[length] = '\0';
+    }
+    osal_file_t file;
+    status_t status = open_file(&file, folder, O_RDONLY | O_DIRECTORY);
+    if (status == STATUS_OK) {
+        status = osal_file_sync(&file);
+        osal_file_close(&file);
+    }
+    return (status == STATUS_OK) ? STATUS_OK : STATUS_IO;
+}
+
+status_t osal_file_update(osal_file_t* file, const char* path)
+{
+    status_t status = open_file(file, path, O_RDWR);
+    if (status == STATUS_NOT_FOUND) {
+        status = open_file(file, path, O_RDWR | O_CREAT);
+        if ((status == STATUS_OK) && (sync_folder(path) != STATUS_OK)) {
+            osal_file_close(file);
+            status = STATUS_IO;
+        }
+    }
+    return status;
+}
+
+static status_t status_of_write(int error)
+{
+    return ((error == ENOSPC) || (error == EDQUOT) || (error == EFBIG)) ? STATUS_FULL : STATUS_IO;
+}
+
 status_t osal_file_write(osal_file_t* file, const void* octets, size_t size)
 {
     FSW_ASSERT((file != NULL) && ((octets != NULL) || (size == 0U)));
@@ -64,10 +105,66 @@ status_t osal_file_write(osal_file_t* file, const void* octets, size_t size)
         } else if ((written < 0) && (errno == EINTR)) {
             continue;
         } else {
-            return ((written < 0) && ((errno == ENOSPC) || (errno == EDQUOT))) ? STATUS_FULL : STATUS_IO;
+            return (written < 0) ? status_of_write(errno) : STATUS_IO;
         }
     }
     return STATUS_OK;
+}
+
+status_t osal_file_write_at(osal_file_t* file, uint64_t offset, const void* octets, size_t size)
+{
+    FSW_ASSERT((file != NULL) && ((octets != NULL) || (size == 0U)));
+    const char* from = octets;
+    size_t done      = 0U;
+    while (done < size) {
+        const ssize_t written = pwrite(file->descriptor, &from[done], size - done, (off_t)(offset + done));
+        if (written > 0) {
+            done += (size_t)written;
+        } else if ((written == 0) || (errno != EINTR)) {
+            return (written < 0) ? status_of_write(errno) : STATUS_IO;
+        }
+    }
+    return STATUS_OK;
+}
+
+status_t osal_file_read_at(osal_file_t* file, uint64_t offset, void* octets, size_t size)
+{
+    FSW_ASSERT((file != NULL) && ((octets != NULL) || (size == 0U)));
+    char* to    = octets;
+    size_t done = 0U;
+    while (done < size) {
+        const ssize_t got = pread(file->descriptor, &to[done], size - done, (off_t)(offset + done));
+        if (got > 0) {
+            done += (size_t)got;
+        } else if (got == 0) {
+            return STATUS_TRUNCATED;
+        } else if (errno != EINTR) {
+            return STATUS_IO;
+        }
+    }
+    return STATUS_OK;
+}
+
+status_t osal_file_size(osal_file_t* file, uint64_t* out_size)
+{
+    FSW_ASSERT((file != NULL) && (out_size != NULL));
+    struct stat about;
+    const bool is_known = fstat(file->descriptor, &about) == 0;
+    *out_size           = is_known ? (uint64_t)about.st_size : 0U;
+    return is_known ? STATUS_OK : STATUS_IO;
+}
+
+status_t osal_file_resize(osal_file_t* file, uint64_t size)
+{
+    FSW_ASSERT(file != NULL);
+    if (size > (uint64_t)INT64_MAX) {
+        return STATUS_FULL;
+    }
+    int result = 0;
+    do {
+        result = ftruncate(file->descriptor, (off_t)size);
+    } while ((result < 0) && (errno == EINTR));
+    return (result == 0) ? STATUS_OK : status_of_write(errno);
 }
 
 status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size)
@@ -171,6 +268,16 @@ status_t osal_file_remove(const char* path)
 {
     FSW_ASSERT(path != NULL);
     return (unlink(path) == 0) ? STATUS_OK : status_of(errno);
+}
+
+status_t osal_file_rename(const char* path, const char* new_path)
+{
+    FSW_ASSERT((path != NULL) && (new_path != NULL));
+    if (rename(path, new_path) != 0) {
+        return status_of(errno);
+    }
+    const status_t status = sync_folder(new_path);
+    return (status == STATUS_OK) ? sync_folder(path) : status;
 }
 
 status_t osal_file_link(const char* target, const char* path)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Files: sequential reading, appending, directories. No buffering here; short writes are completed inside.
+/// Files: sequential reading, appending, random access, directories. No buffering here; short writes are
+/// completed inside.
 #ifndef OSAL_FILE_H
 #define OSAL_FILE_H
 
@@ -26,6 +27,19 @@ MUST_USE status_t osal_file_write(osal_file_t* file, const void* octets, size_t 
 MUST_USE status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size);
 /// Whole file into the buffer. STATUS_OK, STATUS_NOT_FOUND, STATUS_TOO_LARGE, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_file_load(const char* path, void* octets, size_t capacity, size_t* out_size);
+/// Open for reading and writing anywhere; made if missing, and then its name is on the disk as well. Same
+/// statuses as create.
+MUST_USE status_t osal_file_update(osal_file_t* file, const char* path);
+/// Read exactly `size` octets from `offset` on. STATUS_OK, STATUS_TRUNCATED (they go beyond the end),
+/// STATUS_IO.
+MUST_USE status_t osal_file_read_at(osal_file_t* file, uint64_t offset, void* octets, size_t size);
+/// Write all from `offset` on; a gap behind the end is filled with zeros. STATUS_OK, STATUS_FULL (no space),
+/// STATUS_IO.
+MUST_USE status_t osal_file_write_at(osal_file_t* file, uint64_t offset, const void* octets, size_t size);
+/// Present size [octets]. STATUS_OK, STATUS_IO.
+MUST_USE status_t osal_file_size(osal_file_t* file, uint64_t* out_size);
+/// Cut, or extend with zeros. STATUS_OK, STATUS_FULL (no space, or beyond what a file can have), STATUS_IO.
+MUST_USE status_t osal_file_resize(osal_file_t* file, uint64_t size);
 /// Force to the disk. STATUS_OK, STATUS_IO.
 status_t osal_file_sync(osal_file_t* file);
 void osal_file_close(osal_file_t* file);
@@ -33,6 +47,10 @@ void osal_file_close(osal_file_t* file);
 MUST_USE status_t osal_directory_create(const char* path);
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 status_t osal_file_remove(const char* path);
+/// Give a file another name on the same disk, in the place of a file that has it already: at any moment the
+/// name stands for one of the two, whole. STATUS_OK (and on the disk), STATUS_NOT_FOUND (file, or folder of
+/// the new name), STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_file_rename(const char* path, const char* new_path);
 
 /// Make `path` a symbolic link to `target`, replacing a link that is there. STATUS_OK, STATUS_EXISTS
 /// (something else than a link is there), STATUS_DENIED, STATUS_IO.

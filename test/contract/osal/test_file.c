@@ -121,6 +121,75 @@ static void test_full_disk_is_a_status(void)
     osal_file_close(&file);
 }
 
+static void test_update_reads_and_writes_anywhere(void)
+{
+    char part[8];
+    uint64_t size = 9U;
+    osal_file_t file;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path)); // Made.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_size(&file, &size));
+    TEST_ASSERT_EQUAL_UINT64(0U, size);
+    TEST_ASSERT_EQUAL(STATUS_TRUNCATED, osal_file_read_at(&file, 0U, part, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read_at(&file, 0U, part, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write_at(&file, 4U, "efgh", 4U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write_at(&file, 1U, "bc", 2U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write_at(&file, 1U, "", 0U));
+    osal_file_close(&file);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path)); // Kept.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_size(&file, &size));
+    TEST_ASSERT_EQUAL_UINT64(8U, size);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read_at(&file, 0U, part, 8U));
+    TEST_ASSERT_EQUAL_MEMORY("\0bc\0efgh", part, 8U);
+    TEST_ASSERT_EQUAL(STATUS_TRUNCATED, osal_file_read_at(&file, 5U, part, 4U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read_at(&file, 5U, part, 3U));
+    TEST_ASSERT_EQUAL_MEMORY("fgh", part, 3U);
+    osal_file_close(&file);
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_read_at(&file, 0U, part, 1U));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_write_at(&file, 0U, part, 1U));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_size(&file, &size));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_resize(&file, 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_update(&file, "/tmp/no/such/folder/file"));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_update(&file, folder));
+}
+
+static void test_resize_cuts_and_extends_with_zeros(void)
+{
+    osal_file_t file;
+    put("abcdef", osal_file_create);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_resize(&file, 3U));
+    assert_content("abc");
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_resize(&file, 5U));
+    char part[5];
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read_at(&file, 0U, part, 5U));
+    TEST_ASSERT_EQUAL_MEMORY("abc\0\0", part, 5U);
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_file_resize(&file, UINT64_MAX));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_resize(&file, 0U));
+    uint64_t size = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_size(&file, &size));
+    TEST_ASSERT_EQUAL_UINT64(0U, size);
+    osal_file_close(&file);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, "/dev/full"));
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_file_write_at(&file, 0U, "x", 1U));
+    osal_file_close(&file);
+}
+
+static void test_rename_replaces(void)
+{
+    char other[128];
+    (void)snprintf(other, sizeof(other), "%s/other", folder);
+    put("old", osal_file_create);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_rename(path, other));
+    TEST_ASSERT_FALSE(osal_file_exists(path));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_rename(path, other));
+    put("new", osal_file_create);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_rename(other, path));
+    assert_content("old");
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_rename(path, "/tmp/no/such/folder/file"));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_rename(path, folder));
+    assert_content("old");
+}
+
 /// A pipe takes a large block only bit by bit: the write must go on until all is out.
 static void test_short_writes_are_completed(void)
 {
@@ -198,6 +267,9 @@ int main(void)
     RUN_TEST(test_read_in_parts_up_to_the_end);
     RUN_TEST(test_load_bounds);
     RUN_TEST(test_what_is_not_there);
+    RUN_TEST(test_update_reads_and_writes_anywhere);
+    RUN_TEST(test_resize_cuts_and_extends_with_zeros);
+    RUN_TEST(test_rename_replaces);
     RUN_TEST(test_full_disk_is_a_status);
     RUN_TEST(test_short_writes_are_completed);
     RUN_TEST(test_folders_with_parents);
