@@ -48,6 +48,7 @@
 #define PUS_SERVICE_VERIFICATION 1U
 #define PUS_SERVICE_HOUSEKEEPING 3U
 #define PUS_SERVICE_EVENTS 5U
+#define PUS_SERVICE_MEMORY 6U
 #define PUS_SERVICE_FUNCTIONS 8U
 #define PUS_SERVICE_TIME 9U
 #define PUS_SERVICE_FORWARDING 14U
@@ -85,18 +86,19 @@ enum {
     PUS_FAILURE_MEMBER_ACTIVE    = 0x0113, ///< APID of a network member that is operational
     PUS_FAILURE_INTERFACE        = 0x0114, ///< APID whose interface hash is not the supervisor's
     // Start of execution, TM[1,4].
-    PUS_FAILURE_UNKNOWN_ID   = 0x0201, ///< identifier
-    PUS_FAILURE_EXISTS       = 0x0202, ///< identifier
-    PUS_FAILURE_OUT_OF_RANGE = 0x0203, ///< octet offset in the application data
-    PUS_FAILURE_STATE        = 0x0204, ///< identifier
-    PUS_FAILURE_TABLE_FULL   = 0x0205, ///< maximum
-    PUS_FAILURE_ACCESS       = 0x0206, ///< parameter id: not readable or not settable
-    PUS_FAILURE_ADDRESS      = 0x0207, ///< address
-    PUS_FAILURE_PROTECTED    = 0x0208, ///< memory id
-    PUS_FAILURE_PAST         = 0x0209, ///< 0
-    PUS_FAILURE_EMBEDDED     = 0x020A, ///< octet offset
-    PUS_FAILURE_DUPLICATE    = 0x020B, ///< identifier
-    PUS_FAILURE_MODE         = 0x020C, ///< mode
+    PUS_FAILURE_UNKNOWN_ID    = 0x0201, ///< identifier
+    PUS_FAILURE_EXISTS        = 0x0202, ///< identifier
+    PUS_FAILURE_OUT_OF_RANGE  = 0x0203, ///< octet offset in the application data
+    PUS_FAILURE_STATE         = 0x0204, ///< identifier
+    PUS_FAILURE_TABLE_FULL    = 0x0205, ///< maximum
+    PUS_FAILURE_ACCESS        = 0x0206, ///< parameter id: not readable or not settable
+    PUS_FAILURE_ADDRESS       = 0x0207, ///< address
+    PUS_FAILURE_PROTECTED     = 0x0208, ///< memory id
+    PUS_FAILURE_PAST          = 0x0209, ///< 0
+    PUS_FAILURE_EMBEDDED      = 0x020A, ///< octet offset
+    PUS_FAILURE_DUPLICATE     = 0x020B, ///< identifier
+    PUS_FAILURE_MODE          = 0x020C, ///< mode
+    PUS_FAILURE_DATA_CHECKSUM = 0x020D, ///< computed checksum
     // Progress of execution, TM[1,6].
     PUS_FAILURE_STEP = 0x0301, ///< step id
     // Completion of execution, TM[1,8].

@@ -2,6 +2,7 @@
 #include "fsw/app/member.h"
 #include "fsw/app/program.h"
 #include "fsw/subsystems/communication/communication.h"
+#include "generated/communication_services.h"
 #include "osal/include/osal/console.h"
 
 #define OWED_PATIENCE_MS 100U
@@ -10,6 +11,7 @@
 typedef struct {
     member_t member;
     communication_t communication;
+    communication_services_t services;
 } communication_program_t;
 
 static communication_program_t storage;
@@ -81,7 +83,8 @@ bool communication_open(seat_t* const seat, program_t* const out_program)
     }
     communication_init(&storage.communication, &storage.member.component, &seat->uplink, &hooks,
                        seat->run->ground_descriptor);
-    member_begin(&storage.member, communication_callbacks(), &storage.communication);
+    member_begin(&storage.member, communication_callbacks(), &storage.communication,
+                 (component_services_t){&storage.services, communication_add_services});
     *out_program =
         (program_t){&storage, step, sockets_of, member_link_datagram, NULL, &storage.member.component};
     return true;

@@ -2,10 +2,12 @@
 #include "fsw/app/member.h"
 #include "fsw/app/program.h"
 #include "fsw/subsystems/joystick/joystick.h"
+#include "generated/joystick_services.h"
 
 typedef struct {
     member_t member;
     joystick_t joystick;
+    joystick_services_t services;
 } joystick_program_t;
 
 static joystick_program_t storage;
@@ -22,7 +24,8 @@ bool joystick_open(seat_t* const seat, program_t* const out_program)
         return false;
     }
     joystick_init(&storage.joystick, &storage.member.component, &seat->flows);
-    member_begin(&storage.member, joystick_callbacks(), &storage.joystick);
+    member_begin(&storage.member, joystick_callbacks(), &storage.joystick,
+                 (component_services_t){&storage.services, joystick_add_services});
     *out_program = (program_t){&storage, step, NULL, member_link_datagram, NULL, &storage.member.component};
     return true;
 }

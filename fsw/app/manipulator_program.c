@@ -2,10 +2,12 @@
 #include "fsw/app/member.h"
 #include "fsw/app/program.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
+#include "generated/manipulator_services.h"
 
 typedef struct {
     member_t member;
     manipulator_t manipulator;
+    manipulator_services_t services;
 } manipulator_program_t;
 
 static manipulator_program_t storage;
@@ -22,7 +24,8 @@ bool manipulator_open(seat_t* const seat, program_t* const out_program)
         return false;
     }
     manipulator_init(&storage.manipulator, &storage.member.component, &seat->flows);
-    member_begin(&storage.member, manipulator_callbacks(), &storage.manipulator);
+    member_begin(&storage.member, manipulator_callbacks(), &storage.manipulator,
+                 (component_services_t){&storage.services, manipulator_add_services});
     *out_program = (program_t){&storage, step, NULL, member_link_datagram, NULL, &storage.member.component};
     return true;
 }

@@ -57,7 +57,8 @@ static status_t reload(void* const context, const subsystem_descriptor_t** const
     return status;
 }
 
-void member_begin(member_t* const member, const subsystem_callbacks_t* const callbacks, void* const self)
+void member_begin(member_t* const member, const subsystem_callbacks_t* const callbacks, void* const self,
+                  const component_services_t services)
 {
     seat_t* const seat              = member->seat;
     const component_config_t config = {.descriptor          = &member->descriptors[member->in_force],
@@ -71,6 +72,7 @@ void member_begin(member_t* const member, const subsystem_callbacks_t* const cal
                                        .link_methods   = seat->run->link_methods,
                                        .has_supervisor = true,
                                        .has_loop_tasks = (seat->clock.mode == OSAL_CLOCK_REAL),
+                                       .optional       = services,
                                        .reload         = reload,
                                        .reload_context = member};
     component_init(&member->component, &config);

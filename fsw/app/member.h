@@ -21,8 +21,9 @@ typedef struct { // Private, except `component`.
 /// Read and check the component's descriptor. False: seat->error says file, line, value and what was
 /// expected.
 bool member_load(member_t* member, seat_t* seat, uint64_t interface_hash);
-/// Begin life in OFFLINE with the loaded descriptor.
-void member_begin(member_t* member, const subsystem_callbacks_t* callbacks, void* self);
+/// Begin life in OFFLINE with the loaded descriptor, and the services that it lists.
+void member_begin(member_t* member, const subsystem_callbacks_t* callbacks, void* self,
+                  component_services_t services);
 /// Take in all messages, then step.
 void member_take_in(member_t* member, uint64_t now_ns);
 uint64_t member_step(member_t* member, uint64_t now_ns);

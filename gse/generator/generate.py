@@ -21,6 +21,7 @@ import sys
 import catalogue
 import dbc
 import mission as mission_descriptor
+import services
 from c_header import header
 from ground_dictionary import dictionary
 from source import DescriptorError
@@ -64,6 +65,7 @@ def generate(path, out, described, messages):
             listed.wrong("descriptor", f"the descriptor that {subsystem.name} has in other missions, {known}")
         validate(source, "subsystem.xsd")
         write(out / f"{subsystem.name.lower()}_descriptor.h", header(subsystem, source.name))
+        write(out / f"{subsystem.name.lower()}_services.h", services.header(subsystem, source.name))
     write(out / f"{loaded.name}.json", json.dumps(dictionary(loaded) | {"catalogue": messages}, indent=1) + "\n")
     for bus, text in dbc.databases(loaded).items():
         write(out / f"{loaded.name}-{bus}.dbc", text)

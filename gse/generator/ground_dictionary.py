@@ -150,6 +150,7 @@ def _subsystem(listed, loaded):
             }
             for function in loaded.functions
         ],
+        "services": [service.type for service in loaded.services],
         "configurations": [_configuration(configuration) for configuration in loaded.configurations],
     }
 

@@ -5,6 +5,7 @@ import binascii
 from dataclasses import dataclass, field
 
 from loop import loop_of, services_once
+from services import service_of
 from source import (
     LAYOUT_ARRAY,
     LAYOUT_STRUCT,
@@ -38,6 +39,8 @@ TABLE = {
     ("Subsystem", "Functions"): "",
     ("Functions", "Function"): "name! id! states! configurations",
     ("Function", "Argument"): "name! id! type! count unit min max",
+    ("Subsystem", "Services"): "",
+    ("Services", "Service"): "type! capacity functional",
     ("Subsystem", "Configuration"): "name! id! priority! samplingTime!",
     ("Configuration", "Initial"): "parameter! field value!",
     ("Configuration", "Loop"): "name! samplingTime! priority! services",
@@ -74,6 +77,7 @@ FLOW_FORMAT = {
 REPORT_OCTETS = 4000
 NESTING = 3  # structures within the structure of a parameter
 CONFIGURATION_LOOPS = 4
+SERVICES = 8
 PORT_OCTETS = 1024
 AUXILIARY_OCTETS = 1024
 SETTING_TYPES = tuple(name for name in TYPES if name not in ("DOUBLE", "BOOL"))
@@ -227,6 +231,7 @@ class Subsystem:
     parameters: list = field(default_factory=list)
     events: list = field(default_factory=list)
     functions: list = field(default_factory=list)
+    services: list = field(default_factory=list)
     configurations: list = field(default_factory=list)
     interface_hash: int = 0
     configuration_hash: int = 0
@@ -249,12 +254,17 @@ def load(path):
     root = read(path, TABLE, "Subsystem")
     subsystem = Subsystem(root, root.identifier(), root.unsigned("id", 1, 2046))
     root.time_us("samplingTime", 100, 10000000)
-    _once(root, "Resources", "States", "Parameters", "Events", "Functions")
+    _once(root, "Resources", "States", "Parameters", "Events", "Functions", "Services")
     _resources(root.first("Resources"))
     _states(root.first("States"))
     for container, build in (("Parameters", _parameters), ("Events", _events), ("Functions", _functions)):
         if root.first(container):
             build(subsystem, root.first(container))
+    for element in root.first("Services").children if root.first("Services") else ():
+        subsystem.services.append(service_of(element))
+        if len(subsystem.services) > SERVICES:
+            element.fail(f"too many services, at most {SERVICES}")
+        unique(root.first("Services").children[: len(subsystem.services)], "type")
     configurations = root.all("Configuration")
     for element in configurations:
         subsystem.configurations.append(_configuration(subsystem, element))
@@ -279,6 +289,7 @@ def interface_text(subsystem):
     for function in subsystem.functions:
         lines.append(f"function {function.name} {function.id}")
         lines += [f"argument {f.name} {f.id} {f.type} {f.count}" for f in function.arguments]
+    lines += [f"service {service.type} {service.capacity} {service.functional}" for service in subsystem.services]
     for configuration in subsystem.configurations:
         lines.append(f"configuration {configuration.name} {configuration.id}")
         for port in configuration.ports:

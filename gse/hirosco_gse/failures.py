@@ -89,6 +89,7 @@ _WORDS = {
     0x020A: lambda d, y: f"embedded request malformed at octet {d}",
     0x020B: lambda d, y: f"identifier {d} twice in one request",
     0x020C: lambda d, y: f"forbidden in this mode ({d})",
+    0x020D: lambda d, y: f"checksum of the data is 0x{d:04X}",
     0x0301: lambda d, y: f"step {d} failed",
     0x0401: lambda d, y: f"checksum mismatch after load (computed 0x{d:04X})",
     0x0402: lambda d, y: f"device {d} did not answer",

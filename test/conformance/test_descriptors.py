@@ -224,6 +224,9 @@ NESTED = """<?xml version="1.0" encoding="UTF-8"?>
       <ParamRef name="POSITION" type="INT8"/>
     </StructRef>
   </Parameters>
+  <Services>
+    <Service type="6" capacity="2"/>
+  </Services>
   <Configuration name="ONE" id="1" priority="1" samplingTime="1ms">
     <Initial parameter="ALL" field="JOINT.LAST" value="99"/>
     <Initial parameter="ALL" field="POSITION" value="1"/>

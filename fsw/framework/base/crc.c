@@ -50,8 +50,13 @@ static inline uint32_t crc32_of(const uint32_t octet, const size_t before)
 
 uint16_t crc16_ccitt(const uint8_t* const octets, const size_t size)
 {
+    return crc16_ccitt_more(CRC16_START, octets, size);
+}
+
+uint16_t crc16_ccitt_more(const uint16_t start, const uint8_t* const octets, const size_t size)
+{
     FSW_ASSERT((octets != NULL) || (size == 0U));
-    uint32_t crc       = 0xFFFFU;
+    uint32_t crc       = start;
     const size_t whole = size - (size % 8U);
     for (size_t i = 0U; i < whole; i += 8U) {
         const uint8_t* const next = &octets[i];

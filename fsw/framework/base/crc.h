@@ -9,6 +9,9 @@
 /// CRC-16/CCITT-FALSE of ECSS packet error control: polynomial 0x1021, initial value 0xFFFF, no reflection.
 /// Over a packet including its CRC the result is 0. Check value: "123456789" -> 0x29B1.
 uint16_t crc16_ccitt(const uint8_t* octets, size_t size);
+/// The same of octets that come in pieces: continued from `start`, first CRC16_START.
+#define CRC16_START 0xFFFFU
+uint16_t crc16_ccitt_more(uint16_t start, const uint8_t* octets, size_t size);
 
 /// CRC-32 (ISO-HDLC, as Ethernet): reflected 0xEDB88320. Check value: "123456789" -> 0xCBF43926.
 uint32_t crc32_iso(const uint8_t* octets, size_t size);

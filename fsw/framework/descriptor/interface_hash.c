@@ -71,6 +71,12 @@ uint64_t subsystem_interface_hash(const subsystem_descriptor_t* const descriptor
         add(&hash, "function % #\n", function->name, function->id);
         hash_fields(&hash, descriptor, function->first_argument, function->argument_count, true);
     }
+    for (uint16_t i = 0U; i < descriptor->service_count; i++) {
+        const descriptor_service_t* const service = &descriptor->services[i];
+        add(&hash, "service #", "", service->type);
+        add(&hash, " #", "", service->capacity);
+        add(&hash, " #\n", "", service->functional);
+    }
     hash_configurations(&hash, descriptor);
     return hash;
 }

@@ -255,11 +255,11 @@ static const source_row_t* row_of(const source_t* const source, const uint8_t pa
 /// Count an element in its parent; in itself nothing has been read yet.
 static void see(source_t* const source, const source_row_t* const row)
 {
-    uint32_t* const seen = &source->seen[source->depth - 1U];
+    uint64_t* const seen = &source->seen[source->depth - 1U];
     if (((seen[0] >> row->kind) & row->times & 1U) != 0U) {
         source_refuse(source, source->line, "a second <%>", row->name, NULL, 0U);
     }
-    seen[0] |= (uint32_t)1U << row->kind;
+    seen[0] |= (uint64_t)1U << row->kind;
     seen[1] = 0U;
 }
 

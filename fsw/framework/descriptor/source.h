@@ -70,7 +70,7 @@ typedef struct {      // A list of items in the model. Offsets are small and not
 
 typedef struct { // One element that may stand below a parent.
     uint8_t parent;
-    uint8_t kind;   ///< 1..31; the parent of its children.
+    uint8_t kind;   ///< 1..63; the parent of its children.
     uint8_t times;  ///< SOURCE_ANY..
     uint8_t number; ///< Of attributes.
     const char* name;
@@ -103,7 +103,7 @@ struct source {
     void* item;                         ///< Of the innermost one.
     uint16_t depth;
     uint16_t order; ///< Of the newest item in its range, or in its list without ranges, from 0.
-    uint32_t seen[SOURCE_DEPTH_MAX + 1U]; ///< Of each open element, bit n: a child of kind n has been read.
+    uint64_t seen[SOURCE_DEPTH_MAX + 1U]; ///< Of each open element, bit n: a child of kind n has been read.
     uint64_t hash;
     char* text; ///< The model's strings.
     uint32_t text_capacity;

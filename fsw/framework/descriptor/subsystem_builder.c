@@ -194,6 +194,59 @@ void subsystem_builder_function_end(source_t* const source)
                  AUXILIARY_OCTETS_MAX, " octets of arguments");
 }
 
+// ---- Services ----
+
+typedef struct { // What a service may have room for; gse/generator/services.py says the same.
+    uint8_t type;
+    uint16_t capacity_max;
+    uint16_t capacity; // Where the descriptor says nothing.
+    uint16_t functional_max;
+    uint16_t functional;
+} offer_t;
+
+#define OFFERED "6"
+
+/// The number that an attribute gives, from 1 to `most`.
+static uint16_t capacity_of(source_t* const source, const char* const attribute, const uint16_t most,
+                            const uint16_t otherwise)
+{
+    const source_attribute_t form = {.name      = attribute,
+                                     .form      = SOURCE_UNSIGNED,
+                                     .low       = 1U,
+                                     .high      = most,
+                                     .otherwise = otherwise,
+                                     .width     = sizeof(uint16_t)};
+    uint16_t capacity             = 0U;
+    if ((most == 0U) && source_has(source, attribute)) {
+        source_refuse(source, source->line, "service % has no attribute %", source_raw(source, "type"),
+                      attribute, 0U);
+    } else if (most > 0U) {
+        source_read(source, &capacity, &form, 1U);
+    } else {
+        // It is not there, as it should be.
+    }
+    return capacity;
+}
+
+void subsystem_builder_service(source_t* const source)
+{
+    static const offer_t offers[]       = {{6U, 16U, 4U, 0U, 0U}}; // In the order of OFFERED.
+    descriptor_service_t* const service = source->item;
+    const uint32_t place                = source_word(source, "type", OFFERED);
+    if (source->status != STATUS_OK) {
+        return;
+    }
+    const offer_t* const offer = &offers[place];
+    service->type              = offer->type;
+    service->capacity          = capacity_of(source, "capacity", offer->capacity_max, offer->capacity);
+    service->functional        = capacity_of(source, "functional", offer->functional_max, offer->functional);
+    for (const descriptor_service_t* other = service - source->order; other < service; other++) {
+        if (other->type == service->type) {
+            source_taken(source, "type", source_raw(source, "type"), other->line);
+        }
+    }
+}
+
 void subsystem_builder_end(source_t* const source)
 {
     subsystem_descriptor_t* const descriptor = source->item;

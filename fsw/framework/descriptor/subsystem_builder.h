@@ -67,6 +67,7 @@ void subsystem_builder_event_end(source_t* source);
 void subsystem_builder_function(source_t* source);
 void subsystem_builder_argument(source_t* source);
 void subsystem_builder_function_end(source_t* source);
+void subsystem_builder_service(source_t* source);
 void subsystem_builder_end(source_t* source);
 
 // Handlers of what <Parameters> holds: parameter_builder.c

@@ -5,9 +5,9 @@
 /// a structure, a function or a port owns the range [first, first + count) of the list it names.
 ///
 /// Two kinds of content, never mixed: the interface part (names, ids, types, counts of parameters, events,
-/// functions, configurations, ports) is compiled into the program and guarded by interface_hash; all else is
-/// configuration, read at run time, guarded by configuration_hash (descriptors.md says over what each is
-/// taken).
+/// functions, services, configurations, ports) is compiled into the program and guarded by interface_hash;
+/// all else is configuration, read at run time, guarded by configuration_hash (descriptors.md says over what
+/// each is taken).
 ///
 /// Ownership  The caller places the model (static; about 70 KiB). Context: any, read-only after loading.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
@@ -27,6 +27,7 @@
 #define DESCRIPTOR_PARAMETERS_MAX 64U
 #define DESCRIPTOR_EVENTS_MAX 48U
 #define DESCRIPTOR_FUNCTIONS_MAX 32U
+#define DESCRIPTOR_SERVICES_MAX 8U
 #define DESCRIPTOR_CONFIGURATIONS_MAX 8U
 #define DESCRIPTOR_INITIALS_MAX 128U
 #define DESCRIPTOR_REFERENCES_MAX 192U
@@ -114,6 +115,13 @@ typedef struct {
     uint16_t configurations; ///< Bit i: allowed in configurations[i].
     uint32_t line;
 } descriptor_function_t;
+
+typedef struct { // Service that the subsystem offers beside those that all have.
+    uint8_t type;
+    uint16_t capacity;   ///< Entries of the service, for which the program has room.
+    uint16_t functional; ///< ST[12]: functional monitoring definitions; others 0.
+    uint32_t line;
+} descriptor_service_t;
 
 typedef struct {        // Initial value of one field that a configuration sets anew.
     uint16_t parameter; ///< Index in `parameters`.
@@ -246,6 +254,8 @@ typedef struct {
     uint16_t event_count;
     descriptor_function_t functions[DESCRIPTOR_FUNCTIONS_MAX];
     uint16_t function_count;
+    descriptor_service_t services[DESCRIPTOR_SERVICES_MAX];
+    uint16_t service_count;
     descriptor_configuration_t configurations[DESCRIPTOR_CONFIGURATIONS_MAX];
     uint16_t configuration_count;
     descriptor_initial_t initials[DESCRIPTOR_INITIALS_MAX];

@@ -35,7 +35,9 @@ enum { // Kinds of elements.
     KIND_DEVICES,
     KIND_DEVICE,
     KIND_SETTING,
-    KIND_ENDNODE
+    KIND_ENDNODE,
+    KIND_SERVICES,
+    KIND_SERVICE
 };
 
 // ---- Lists ----
@@ -69,6 +71,10 @@ static const source_list_t functions = {
     LIST(functions, function_count, DESCRIPTOR_FUNCTIONS_MAX, descriptor_function_t),
     .line = offsetof(descriptor_function_t, line)};
 static const source_list_t arguments = {FIELDS, RANGE(descriptor_function_t, first_argument, argument_count)};
+static const source_list_t services  = {
+     .what = "services",
+     LIST(services, service_count, DESCRIPTOR_SERVICES_MAX, descriptor_service_t),
+     .line = offsetof(descriptor_service_t, line)};
 const source_list_t subsystem_configurations = {
     .what = "configurations",
     LIST(configurations, configuration_count, DESCRIPTOR_CONFIGURATIONS_MAX, descriptor_configuration_t),
@@ -282,6 +288,8 @@ static const source_attribute_t argument_attributes[] = {
     FREE("min"),
     FREE("max"),
 };
+static const source_attribute_t service_attributes[]       = {FREE_NEEDED("type"), FREE("capacity"),
+                                                              FREE("functional")};
 static const source_attribute_t configuration_attributes[] = {
     NAMED(descriptor_configuration_t), NUMBERED(descriptor_configuration_t),
     PRIORITY(descriptor_configuration_t), SAMPLING(descriptor_configuration_t)};
@@ -414,6 +422,9 @@ static const source_row_t rows[] = {
      subsystem_builder_function, subsystem_builder_function_end},
     {KIND_FUNCTION, KIND_ARGUMENT, SOURCE_ANY, WITH("Argument", argument_attributes), &arguments,
      subsystem_builder_argument, NULL},
+    {KIND_SUBSYSTEM, KIND_SERVICES, SOURCE_ONCE, PLAIN("Services"), NULL, NULL, NULL},
+    {KIND_SERVICES, KIND_SERVICE, SOURCE_ANY, WITH("Service", service_attributes), &services,
+     subsystem_builder_service, NULL},
     {KIND_SUBSYSTEM, KIND_CONFIGURATION, SOURCE_ANY, WITH("Configuration", configuration_attributes),
      &subsystem_configurations, NULL, NULL},
     {KIND_CONFIGURATION, KIND_INITIAL, SOURCE_ANY, WITH("Initial", initial_attributes), &initials,

@@ -190,13 +190,21 @@ void component_tell_time(component_t* const component, const uint64_t now_ns)
     component->now_ns = now_ns;
 }
 
+/// In OFFLINE there is nothing to do but what optional services have to.
+static bool is_cyclic(const component_t* const component)
+{
+    return (component->machine.state != STATE_OFFLINE) || (component->optional_count > 0U);
+}
+
 static uint64_t step_own_loop(component_t* const component)
 {
     const uint64_t now_ns = component->now_ns;
     (void)pus_process_flush(&component->process);
-    const bool is_active = (component->machine.state != STATE_OFFLINE);
-    if (is_active && (now_ns >= component->next_cycle_ns)) {
-        run_cycle(component);
+    if (is_cyclic(component) && (now_ns >= component->next_cycle_ns)) {
+        if (component->machine.state != STATE_OFFLINE) {
+            run_cycle(component);
+        }
+        component_step_optional(component);
         component->next_cycle_ns = next_on_grid(now_ns, component->period_ns);
     }
     component_empty_mailboxes(component);
@@ -210,9 +218,9 @@ static uint64_t step_own_loop(component_t* const component)
     if (component->process.backlog_size > 0U) {
         return next_on_grid(now_ns, component->period_ns);
     }
-    const bool is_cyclic = (component->machine.state != STATE_OFFLINE);
-    return (is_cyclic && (component->next_cycle_ns < component->next_status_ns)) ? component->next_cycle_ns
-                                                                                 : component->next_status_ns;
+    return (is_cyclic(component) && (component->next_cycle_ns < component->next_status_ns))
+               ? component->next_cycle_ns
+               : component->next_status_ns;
 }
 
 uint64_t component_step(component_t* const component, const uint64_t now_ns)

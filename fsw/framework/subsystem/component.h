@@ -48,8 +48,9 @@
 #define COMPONENT_ARGUMENTS 96U ///< Arguments of all functions.
 #define COMPONENT_ARGUMENT_WORDS 64U
 #define COMPONENT_SERVICES 24U
-#define COMPONENT_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX ///< Beside its own.
-#define COMPONENT_MAILBOX_OCTETS 12288U                    ///< From such a loop to the component's own.
+#define COMPONENT_OPTIONAL_SERVICES DESCRIPTOR_SERVICES_MAX ///< See optional_services.h.
+#define COMPONENT_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX  ///< Beside its own.
+#define COMPONENT_MAILBOX_OCTETS 12288U                     ///< From such a loop to the component's own.
 /// Room that the answers to any one request find there; what they need beside it the backlog has.
 #define COMPONENT_MAILBOX_RESERVE 8192U
 #define COMPONENT_INBOX_OCTETS 4096U ///< Of requests to such a loop.
@@ -61,6 +62,15 @@
 #define COMPONENT_SUPERVISOR_TIMEOUT_NS 3000000000ULL
 /// Cycles that a MEDIUM error waits for the supervisor's order.
 #define COMPONENT_MEDIUM_CYCLES 4U
+
+/// Take back a record of a service. STATUS_OK; any other: the service cannot use it.
+typedef status_t (*component_restore_t)(void* self, uint32_t key, const uint8_t* octets, size_t size);
+
+/// Storage of the services that the descriptor lists, and the function that adds them: both are generated.
+typedef struct {
+    void* storage;
+    void (*add)(void* storage, subsystem_t* component); ///< Null: no such services.
+} component_services_t;
 
 typedef struct {
     const subsystem_descriptor_t* descriptor;
@@ -77,6 +87,8 @@ typedef struct {
     bool has_loop_tasks;           ///< Each loop of services has a task of its own.
     const pus_service_t* services; ///< Further services (0..16).
     size_t service_count;
+    component_services_t optional;        ///< Services that the descriptor lists.
+    const pus_persistence_t* persistence; ///< Where records of services are kept; null: nothing is.
     /// TC[129,6]: read the descriptor anew, at the next rest in PRE_OPERATIONAL without a configuration or in
     /// OFFLINE. STATUS_OK with the model to use from now on; else the old one stays in force.
     status_t (*reload)(void* context, const subsystem_descriptor_t** out_descriptor);
@@ -97,6 +109,11 @@ typedef struct {        // Private: a loop of services. `mutex` guards inbox and
     uint8_t inbox_storage[COMPONENT_INBOX_OCTETS];
     uint8_t storage[COMPONENT_MAILBOX_OCTETS];
 } component_loop_t;
+
+typedef struct { // Private: a service that the descriptor lists.
+    pus_service_t service;
+    component_restore_t restore;
+} component_optional_t;
 
 typedef struct { // Private: one end of a real-time link.
     bool is_used;
@@ -160,6 +177,10 @@ struct subsystem { // Private; component_t is another name. What most of the cod
     pus_parameters_t parameters;
     pus_management_t management;
     pus_rtlink_t rtlink;
+    size_t service_count;
+    component_optional_t optional[COMPONENT_OPTIONAL_SERVICES];
+    size_t optional_count;
+    uint32_t optional_cycle; // Steps of the optional services.
 
     pool_t tickets;
     uint64_t ticket_storage[POOL_STORAGE_WORDS(sizeof(pus_token_t), COMPONENT_TICKETS)];
@@ -199,6 +220,11 @@ uint64_t component_step(component_t* component, uint64_t now_ns);
 uint64_t component_loop_step(component_t* component, uint8_t loop, uint64_t now_ns);
 /// Priority that the applied configuration gives to such a loop, 1..99; 0 while it rests.
 uint8_t component_loop_priority(component_t* component, uint8_t loop);
+/// Take back one record that services have put, `table` being the service type; before the first step.
+/// STATUS_OK, STATUS_NOT_FOUND (no service of the component keeps such records), or why the service refuses
+/// it.
+MUST_USE status_t component_restore(component_t* component, uint8_t table, uint32_t key,
+                                    const uint8_t* octets, size_t size);
 /// Datagram of a real-time link.
 void component_link_datagram(component_t* component, const uint8_t* frame, size_t size);
 /// Its application process, for further services.

@@ -13,6 +13,8 @@ void component_raise(component_t* component, const char* name);
 
 /// component_services.c: fill the service list from the descriptor.
 void component_register_services(component_t* component);
+/// Step the services that the descriptor lists.
+void component_step_optional(component_t* component);
 /// Bounds, settable flags and initial values of all published parameters. STATUS_OK or the first refusal.
 status_t component_initialise_parameters(component_t* component);
 /// Housekeeping structures and initial values of the configuration. STATUS_OK or the first refusal.

@@ -3,6 +3,7 @@
 #include "fsw/framework/subsystem/component_internal.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "fsw/framework/subsystem/optional_services.h"
 #include "pus/st01_verification.h"
 
 #include <string.h>
@@ -418,9 +419,82 @@ static pus_reply_t reload_descriptor(void* const context, const pus_token_t* con
     return (status == STATUS_OK) ? pus_done() : pus_failed(PUS_FAILURE_IO, (uint32_t)status);
 }
 
+// ---- Services beside the standard ones ----
+
+static void add(component_t* const component, const pus_service_t* const service)
+{
+    FSW_ASSERT(component->service_count < COMPONENT_SERVICES);
+    component->services[component->service_count] = *service;
+    component->service_count++;
+}
+
+void component_add_service(component_t* const component, const pus_service_t* const service,
+                           const component_restore_t restore)
+{
+    FSW_ASSERT((component != NULL) && (service != NULL) &&
+               (component->optional_count < COMPONENT_OPTIONAL_SERVICES));
+    component->optional[component->optional_count] = (component_optional_t){*service, restore};
+    component->optional_count++;
+    add(component, service);
+}
+
+pus_parameter_port_t component_parameter_port(component_t* const component)
+{
+    FSW_ASSERT(component != NULL);
+    return (pus_parameter_port_t){component, find_parameter, read_parameter, write_parameter};
+}
+
+const pus_persistence_t* component_persistence(const component_t* const component)
+{
+    FSW_ASSERT(component != NULL);
+    return component->config.persistence;
+}
+
+void component_step_optional(component_t* const component)
+{
+    component->optional_cycle++;
+    for (size_t i = 0U; i < component->optional_count; i++) {
+        const pus_service_t* const service = &component->optional[i].service;
+        if (service->step != NULL) {
+            service->step(service->self, component->now_ns, component->optional_cycle);
+        }
+    }
+}
+
+status_t component_restore(component_t* const component, const uint8_t table, const uint32_t key,
+                           const uint8_t* const octets, const size_t size)
+{
+    FSW_ASSERT((component != NULL) && (octets != NULL));
+    for (size_t i = 0U; i < component->optional_count; i++) {
+        const component_optional_t* const optional = &component->optional[i];
+        if ((optional->service.type == table) && (optional->restore != NULL)) {
+            return optional->restore(optional->service.self, key, octets, size);
+        }
+    }
+    return STATUS_NOT_FOUND;
+}
+
+/// Those of the configuration, of the links, and of the descriptor.
+static void add_further(component_t* const component)
+{
+    const component_services_t* const optional = &component->config.optional;
+    bool has_own_links                         = false;
+    for (size_t i = 0U; i < component->config.service_count; i++) {
+        add(component, &component->config.services[i]);
+        has_own_links |= (component->config.services[i].type == PUS_SERVICE_RTLINK);
+    }
+    if (!has_own_links) { // The supervisor brings its own: it is the manager of the links.
+        const pus_service_t links = pus_rtlink_service(&component->rtlink);
+        add(component, &links);
+    }
+    if (optional->add != NULL) {
+        optional->add(optional->storage, component);
+    }
+}
+
 void component_register_services(component_t* const component)
 {
-    const pus_parameter_port_t values      = {component, find_parameter, read_parameter, write_parameter};
+    const pus_parameter_port_t values      = component_parameter_port(component);
     const pus_hk_config_t hk               = {&component->process,   values,
                                               component->structures, COMPONENT_STRUCTURES,
                                               component->samples,    COMPONENT_SAMPLE_OCTETS,
@@ -442,17 +516,13 @@ void component_register_services(component_t* const component)
                                  pus_functions_service(&component->functions),
                                  pus_parameters_service(&component->parameters),
                                  pus_management_service(&component->management)};
-    size_t count              = sizeof own / sizeof own[0];
-    bool has_own_links        = false;
     (void)memcpy(component->services, own, sizeof own);
-    FSW_ASSERT((count + 1U + component->config.service_count) <= COMPONENT_SERVICES);
-    for (size_t i = 0U; i < component->config.service_count; i++) {
-        component->services[count++] = component->config.services[i];
-        has_own_links |= (component->config.services[i].type == PUS_SERVICE_RTLINK);
+    component->service_count = sizeof own / sizeof own[0];
+    add_further(component);
+    pus_dispatcher_init(&component->dispatcher, &component->process, component->services,
+                        component->service_count);
+    if (component->config.persistence != NULL) {
+        pus_dispatcher_persist(&component->dispatcher, component->config.persistence);
     }
-    if (!has_own_links) { // The supervisor brings its own: it is the manager of the links.
-        component->services[count++] = pus_rtlink_service(&component->rtlink);
-    }
-    pus_dispatcher_init(&component->dispatcher, &component->process, component->services, count);
     component_init_loops(component, &values);
 }

@@ -2,10 +2,12 @@
 #include "fsw/app/member.h"
 #include "fsw/app/program.h"
 #include "fsw/subsystems/@name@/@name@.h"
+#include "generated/@name@_services.h"
 
 typedef struct {
     member_t member;
     @name@_t own;
+    @name@_services_t services;
 } @name@_program_t;
 
 static @name@_program_t storage;
@@ -22,7 +24,8 @@ bool @name@_open(seat_t* const seat, program_t* const out_program)
         return false;
     }
     @name@_init(&storage.own, &storage.member.component, &seat->flows);
-    member_begin(&storage.member, @name@_callbacks(), &storage.own);
+    member_begin(&storage.member, @name@_callbacks(), &storage.own,
+                 (component_services_t){&storage.services, @name@_add_services});
     *out_program = (program_t){&storage, step, NULL, member_link_datagram, NULL, &storage.member.component};
     return true;
 }

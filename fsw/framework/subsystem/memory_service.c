@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/subsystem/memory_service.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/subsystem/optional_services.h"
+
+#include <string.h>
+
+#define PARAMETER_ALIGNMENT 8U
+
+// ---- Parameters ----
+
+static uint32_t occupied(const parameter_entry_t* const entry)
+{
+    const uint32_t size = entry->definition->memory_size;
+    return ((size + PARAMETER_ALIGNMENT - 1U) / PARAMETER_ALIGNMENT) * PARAMETER_ALIGNMENT;
+}
+
+/// Octets of parameters from *address on, at most `size`, which lie together: where, and how many. Null:
+/// there are none.
+static uint8_t* parameter_at(const component_t* const component, const uint32_t address, const size_t size,
+                             size_t* const out_size)
+{
+    uint32_t begin = 0U;
+    for (uint16_t i = 0U; i < component->dictionary.count; i++) {
+        const parameter_entry_t* const entry = &component->entries[i];
+        const uint32_t octets                = entry->definition->memory_size;
+        if ((address >= begin) && ((address - begin) < octets)) {
+            const size_t rest = octets - (address - begin);
+            *out_size         = (rest < size) ? rest : size;
+            return (uint8_t*)entry->storage + (address - begin);
+        }
+        begin += occupied(entry);
+    }
+    return NULL;
+}
+
+/// Copy out of parameters, or into them where `from` is given. Nothing lies between two of them, but what
+/// fills up to their alignment: an access may not touch that.
+static status_t copy_parameters(component_t* const component, const uint32_t address,
+                                const uint8_t* const from, uint8_t* const into, const size_t size)
+{
+    status_t status = STATUS_OK;
+    size_t done     = 0U;
+    FSW_ASSERT((from != NULL) || (into != NULL));
+    parameter_lock(&component->dictionary);
+    while ((done < size) && (status == STATUS_OK)) {
+        size_t piece         = 0U;
+        uint8_t* const place = parameter_at(component, address + (uint32_t)done, size - done, &piece);
+        if (place == NULL) {
+            status = STATUS_NOT_FOUND;
+        } else if (from != NULL) {
+            (void)memcpy(place, &from[done], piece);
+        } else {
+            (void)memcpy(&into[done], place, piece);
+        }
+        done += piece;
+    }
+    parameter_unlock(&component->dictionary);
+    return status;
+}
+
+static status_t read_parameters(void* const context, const uint32_t address, uint8_t* const octets,
+                                const size_t size)
+{
+    return copy_parameters(context, address, NULL, octets, size);
+}
+
+static status_t write_parameters(void* const context, const uint32_t address, const uint8_t* const octets,
+                                 const size_t size)
+{
+    return copy_parameters(context, address, octets, NULL, size);
+}
+
+static status_t find_parameter_object(void* const context, const uint32_t base_id,
+                                      uint32_t* const out_address, uint32_t* const out_size)
+{
+    const component_t* const component = context;
+    uint32_t begin                     = 0U;
+    for (uint16_t i = 0U; i < component->dictionary.count; i++) {
+        const parameter_entry_t* const entry = &component->entries[i];
+        if (entry->definition->id == base_id) {
+            *out_address = begin;
+            *out_size    = entry->definition->memory_size;
+            return STATUS_OK;
+        }
+        begin += occupied(entry);
+    }
+    return STATUS_NOT_FOUND;
+}
+
+// ---- Component ----
+
+static status_t read_component(void* const context, const uint32_t address, uint8_t* const octets,
+                               const size_t size)
+{
+    (void)memcpy(octets, (const uint8_t*)context + address, size);
+    return STATUS_OK;
+}
+
+static status_t find_component_object(void* const context, const uint32_t base_id,
+                                      uint32_t* const out_address, uint32_t* const out_size)
+{
+    const component_t* const component = context;
+    if (base_id == MEMORY_OBJECT_TICKETS) {
+        *out_address = (uint32_t)offsetof(component_t, ticket_storage);
+        *out_size    = (uint32_t)sizeof component->ticket_storage;
+        return STATUS_OK;
+    }
+    if (base_id == MEMORY_OBJECT_SAMPLES) {
+        *out_address = (uint32_t)offsetof(component_t, samples);
+        *out_size    = (uint32_t)sizeof component->samples;
+        return STATUS_OK;
+    }
+    return STATUS_NOT_FOUND;
+}
+
+/// What is read is of no use: that it is read is.
+static void scrub_component(void* const context, const uint32_t address, const size_t size)
+{
+    const volatile uint8_t* const octets = (const uint8_t*)context + address;
+    for (size_t i = 0U; i < size; i++) {
+        (void)octets[i];
+    }
+}
+
+void memory_service_add(component_t* const component, memory_service_t* const service,
+                        pus_memory_operation_t* const operations, const uint8_t count)
+{
+    FSW_ASSERT((component != NULL) && (service != NULL) && (operations != NULL));
+    service->memories[0]             = (pus_memory_t){.id      = MEMORY_PARAMETERS,
+                                                      .access  = 1U,
+                                                      .size    = MEMORY_PARAMETERS_OCTETS,
+                                                      .context = component,
+                                                      .read    = read_parameters,
+                                                      .write   = write_parameters,
+                                                      .object  = find_parameter_object};
+    service->memories[1]             = (pus_memory_t){.id      = MEMORY_COMPONENT,
+                                                      .access  = 1U,
+                                                      .size    = (uint32_t)sizeof *component,
+                                                      .context = component,
+                                                      .read    = read_component,
+                                                      .scrub   = scrub_component,
+                                                      .object  = find_component_object};
+    const pus_memory_config_t config = {.process         = component_process(component),
+                                        .memories        = service->memories,
+                                        .states          = service->states,
+                                        .memory_count    = MEMORY_COUNT,
+                                        .operations      = operations,
+                                        .operation_count = count,
+                                        .persistence     = component_persistence(component)};
+    pus_memory_init(&service->memory, &config);
+    const pus_service_t entry = pus_memory_service(&service->memory);
+    component_add_service(component, &entry, pus_memory_restore);
+}

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[06] of a subsystem (`<Service type="6"/>` of its descriptor): what of its memory the ground can reach.
+///
+/// | id | memory | objects |
+/// |---|---|---|
+/// | 1 | storage of the published parameters, in the order of publishing, each from a multiple of 8 on;
+/// octets as the machine has them | base id = parameter id | | 2 | the component itself, read-only: pools,
+/// tables, samples, counters | base id = 0: pool of function tickets, 1: housekeeping samples |
+///
+/// Both begin at address 0 and can be read octet by octet. Where no parameter lies, an access fails. A load
+/// into the storage of a parameter changes it without a look at its bounds and whether it is settable; it is
+/// held steady meanwhile, and `parameter_set` of the subsystem is not called. Scrubbing reads each octet, so
+/// that hardware that mends single bits does so.
+///
+/// Ownership  The program places it (generated). Context: the component's own loop.
+#ifndef FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
+#define FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
+
+#include "fsw/framework/subsystem/component.h"
+#include "pus/st06_memory.h"
+
+#define MEMORY_PARAMETERS 1U
+#define MEMORY_COMPONENT 2U
+#define MEMORY_OBJECT_TICKETS 0U
+#define MEMORY_OBJECT_SAMPLES 1U
+#define MEMORY_PARAMETERS_OCTETS 0x10000U ///< Addresses of memory 1.
+#define MEMORY_COUNT 2U
+
+typedef struct { // Private, except `memory.counters`.
+    pus_memory_service_t memory;
+    pus_memory_t memories[MEMORY_COUNT];
+    pus_memory_state_t states[MEMORY_COUNT];
+} memory_service_t;
+
+/// Add the service to a component, with room for `count` operations at once.
+void memory_service_add(component_t* component, memory_service_t* service, pus_memory_operation_t* operations,
+                        uint8_t count);
+
+#endif // FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H

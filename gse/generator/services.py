@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Services that a subsystem may offer beside those that all have, and the header that places those it lists.
+
+A service is bound by fsw/framework/subsystem/<name>_service.{h,c}: <name>_service_t is its storage, and
+<name>_service_add(component, service, entries, number of them, ..) puts it into a component.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What a service is called, and for each attribute: type of the entries, most of them, and how many without it."""
+
+    name: str
+    capacity: tuple
+    functional: tuple = None
+
+
+# fsw/framework/descriptor/subsystem_builder.c says the same.
+OFFERS = {
+    6: Offer("memory", ("pus_memory_operation_t", 16, 4)),
+}
+
+
+@dataclass
+class Service:
+    """A service of a subsystem."""
+
+    type: int
+    capacity: int
+    functional: int
+
+
+def service_of(element):
+    """Service that an element describes."""
+    number = int(element.word("type", [str(known) for known in OFFERS]))
+    offer = OFFERS[number]
+    found = {}
+    for attribute in ("capacity", "functional"):
+        entries = getattr(offer, attribute)
+        if entries is None and attribute in element.attributes:
+            element.fail(f"service {number} has no attribute {attribute}")
+        found[attribute] = element.unsigned(attribute, 1, entries[1], entries[2]) if entries else 0
+    return Service(number, **found)
+
+
+def header(subsystem, source):
+    """Text of the header that holds the storage of the services in a descriptor."""
+    upper, lower = subsystem.name, subsystem.name.lower()
+    offers = [(service, OFFERS[service.type]) for service in subsystem.services]
+    guard = f"GENERATED_{upper}_SERVICES_H"
+    lines = [
+        "// SPDX-License-Identifier: Apache-2.0",
+        f"/// Services of {upper} beside those that all have, generated from {source}: do not edit, run make.",
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "",
+        '#include "fsw/framework/subsystem/component.h"',
+    ]
+    lines += [f'#include "fsw/framework/subsystem/{offer.name}_service.h"' for _, offer in offers]
+    lines += ["", "typedef struct {"]
+    calls = []
+    for service, offer in offers:
+        arguments = ""
+        lines.append(f"    {offer.name}_service_t {offer.name};")
+        for attribute in ("capacity", "functional"):
+            if getattr(offer, attribute):
+                place = f"{offer.name}_{attribute}"
+                count = getattr(service, attribute)
+                lines.append(f"    {getattr(offer, attribute)[0]} {place}[{count}];")
+                arguments += f", own->{place}, {count}U"
+        calls.append(f"    {offer.name}_service_add(component, &own->{offer.name}{arguments});")
+    if not offers:
+        lines.append("    uint8_t none; // C has no empty structures.")
+    lines += [
+        f"}} {lower}_services_t;",
+        "",
+        f"static inline void {lower}_add_services(void* storage, component_t* component)",
+        "{",
+        *([f"    {lower}_services_t* const own = ({lower}_services_t*)storage;"] if offers else
+          ["    (void)storage;", "    (void)component;"]),
+        *calls,
+        "}",
+        "",
+        f"#endif // {guard}",
+    ]
+    return "\n".join(lines) + "\n"

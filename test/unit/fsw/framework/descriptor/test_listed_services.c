@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/descriptor/descriptor.h"
+#include "test/unit/fsw/framework/descriptor/documents.h"
+#include "unity.h"
+
+#include <string.h>
+
+static descriptor_loader_t loader;
+static subsystem_descriptor_t arm;
+
+void setUp(void)
+{
+    descriptor_loader_init(&loader);
+}
+
+void tearDown(void)
+{
+}
+
+/// Load the good document with these lines of services.
+static status_t load_with(const char* const services)
+{
+    char replacement[256] = "</Functions><Services>";
+    (void)strcat(strcat(replacement, services), "</Services>");
+    const char* const text = damaged(arm_document, "</Functions>", replacement);
+    return descriptor_parse_subsystem(&loader, "arm.xml", text, strlen(text), &arm);
+}
+
+static void they_are_read_with_what_they_have_room_for(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, load_with(""));
+    TEST_ASSERT_EQUAL_UINT16(0U, arm.service_count);
+    const uint64_t without = arm.interface_hash;
+    TEST_ASSERT_EQUAL(STATUS_OK, load_with("<Service type='6'/>"));
+    TEST_ASSERT_EQUAL_UINT16(1U, arm.service_count);
+    TEST_ASSERT_EQUAL_UINT8(6U, arm.services[0].type);
+    TEST_ASSERT_EQUAL_UINT16(4U, arm.services[0].capacity);
+    TEST_ASSERT_EQUAL_UINT16(0U, arm.services[0].functional);
+    const uint64_t with = arm.interface_hash;
+    TEST_ASSERT_EQUAL(STATUS_OK, load_with("<Service type='6' capacity='16'/>"));
+    TEST_ASSERT_EQUAL_UINT16(16U, arm.services[0].capacity);
+    TEST_ASSERT_TRUE((without != with) && (with != arm.interface_hash)); // Their storage is compiled.
+}
+
+static void what_is_wrong_with_them_is_told(void)
+{
+    static const struct {
+        const char* services;
+        const char* error;
+    } cases[] = {
+        {"<Service type='7'/>", "arm.xml:25: type=\"7\" of <Service>: expected one of "},
+        {"<Service/>", "arm.xml:25: <Service> has no attribute type"},
+        {"<Service type='6' capacity='0'/>",
+         "arm.xml:25: capacity=\"0\" of <Service>: expected a number from 1"},
+        {"<Service type='6' functional='1'/>", "arm.xml:25: service 6 has no attribute functional"},
+        {"<Service type='6'/>\n<Service type='6'/>", "arm.xml:26: type 6 is taken in line 25"},
+    };
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        TEST_ASSERT_EQUAL(STATUS_INVALID, load_with(cases[i].services));
+        TEST_ASSERT_EQUAL_STRING_LEN(cases[i].error, descriptor_error(&loader), strlen(cases[i].error));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(they_are_read_with_what_they_have_room_for);
+    RUN_TEST(what_is_wrong_with_them_is_told);
+    return UNITY_END();
+}

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// Services that a descriptor lists: how they are added, stepped and restored; ST[06] as the first of them.
+#include "fsw/framework/subsystem/optional_services.h"
+
+#include "fsw/framework/base/crc.h"
+#include "fsw/framework/subsystem/memory_service.h"
+#include "test/unit/fsw/framework/subsystem/bed.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define MEMORY_OPERATIONS 2U
+
+static struct {
+    memory_service_t memory;
+    pus_memory_operation_t operations[MEMORY_OPERATIONS];
+    uint32_t steps; // Cycle number of the last one.
+    uint32_t key;   // Of the record restored.
+} storage;
+static pus_persistence_t persistence;
+static uint8_t data[64];
+static octet_writer_t writer;
+
+static void note_step(void* self, uint64_t now_ns, uint32_t cycle)
+{
+    TEST_ASSERT_EQUAL_PTR(&storage, self);
+    TEST_ASSERT_EQUAL_UINT64(bed.now_ns, now_ns);
+    TEST_ASSERT_EQUAL_UINT32(storage.steps + 1U, cycle);
+    storage.steps = cycle;
+}
+
+static status_t note_record(void* self, uint32_t key, const uint8_t* octets, size_t size)
+{
+    TEST_ASSERT_EQUAL_PTR(&storage, self);
+    TEST_ASSERT_TRUE((size == 1U) && (octets[0] == 9U));
+    storage.key = key;
+    return STATUS_OK;
+}
+
+static void add_services(void* context, component_t* component)
+{
+    static const pus_service_t stepped = {.type = 200U, .self = &storage, .step = note_step};
+    static const pus_service_t still   = {.type = 201U, .self = &storage};
+    TEST_ASSERT_EQUAL_PTR(&storage, context);
+    TEST_ASSERT_TRUE(component_persistence(component) == bed.component.config.persistence);
+    component_add_service(component, &still, NULL);
+    component_add_service(component, &stepped, note_record);
+    memory_service_add(component, &storage.memory, storage.operations, MEMORY_OPERATIONS);
+}
+
+static status_t nothing_kept(void* context)
+{
+    (void)context;
+    return STATUS_IO;
+}
+
+static void begin(const pus_persistence_t* kept)
+{
+    (void)memset(&storage, 0, sizeof storage);
+    component_config_t config = bed.component.config;
+    config.optional           = (component_services_t){&storage, add_services};
+    config.persistence        = kept;
+    component_init(&bed.component, &config);
+    bed.next_sequence = 0U;
+    bed_forget();
+}
+
+void setUp(void)
+{
+    persistence = (pus_persistence_t){.commit = nothing_kept};
+    bed_open(NULL);
+    begin(NULL);
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static void they_are_stepped_in_every_cycle_in_offline_too(void)
+{
+    bed_run(3U);
+    TEST_ASSERT_EQUAL_UINT32(3U, storage.steps);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+    TEST_ASSERT_EQUAL_UINT64(bed.now_ns + 10000000U, component_step(&bed.component, bed.now_ns));
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    const uint32_t before = storage.steps;
+    bed_run(100U);
+    TEST_ASSERT_EQUAL_UINT32(before + 100U, storage.steps); // Also where the component counts anew.
+}
+
+static void records_go_to_the_service_they_are_of(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, component_restore(&bed.component, 200U, 5U, (const uint8_t*)"\11", 1U));
+    TEST_ASSERT_EQUAL_UINT32(5U, storage.key);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
+                      component_restore(&bed.component, 201U, 5U, (const uint8_t*)"\11", 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
+                      component_restore(&bed.component, 202U, 5U, (const uint8_t*)"\11", 1U));
+}
+
+static void what_is_not_kept_is_not_acknowledged(void)
+{
+    begin(&persistence);
+    (void)bed_command(17U, 1U, NULL, 0U);
+    TEST_ASSERT_TRUE(bed_has("1.8 #"));
+}
+
+// ST[06].
+
+static void start_request(uint8_t memory, uint32_t base_id, bool is_object)
+{
+    writer = octet_writer(data, sizeof data);
+    octet_write_u8(&writer, memory);
+    if (is_object) {
+        octet_write_u32(&writer, base_id);
+    }
+    octet_write_u8(&writer, 1U);
+}
+
+static void add_area(uint32_t offset, uint32_t length)
+{
+    octet_write_u32(&writer, offset);
+    octet_write_u32(&writer, length);
+}
+
+static void add_data(uint32_t offset, const void* octets, uint16_t size)
+{
+    octet_write_u32(&writer, offset);
+    octet_write_u16(&writer, size);
+    octet_write_octets(&writer, octets, size);
+    octet_write_u16(&writer, crc16_ccitt(octets, size));
+}
+
+static void request(uint8_t subtype)
+{
+    bed_forget();
+    (void)bed_command(6U, subtype, data, writer.position);
+    bed_run(4U);
+}
+
+static void parameters_are_loaded_and_dumped_as_objects(void)
+{
+    const uint16_t count = 0x1234U;
+    bed_bring(STATE_PRE_OPERATIONAL, 0U);
+    start_request(MEMORY_PARAMETERS, bed_count_id, true);
+    add_data(0U, &count, sizeof count);
+    request(1U);
+    TEST_ASSERT_TRUE(bed_has("1.7 #"));
+    TEST_ASSERT_EQUAL_HEX16(count, bed.count);
+    start_request(MEMORY_PARAMETERS, bed_count_id, true);
+    add_area(1U, 1U);
+    request(3U);
+    TEST_ASSERT_TRUE(bed_has("6.4 01"));
+    start_request(MEMORY_PARAMETERS, bed_count_id, true);
+    add_area(1U, 2U);
+    request(3U);
+    TEST_ASSERT_TRUE(bed_has("1.4 #"));
+    start_request(MEMORY_PARAMETERS, 0U, true);
+    add_area(0U, 1U);
+    request(3U);
+    TEST_ASSERT_TRUE(bed_has("1.4 #"));
+}
+
+static void parameters_are_reached_by_address_across_their_borders(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, 0U);
+    bed.values.position[1] = 1.5;
+    bed.limit              = 2.5;
+    start_request(MEMORY_PARAMETERS, 0U, false);
+    add_area(23U, 2U); // The last octet of VALUES and the first of LIMIT.
+    request(9U);
+    TEST_ASSERT_TRUE(bed_has("6.10 010001"));
+    start_request(MEMORY_PARAMETERS, 0U, false);
+    add_area(32U, 3U); // COUNT has two octets.
+    request(9U);
+    TEST_ASSERT_TRUE(bed_has("1.8 #"));
+    start_request(MEMORY_PARAMETERS, 0U, false);
+    add_data(0x8000U, "x", 1U); // Nothing lies there.
+    request(2U);
+    TEST_ASSERT_TRUE(bed_has("1.8 #"));
+}
+
+static void the_component_is_read_but_not_written(void)
+{
+    bed_run(1U);
+    start_request(MEMORY_COMPONENT, 0U, false);
+    add_area((uint32_t)(sizeof bed.component - 1U), 1U);
+    request(9U);
+    TEST_ASSERT_TRUE(bed_has("6.10 02"));
+    for (uint32_t object = 0U; object < 3U; object++) {
+        start_request(MEMORY_COMPONENT, object, true);
+        add_area(0U, 8U);
+        request(7U);
+        TEST_ASSERT_EQUAL(object < 2U, bed_has("6.8 02"));
+    }
+    start_request(MEMORY_COMPONENT, 0U, false);
+    add_data(0U, "x", 1U);
+    request(2U);
+    TEST_ASSERT_TRUE(bed_has("1.4 #"));
+    start_request(MEMORY_COMPONENT, 0U, false);
+    writer.position = 1U;
+    request(13U);
+    TEST_ASSERT_TRUE(bed_has("1.7 #"));
+    bed_run((unsigned)(sizeof bed.component / PUS_MEMORY_SLICE) + 1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, storage.memory.memory.counters.passes);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(they_are_stepped_in_every_cycle_in_offline_too);
+    RUN_TEST(records_go_to_the_service_they_are_of);
+    RUN_TEST(what_is_not_kept_is_not_acknowledged);
+    RUN_TEST(parameters_are_loaded_and_dumped_as_objects);
+    RUN_TEST(parameters_are_reached_by_address_across_their_borders);
+    RUN_TEST(the_component_is_read_but_not_written);
+    return UNITY_END();
+}
