@@ -13,9 +13,10 @@
 #define LENGTH_FIELD 4U
 #define LENGTH_OFFSET 7U // A packet is its length field plus this long.
 #define NS_PER_S 1000000000ULL
-#define TIME_FRACTIONS 16777216ULL // 2^24 per second.
-#define SECONDS_SHIFT 24U          // Of fields in the time on the wire [bits].
+#define TIME_FRACTIONS ((uint64_t)PUS_TIME_TICKS_PER_S)
+#define SECONDS_SHIFT 24U // Of fields in the time on the wire [bits].
 #define P_FIELD_SHIFT 56U
+#define RELATIVE_TIME_SIGN (1ULL << 55U)
 
 /// Fields that requests and reports begin with.
 typedef struct {
@@ -291,4 +292,13 @@ status_t pus_time_read(octet_reader_t* const reader, uint64_t* const out_time_ns
     }
     *out_time_ns = (seconds * NS_PER_S) + (((fraction * NS_PER_S) + (TIME_FRACTIONS - 1U)) / TIME_FRACTIONS);
     return STATUS_OK;
+}
+
+int64_t pus_relative_time_read(octet_reader_t* const reader)
+{
+    const uint64_t high  = octet_read_u32(reader);
+    const uint64_t low   = (uint64_t)octet_read_u16(reader) << 8U;
+    const uint64_t ticks = (high << 24U) | low | octet_read_u8(reader);
+    // 56 bits in two's complement: the highest weighs -2^55.
+    return (int64_t)(ticks & (RELATIVE_TIME_SIGN - 1U)) - (int64_t)(ticks & RELATIVE_TIME_SIGN);
 }

@@ -95,4 +95,8 @@ void pus_time_write(octet_writer_t* writer, uint64_t time_ns);
 /// the next ns, so that writing it gives the same octets again.
 MUST_USE status_t pus_time_read(octet_reader_t* reader, uint64_t* out_time_ns);
 
+/// Relative time, PUS_RELATIVE_TIME_SIZE octets, in ticks of 1 / PUS_TIME_TICKS_PER_S s, about +-68 years; 0
+/// from a reader that fails.
+int64_t pus_relative_time_read(octet_reader_t* reader);
+
 #endif // PUS_PACKET_H

@@ -35,6 +35,9 @@
 /// Absolute time: CUC, 4 octets of seconds and 3 of fraction after the P-field, TAI since 1958-01-01.
 #define PUS_TIME_P_FIELD 0x1FU
 #define PUS_TIME_SIZE 8U ///< P-field included [octets].
+/// Relative time: 4 octets of seconds and 3 of fraction as one number in two's complement.
+#define PUS_RELATIVE_TIME_SIZE 7U
+#define PUS_TIME_TICKS_PER_S 16777216U ///< 2^24, the unit of both.
 
 /// Users: source ids of requests, destination ids of reports.
 #define PUS_USER_GROUND 0U       ///< All ground users: destination of unsolicited reports.
@@ -51,10 +54,14 @@
 #define PUS_SERVICE_MEMORY 6U
 #define PUS_SERVICE_FUNCTIONS 8U
 #define PUS_SERVICE_TIME 9U
+#define PUS_SERVICE_TIME_SCHEDULE 11U
 #define PUS_SERVICE_FORWARDING 14U
 #define PUS_SERVICE_STORAGE 15U
 #define PUS_SERVICE_TEST 17U
+#define PUS_SERVICE_EVENT_ACTION 19U
 #define PUS_SERVICE_PARAMETERS 20U
+#define PUS_SERVICE_SEQUENCES 21U
+#define PUS_SERVICE_POSITION_SCHEDULE 22U
 #define PUS_SERVICE_MANAGEMENT 129U
 #define PUS_SERVICE_RTLINK 130U
 #define PUS_SERVICE_MISSION 131U
