@@ -3,6 +3,7 @@
 #include "osal/include/osal/file.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "osal/posix/file_status.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -13,28 +14,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static status_t status_of(int error)
-{
-    switch (error) {
-    case ENOENT:
-    case ENOTDIR:
-        return STATUS_NOT_FOUND;
-    case EACCES:
-    case EPERM:
-    case EROFS:
-        return STATUS_DENIED;
-    default:
-        return STATUS_IO;
-    }
-}
-
 static status_t open_file(osal_file_t* file, const char* path, int flags)
 {
     FSW_ASSERT((file != NULL) && (path != NULL));
     do {
         file->descriptor = open(path, flags | O_CLOEXEC, 0644);
     } while ((file->descriptor < 0) && (errno == EINTR));
-    return (file->descriptor >= 0) ? STATUS_OK : status_of(errno);
+    return (file->descriptor >= 0) ? STATUS_OK : file_status_of(errno);
 }
 
 status_t osal_file_open_read(osal_file_t* file, const char* path)
@@ -87,11 +73,6 @@ status_t osal_file_update(osal_file_t* file, const char* path)
     return status;
 }
 
-static status_t status_of_write(int error)
-{
-    return ((error == ENOSPC) || (error == EDQUOT) || (error == EFBIG)) ? STATUS_FULL : STATUS_IO;
-}
-
 status_t osal_file_write(osal_file_t* file, const void* octets, size_t size)
 {
     FSW_ASSERT((file != NULL) && ((octets != NULL) || (size == 0U)));
@@ -105,7 +86,7 @@ status_t osal_file_write(osal_file_t* file, const void* octets, size_t size)
         } else if ((written < 0) && (errno == EINTR)) {
             continue;
         } else {
-            return (written < 0) ? status_of_write(errno) : STATUS_IO;
+            return (written < 0) ? file_status_of_write(errno) : STATUS_IO;
         }
     }
     return STATUS_OK;
@@ -121,7 +102,7 @@ status_t osal_file_write_at(osal_file_t* file, uint64_t offset, const void* octe
         if (written > 0) {
             done += (size_t)written;
         } else if ((written == 0) || (errno != EINTR)) {
-            return (written < 0) ? status_of_write(errno) : STATUS_IO;
+            return (written < 0) ? file_status_of_write(errno) : STATUS_IO;
         }
     }
     return STATUS_OK;
@@ -164,7 +145,7 @@ status_t osal_file_resize(osal_file_t* file, uint64_t size)
     do {
         result = ftruncate(file->descriptor, (off_t)size);
     } while ((result < 0) && (errno == EINTR));
-    return (result == 0) ? STATUS_OK : status_of_write(errno);
+    return (result == 0) ? STATUS_OK : file_status_of_write(errno);
 }
 
 status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size)
@@ -267,14 +248,14 @@ status_t osal_directory_create(const char* path)
 status_t osal_file_remove(const char* path)
 {
     FSW_ASSERT(path != NULL);
-    return (unlink(path) == 0) ? STATUS_OK : status_of(errno);
+    return (unlink(path) == 0) ? STATUS_OK : file_status_of(errno);
 }
 
 status_t osal_file_rename(const char* path, const char* new_path)
 {
     FSW_ASSERT((path != NULL) && (new_path != NULL));
     if (rename(path, new_path) != 0) {
-        return status_of(errno);
+        return file_status_of(errno);
     }
     const status_t status = sync_folder(new_path);
     return (status == STATUS_OK) ? sync_folder(path) : status;

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A tree of folders and files below a root that cannot be left, for names that come from outside.
+///
+/// A path is names with `/` between them, from the root on; the root itself is "". A name has 1 to
+/// OSAL_NAME_SIZE - 1 octets other than `/` and is neither "." nor "..". Each name is looked up in the folder
+/// before it, and symbolic links are not followed, so that no path leads out, whatever others do to the tree
+/// meanwhile. What is neither a folder nor a regular file (links, devices, pipes, sockets) is not there, but
+/// its name is taken.
+///
+/// What a call that changes names has acknowledged is on the disk. STATUS_INVALID: no path.
+/// Ownership: the caller places the handle. Context: any. Time: a few calls of the system per name in the
+/// path; list reads the whole folder.
+#ifndef OSAL_DIRECTORY_H
+#define OSAL_DIRECTORY_H
+
+#include "fsw/framework/base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define OSAL_NAME_SIZE 64U ///< Of a name, with its NUL [octets].
+
+typedef struct { // Private; -1 when closed.
+    int descriptor;
+} osal_directory_t;
+
+typedef struct {
+    bool is_directory;
+    uint64_t size; ///< Of a file [octets], else 0.
+} osal_directory_about_t;
+
+typedef struct {
+    char name[OSAL_NAME_SIZE];
+    bool is_directory;
+} osal_directory_entry_t;
+
+/// Open the root, a folder that is there. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_open(osal_directory_t* root, const char* path);
+void osal_directory_close(osal_directory_t* root);
+
+/// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_describe(const osal_directory_t* root, const char* path,
+                                          osal_directory_about_t* out_about);
+/// Make a folder in one that is there. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID,
+/// STATUS_FULL, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_make(const osal_directory_t* root, const char* path);
+/// Remove an empty folder. STATUS_OK, STATUS_NOT_FOUND, STATUS_FORBIDDEN (it is not empty), STATUS_INVALID,
+/// STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_remove(const osal_directory_t* root, const char* path);
+/// Make an empty file, with room set aside for `room` octets where the disk can do that; else they must be
+/// free now. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL (nothing was made),
+/// STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_make_file(const osal_directory_t* root, const char* path, uint64_t room);
+/// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_remove_file(const osal_directory_t* root, const char* path);
+/// Give a file or folder another path; at any moment it has one of the two. STATUS_OK, STATUS_NOT_FOUND (it,
+/// or the folder of the new path), STATUS_EXISTS, STATUS_INVALID (or a folder would come to lie in itself),
+/// STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_rename(const osal_directory_t* root, const char* path, const char* new_path);
+/// The files and folders whose names come first after `after` ("": from the beginning), in the order of their
+/// octets; names that begin with a dot or are too long are left out. *out_count < capacity: there are no
+/// more. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_list(const osal_directory_t* root, const char* path, const char* after,
+                                      osal_directory_entry_t* entries, size_t capacity, size_t* out_count);
+
+/// Up to `size` octets of a file from `offset` on; fewer at its end only. STATUS_OK, STATUS_NOT_FOUND,
+/// STATUS_INVALID, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_read(const osal_directory_t* root, const char* path, uint64_t offset,
+                                      uint8_t* octets, size_t size, size_t* out_size);
+/// Write octets into a file that is there. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL,
+/// STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_write(const osal_directory_t* root, const char* path, uint64_t offset,
+                                       const uint8_t* octets, size_t size);
+/// Force a file to the disk. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_sync(const osal_directory_t* root, const char* path);
+
+#endif // OSAL_DIRECTORY_H

@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
+#include "osal/include/osal/directory.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "osal/include/osal/file.h"
+#include "osal/posix/file_status.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <stdio.h> // renameat2
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#define LISTING_SIZE 4096U // Of entries read at once [octets].
+
+/// A folder that is open, and a name in it.
+typedef struct {
+    int folder;
+    char name[OSAL_NAME_SIZE];
+} place_t;
+
+/// Copy the name that a path begins with; what comes behind its slash, or null if it is the last one.
+/// *out_name is "" if it is none.
+static const char* next_name(const char* path, char* out_name)
+{
+    const char* const slash = strchr(path, '/');
+    const size_t length     = (slash != NULL) ? (size_t)(slash - path) : strlen(path);
+    const bool is_dots      = ((length == 1U) || (length == 2U)) && (strncmp(path, "..", length) == 0);
+    const bool is_name      = (length < OSAL_NAME_SIZE) && !is_dots;
+    if (is_name) {
+        (void)memcpy(out_name, path, length);
+    }
+    out_name[is_name ? length : 0U] = '\0';
+    return (slash != NULL) ? &slash[1] : NULL;
+}
+
+/// Open something in a folder. What is a symbolic link is not there.
+static status_t open_in(int folder, const char* name, int flags, mode_t mode, int* out_descriptor)
+{
+    do {
+        *out_descriptor = openat(folder, name, flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, mode);
+    } while ((*out_descriptor < 0) && (errno == EINTR));
+    if (*out_descriptor >= 0) {
+        return STATUS_OK;
+    }
+    if (errno == EEXIST) {
+        return STATUS_EXISTS;
+    }
+    return ((errno == ELOOP) || (errno == ENXIO)) ? STATUS_NOT_FOUND : file_status_of(errno);
+}
+
+static status_t open_folder(int folder, const char* name, int* out_descriptor)
+{
+    return open_in(folder, name, O_RDONLY | O_DIRECTORY, 0U, out_descriptor);
+}
+
+static void leave(const place_t* place)
+{
+    (void)close(place->folder);
+}
+
+/// Go to the folder of what a path names; the caller leaves it. STATUS_OK, STATUS_INVALID (the root has
+/// none), STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
+static status_t go_to(const osal_directory_t* root, const char* path, place_t* out_place)
+{
+    FSW_ASSERT((root != NULL) && (path != NULL));
+    const char* rest = next_name(path, out_place->name);
+    status_t status  = open_folder(root->descriptor, ".", &out_place->folder);
+    while ((status == STATUS_OK) && (rest != NULL) && (out_place->name[0] != '\0')) {
+        const int above = out_place->folder;
+        status          = open_folder(above, out_place->name, &out_place->folder);
+        (void)close(above);
+        rest = next_name(rest, out_place->name);
+    }
+    if ((status == STATUS_OK) && (out_place->name[0] == '\0')) {
+        leave(out_place);
+        status = STATUS_INVALID;
+    }
+    return status;
+}
+
+/// Go to what a path names, a folder. Statuses of go_to.
+static status_t go_into(const osal_directory_t* root, const char* path, int* out_folder)
+{
+    FSW_ASSERT((root != NULL) && (path != NULL));
+    if (path[0] == '\0') {
+        return open_folder(root->descriptor, ".", out_folder);
+    }
+    place_t place;
+    status_t status = go_to(root, path, &place);
+    if (status == STATUS_OK) {
+        status = open_folder(place.folder, place.name, out_folder);
+        leave(&place);
+    }
+    return status;
+}
+
+/// STATUS_OK, STATUS_NOT_FOUND (or neither folder nor file), STATUS_DENIED, STATUS_IO.
+static status_t look_at(int folder, const char* name, osal_directory_about_t* out_about)
+{
+    struct stat about;
+    if (fstatat(folder, name, &about, AT_SYMLINK_NOFOLLOW) != 0) {
+        return file_status_of(errno);
+    }
+    if (!S_ISDIR(about.st_mode) && !S_ISREG(about.st_mode)) {
+        return STATUS_NOT_FOUND;
+    }
+    out_about->is_directory = S_ISDIR(about.st_mode);
+    out_about->size         = out_about->is_directory ? 0U : (uint64_t)about.st_size;
+    return STATUS_OK;
+}
+
+/// Open a regular file. It is looked at first, since opening a device may have effects, and again afterwards.
+static status_t open_file(const osal_directory_t* root, const char* path, int flags, osal_file_t* out_file)
+{
+    osal_directory_about_t about;
+    place_t place;
+    status_t status = go_to(root, path, &place);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    status = look_at(place.folder, place.name, &about);
+    if ((status == STATUS_OK) && about.is_directory) {
+        status = STATUS_NOT_FOUND;
+    }
+    if (status == STATUS_OK) {
+        status = open_in(place.folder, place.name, flags, 0U, &out_file->descriptor);
+    }
+    leave(&place);
+    struct stat opened;
+    if ((status == STATUS_OK) && ((fstat(out_file->descriptor, &opened) != 0) || !S_ISREG(opened.st_mode))) {
+        osal_file_close(out_file);
+        status = STATUS_NOT_FOUND;
+    }
+    return status;
+}
+
+/// After a change of names in a folder: force them to the disk, if the change was made, and leave.
+static status_t settle(const place_t* place, status_t status)
+{
+    const bool is_sure = (status != STATUS_OK) || (fsync(place->folder) == 0);
+    leave(place);
+    return is_sure ? status : STATUS_IO;
+}
+
+status_t osal_directory_open(osal_directory_t* root, const char* path)
+{
+    FSW_ASSERT((root != NULL) && (path != NULL));
+    root->descriptor = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    return (root->descriptor >= 0) ? STATUS_OK : file_status_of(errno);
+}
+
+void osal_directory_close(osal_directory_t* root)
+{
+    FSW_ASSERT(root != NULL);
+    if (root->descriptor >= 0) {
+        (void)close(root->descriptor);
+    }
+    root->descriptor = -1;
+}
+
+status_t osal_directory_describe(const osal_directory_t* root, const char* path,
+                                 osal_directory_about_t* out_about)
+{
+    FSW_ASSERT((path != NULL) && (out_about != NULL));
+    *out_about = (osal_directory_about_t){.is_directory = (path[0] == '\0')};
+    if (out_about->is_directory) {
+        return STATUS_OK;
+    }
+    place_t place;
+    status_t status = go_to(root, path, &place);
+    if (status == STATUS_OK) {
+        status = look_at(place.folder, place.name, out_about);
+        leave(&place);
+    }
+    return status;
+}
+
+/// Of making something new.
+static status_t status_of_making(int error)
+{
+    if (error == EEXIST) {
+        return STATUS_EXISTS;
+    }
+    const status_t status = file_status_of(error);
+    return (status == STATUS_IO) ? file_status_of_write(error) : status;
+}
+
+status_t osal_directory_make(const osal_directory_t* root, const char* path)
+{
+    place_t place;
+    const status_t status = go_to(root, path, &place);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    const bool is_made = mkdirat(place.folder, place.name, 0755U) == 0;
+    return settle(&place, is_made ? STATUS_OK : status_of_making(errno));
+}
+
+/// Take a name away. `flags` of unlinkat.
+static status_t remove_name(const osal_directory_t* root, const char* path, int flags)
+{
+    osal_directory_about_t about;
+    place_t place;
+    status_t status = go_to(root, path, &place);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    status = look_at(place.folder, place.name, &about);
+    if ((status == STATUS_OK) && (about.is_directory != (flags == AT_REMOVEDIR))) {
+        status = STATUS_NOT_FOUND;
+    }
+    if ((status == STATUS_OK) && (unlinkat(place.folder, place.name, flags) != 0)) {
+        status = ((errno == ENOTEMPTY) || (errno == EEXIST)) ? STATUS_FORBIDDEN : file_status_of(errno);
+    }
+    return settle(&place, status);
+}
+
+status_t osal_directory_remove(const osal_directory_t* root, const char* path)
+{
+    return remove_name(root, path, AT_REMOVEDIR);
+}
+
+status_t osal_directory_remove_file(const osal_directory_t* root, const char* path)
+{
+    return remove_name(root, path, 0);
+}
+
+/// Set room aside in a new file. STATUS_OK, STATUS_FULL, STATUS_IO.
+static status_t set_aside(int descriptor, uint64_t room)
+{
+    struct statvfs disk;
+    if (room == 0U) {
+        return STATUS_OK;
+    }
+    if (room > (uint64_t)INT64_MAX) {
+        return STATUS_FULL;
+    }
+    if (fallocate(descriptor, FALLOC_FL_KEEP_SIZE, 0, (off_t)room) == 0) {
+        return STATUS_OK;
+    }
+    if (errno != EOPNOTSUPP) {
+        return file_status_of_write(errno);
+    }
+    if (fstatvfs(descriptor, &disk) != 0) {
+        return STATUS_IO;
+    }
+    return ((uint64_t)disk.f_bavail >= (room / disk.f_frsize)) ? STATUS_OK : STATUS_FULL;
+}
+
+status_t osal_directory_make_file(const osal_directory_t* root, const char* path, uint64_t room)
+{
+    int descriptor = -1;
+    place_t place;
+    status_t status = go_to(root, path, &place);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    status = open_in(place.folder, place.name, O_WRONLY | O_CREAT | O_EXCL, 0644U, &descriptor);
+    if (status == STATUS_OK) {
+        status = set_aside(descriptor, room);
+        if ((status == STATUS_OK) && (fsync(descriptor) != 0)) {
+            status = STATUS_IO;
+        }
+        (void)close(descriptor);
+        if (status != STATUS_OK) {
+            (void)unlinkat(place.folder, place.name, 0);
+        }
+    }
+    return settle(&place, status);
+}
+
+/// Rename without replacing what has the new name.
+static status_t rename_in(const place_t* from, const place_t* to)
+{
+    int result = renameat2(from->folder, from->name, to->folder, to->name, RENAME_NOREPLACE);
+    if ((result != 0) && ((errno == EINVAL) || (errno == ENOSYS))) {
+        // Where the disk cannot tell: look first. EINVAL may also mean that a folder would lie in itself.
+        struct stat about;
+        if (fstatat(to->folder, to->name, &about, AT_SYMLINK_NOFOLLOW) == 0) {
+            return STATUS_EXISTS;
+        }
+        result = renameat(from->folder, from->name, to->folder, to->name);
+    }
+    if (result == 0) {
+        return STATUS_OK;
+    }
+    return (errno == EINVAL) ? STATUS_INVALID : status_of_making(errno);
+}
+
+status_t osal_directory_rename(const osal_directory_t* root, const char* path, const char* new_path)
+{
+    osal_directory_about_t about;
+    place_t from;
+    place_t to;
+    status_t status = go_to(root, path, &from);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    status = look_at(from.folder, from.name, &about);
+    if (status == STATUS_OK) {
+        status = go_to(root, new_path, &to);
+    }
+    if (status == STATUS_OK) {
+        status = settle(&to, rename_in(&from, &to));
+    }
+    return settle(&from, status);
+}
+
+/// What a listing collects: the first names after one, in order.
+typedef struct {
+    const char* after;
+    osal_directory_entry_t* entries;
+    size_t capacity;
+    size_t count;
+} listing_t;
+
+/// True if a name is to be listed and there is room for it, in front of other ones perhaps.
+static bool is_wanted(const listing_t* listing, const char* name)
+{
+    const bool is_name = (name[0] != '.') && (strlen(name) < OSAL_NAME_SIZE);
+    return is_name && (strcmp(name, listing->after) > 0) &&
+           ((listing->count < listing->capacity) ||
+            (strcmp(name, listing->entries[listing->capacity - 1U].name) < 0));
+}
+
+/// Take a name in at its place; the last one goes if there is no room.
+static void take_in(listing_t* listing, const char* name, bool is_directory)
+{
+    size_t place = (listing->count < listing->capacity) ? listing->count : (listing->capacity - 1U);
+    listing->count += (listing->count < listing->capacity) ? 1U : 0U;
+    for (; (place > 0U) && (strcmp(name, listing->entries[place - 1U].name) < 0); place--) {
+        listing->entries[place] = listing->entries[place - 1U];
+    }
+    osal_directory_entry_t* const entry = &listing->entries[place];
+    (void)memset(entry, 0, sizeof(*entry));
+    (void)memcpy(entry->name, name, strlen(name));
+    entry->is_directory = is_directory;
+}
+
+status_t osal_directory_list(const osal_directory_t* root, const char* path, const char* after,
+                             osal_directory_entry_t* entries, size_t capacity, size_t* out_count)
+{
+    FSW_ASSERT((after != NULL) && (entries != NULL) && (capacity >= 1U) && (out_count != NULL));
+    union {
+        struct dirent64 first; // For its alignment.
+        char octets[LISTING_SIZE];
+    } block;
+    listing_t listing = {.after = after, .entries = entries, .capacity = capacity};
+    int folder        = -1;
+    *out_count        = 0U;
+    status_t status   = go_into(root, path, &folder);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    ssize_t size = getdents64(folder, block.octets, sizeof(block.octets));
+    while (size > 0) {
+        for (ssize_t at = 0; at < size;) {
+            const struct dirent64* const entry = (const struct dirent64*)(const void*)&block.octets[at];
+            osal_directory_about_t about;
+            if (is_wanted(&listing, entry->d_name) && (look_at(folder, entry->d_name, &about) == STATUS_OK)) {
+                take_in(&listing, entry->d_name, about.is_directory);
+            }
+            at += entry->d_reclen;
+        }
+        size = getdents64(folder, block.octets, sizeof(block.octets));
+    }
+    (void)close(folder);
+    *out_count = listing.count;
+    return (size == 0) ? STATUS_OK : STATUS_IO;
+}
+
+status_t osal_directory_read(const osal_directory_t* root, const char* path, uint64_t offset, uint8_t* octets,
+                             size_t size, size_t* out_size)
+{
+    FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_size != NULL));
+    osal_file_t file;
+    uint64_t end    = 0U;
+    *out_size       = 0U;
+    status_t status = open_file(root, path, O_RDONLY, &file);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    status = osal_file_size(&file, &end);
+    if ((status == STATUS_OK) && (offset < end)) {
+        const size_t part = ((end - offset) < size) ? (size_t)(end - offset) : size;
+        status            = osal_file_read_at(&file, offset, octets, part);
+        *out_size         = (status == STATUS_OK) ? part : 0U;
+    }
+    osal_file_close(&file);
+    return (status == STATUS_OK) ? STATUS_OK : STATUS_IO; // Cut meanwhile: an error like any other.
+}
+
+status_t osal_directory_write(const osal_directory_t* root, const char* path, uint64_t offset,
+                              const uint8_t* octets, size_t size)
+{
+    osal_file_t file;
+    status_t status = open_file(root, path, O_WRONLY, &file);
+    if (status == STATUS_OK) {
+        status = osal_file_write_at(&file, offset, octets, size);
+        osal_file_close(&file);
+    }
+    return status;
+}
+
+status_t osal_directory_sync(const osal_directory_t* root, const char* path)
+{
+    osal_file_t file;
+    status_t status = open_file(root, path, O_WRONLY, &file);
+    if (status == STATUS_OK) {
+        status = osal_file_sync(&file);
+        osal_file_close(&file);
+    }
+    return status;
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What an error of the system means for a file or folder. For osal/posix only.
+#ifndef OSAL_POSIX_FILE_STATUS_H
+#define OSAL_POSIX_FILE_STATUS_H
+
+#include "fsw/framework/base/status.h"
+
+#include <errno.h>
+
+/// Of a name: STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
+static inline status_t file_status_of(int error)
+{
+    switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+        return STATUS_NOT_FOUND;
+    case EACCES:
+    case EPERM:
+    case EROFS:
+        return STATUS_DENIED;
+    default:
+        return STATUS_IO;
+    }
+}
+
+/// Of a write: STATUS_FULL, STATUS_IO.
+static inline status_t file_status_of_write(int error)
+{
+    return ((error == ENOSPC) || (error == EDQUOT) || (error == EFBIG)) ? STATUS_FULL : STATUS_IO;
+}
+
+#endif // OSAL_POSIX_FILE_STATUS_H
