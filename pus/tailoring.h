@@ -50,14 +50,17 @@
 /// Service types.
 #define PUS_SERVICE_VERIFICATION 1U
 #define PUS_SERVICE_HOUSEKEEPING 3U
+#define PUS_SERVICE_STATISTICS 4U
 #define PUS_SERVICE_EVENTS 5U
 #define PUS_SERVICE_MEMORY 6U
 #define PUS_SERVICE_FUNCTIONS 8U
 #define PUS_SERVICE_TIME 9U
 #define PUS_SERVICE_TIME_SCHEDULE 11U
+#define PUS_SERVICE_MONITORING 12U
 #define PUS_SERVICE_FORWARDING 14U
 #define PUS_SERVICE_STORAGE 15U
 #define PUS_SERVICE_TEST 17U
+#define PUS_SERVICE_PROCEDURES 18U
 #define PUS_SERVICE_EVENT_ACTION 19U
 #define PUS_SERVICE_PARAMETERS 20U
 #define PUS_SERVICE_SEQUENCES 21U
@@ -100,7 +103,7 @@ enum {
     PUS_FAILURE_TABLE_FULL    = 0x0205, ///< maximum
     PUS_FAILURE_ACCESS        = 0x0206, ///< parameter id: not readable or not settable
     PUS_FAILURE_ADDRESS       = 0x0207, ///< address
-    PUS_FAILURE_PROTECTED     = 0x0208, ///< memory id
+    PUS_FAILURE_PROTECTED     = 0x0208, ///< memory id, or id of a definition
     PUS_FAILURE_PAST          = 0x0209, ///< 0
     PUS_FAILURE_EMBEDDED      = 0x020A, ///< octet offset
     PUS_FAILURE_DUPLICATE     = 0x020B, ///< identifier
@@ -112,7 +115,7 @@ enum {
     PUS_FAILURE_VERIFY       = 0x0401, ///< computed checksum
     PUS_FAILURE_NO_ANSWER    = 0x0402, ///< device id
     PUS_FAILURE_DEVICE       = 0x0403, ///< return code
-    PUS_FAILURE_IO           = 0x0404, ///< system code
+    PUS_FAILURE_IO           = 0x0404, ///< system code, or status of what could not be kept
     PUS_FAILURE_ABORTED      = 0x0405, ///< 0
     PUS_FAILURE_TIMEOUT      = 0x0406, ///< milliseconds
     PUS_FAILURE_SOME_FAILED  = 0x0407, ///< number of instructions failed

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The port by which services raise events: ST[05] of the process, or whoever keeps its definitions.
+#ifndef PUS_EVENT_PORT_H
+#define PUS_EVENT_PORT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct {
+    void* context;
+    /// Whether there is such an event definition.
+    bool (*is_known)(void* context, uint16_t event_id);
+    /// Raise it. `auxiliary` tells what happened, as the service that raises it states in its header; where
+    /// the definition has no such data, or other, the port leaves it out. It counts what it cannot raise.
+    void (*raise)(void* context, uint16_t event_id, const uint8_t* auxiliary, size_t size, uint64_t now_ns);
+} pus_event_port_t;
+
+#endif // PUS_EVENT_PORT_H
