@@ -20,15 +20,17 @@ if [ -n "$missing" ]; then
     done
 fi
 
-# iceoryx2 comes from the Rust registry. The version is exact; the lock file stays in build/.
+# Some come from the Rust registry. The versions are exact; the lock files stay in build/.
 mkdir -p build/peers build/setup
-rm -rf build/peers/iceoryx2/src
-cp -R test/bench/peers/iceoryx2 build/peers/
-if command -v cargo >/dev/null; then
-    echo 'setup: building the round trips over iceoryx2 (once, some minutes)'
-    cargo build --release --quiet --manifest-path build/peers/iceoryx2/Cargo.toml ||
-        echo 'setup: iceoryx2 cannot be built; what needs it is skipped'
-else
-    echo 'setup: there is no cargo; iceoryx2 is skipped'
-fi
+for peer in iceoryx2 spacepackets; do
+    rm -rf "build/peers/$peer/src"
+    cp -R "test/bench/peers/$peer" build/peers/
+    if command -v cargo >/dev/null; then
+        echo "setup: building what compares with $peer (once, some minutes)"
+        cargo build --release --quiet --manifest-path "build/peers/$peer/Cargo.toml" ||
+            echo "setup: $peer cannot be built; what needs it is skipped"
+    else
+        echo "setup: there is no cargo; $peer is skipped"
+    fi
+done
 touch build/setup/peers

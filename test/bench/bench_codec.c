@@ -1,16 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Checksum, octet codec and packets. Baselines: the checksum octet by octet; shifts without bounds; the
-/// checksum of the packet.
+/// checksum of the packet. Three packets, encoded and decoded, against the same by spacepackets
+/// (test/bench/peers/spacepackets), where that is built: both must give the same octets.
 #include "fsw/framework/base/crc.h"
 #include "fsw/framework/base/octets.h"
 #include "pus/packet.h"
 #include "test/bench/measure.h"
 
+#include <dlfcn.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define TEXT_OCTETS 1024U
 #define WORDS 64U
 #define PACKET_DATA 64U
+#define REPORT_DATA 66U  ///< TM[3,25]: structure and 64 octets of values.
+#define REQUEST_DATA 20U ///< TC[8,1]: function, number of arguments, one of 8 octets with its id.
+#define TIME_NS 2086000000123456789ULL
+#define PEER "build/peers/spacepackets/target/release/libcodec_spacepackets.so"
 
 static uint8_t text[TEXT_OCTETS];
 static uint8_t packet[256];
@@ -92,6 +100,157 @@ static void two_checksums_of_the_packet(void)
     sink = (uint32_t)crc16_ccitt(packet, packet_size) ^ crc16_ccitt(packet, packet_size);
 }
 
+static void encode_and_decode_report(void)
+{
+    const pus_tm_t tm = {.apid        = 16U,
+                         .sequence    = 7U,
+                         .service     = 3U,
+                         .subtype     = 25U,
+                         .counter     = 9U,
+                         .destination = 1U,
+                         .time_ns     = TIME_NS,
+                         .data        = text,
+                         .size        = REPORT_DATA};
+    pus_tm_t back;
+    pus_failure_t failure;
+    if ((pus_tm_encode(&tm, packet, sizeof packet, &packet_size) != STATUS_OK) ||
+        (pus_tm_decode(packet, packet_size, &back, &failure) != STATUS_OK) || (back.size != REPORT_DATA)) {
+        abort();
+    }
+    sink = (uint32_t)back.apid + back.sequence + back.service + back.subtype + back.counter +
+           back.destination + (uint32_t)back.time_ns;
+}
+
+static size_t encode_request(uint8_t service, uint8_t subtype, const uint8_t* data, size_t size,
+                             uint8_t* octets, size_t capacity)
+{
+    const pus_tc_t tc = {.apid     = 16U,
+                         .sequence = 7U,
+                         .ack      = PUS_ACK_ALL,
+                         .service  = service,
+                         .subtype  = subtype,
+                         .source   = 1U,
+                         .data     = data,
+                         .size     = size};
+    size_t written    = 0U;
+    if (pus_tc_encode(&tc, octets, capacity, &written) != STATUS_OK) {
+        abort();
+    }
+    return written;
+}
+
+static pus_tc_t decode_request(const uint8_t* octets, size_t size)
+{
+    pus_tc_t tc;
+    pus_failure_t failure;
+    if (pus_tc_decode(octets, size, &tc, &failure) != STATUS_OK) {
+        abort();
+    }
+    sink = (uint32_t)tc.apid + tc.sequence + tc.ack + tc.service + tc.subtype + tc.source;
+    return tc;
+}
+
+static void encode_and_decode_request(void)
+{
+    packet_size = encode_request(8U, 1U, text, REQUEST_DATA, packet, sizeof packet);
+    if (decode_request(packet, packet_size).size != REQUEST_DATA) {
+        abort();
+    }
+}
+
+/// TC[11,4]: sub-schedule, number of activities, group, release time, request.
+static void encode_and_decode_schedule(void)
+{
+    uint8_t list[sizeof packet];
+    octet_writer_t writer = octet_writer(list, sizeof list);
+    octet_write_u16(&writer, 3U);
+    octet_write_u8(&writer, 1U);
+    octet_write_u16(&writer, 5U);
+    pus_time_write(&writer, TIME_NS);
+    const size_t begin = writer.position;
+    const size_t size  = encode_request(8U, 1U, text, REQUEST_DATA, &list[begin], sizeof list - begin);
+    packet_size        = encode_request(11U, 4U, list, begin + size, packet, sizeof packet);
+
+    const pus_tc_t outer  = decode_request(packet, packet_size);
+    octet_reader_t reader = octet_reader(outer.data, outer.size);
+    const uint32_t ids = (uint32_t)octet_read_u16(&reader) + octet_read_u8(&reader) + octet_read_u16(&reader);
+    uint64_t time_ns   = 0U;
+    if (pus_time_read(&reader, &time_ns) != STATUS_OK) {
+        abort();
+    }
+    const size_t left    = octet_reader_left(&reader);
+    const pus_tc_t inner = decode_request(octet_read_octets(&reader, left), left);
+    if (inner.size != REQUEST_DATA) {
+        abort();
+    }
+    sink = ids + (uint32_t)time_ns;
+}
+
+// What the library of the peer has, see there.
+typedef size_t tm_codec_t(const uint8_t* data, size_t size, uint64_t time_ns, uint8_t* octets,
+                          size_t capacity);
+typedef size_t tc_codec_t(const uint8_t* data, size_t size, uint8_t* octets, size_t capacity);
+
+static struct {
+    tm_codec_t* tm;
+    tc_codec_t* tc;
+    tm_codec_t* schedule;
+    uint8_t packet[256];
+    size_t size;
+} peer;
+
+static void report_by_peer(void)
+{
+    peer.size = peer.tm(text, REPORT_DATA, TIME_NS, peer.packet, sizeof peer.packet);
+}
+
+static void request_by_peer(void)
+{
+    peer.size = peer.tc(text, REQUEST_DATA, peer.packet, sizeof peer.packet);
+}
+
+static void schedule_by_peer(void)
+{
+    peer.size = peer.schedule(text, REQUEST_DATA, TIME_NS, peer.packet, sizeof peer.packet);
+}
+
+static bool load_peer(void)
+{
+    void* const library = dlopen(PEER, RTLD_NOW);
+    if (library == NULL) {
+        return false;
+    }
+    *(void**)(void*)&peer.tm       = dlsym(library, "spacepackets_tm");
+    *(void**)(void*)&peer.tc       = dlsym(library, "spacepackets_tc");
+    *(void**)(void*)&peer.schedule = dlsym(library, "spacepackets_schedule");
+    return (peer.tm != NULL) && (peer.tc != NULL) && (peer.schedule != NULL);
+}
+
+static void compare_with_peer(const char* name, void (*ours)(void), void (*theirs)(void))
+{
+    if (peer.schedule == NULL) {
+        (void)printf("SKIPPED %s spacepackets is not built\n", name);
+        return;
+    }
+    ours();
+    theirs();
+    if ((packet_size != peer.size) || (memcmp(packet, peer.packet, packet_size) != 0)) {
+        (void)fprintf(stderr, "bench_codec: %s: the packets differ\n", name);
+        exit(1);
+    }
+    measure_compare(name, ours, theirs, 1.0, "ns", 1.0);
+}
+
+static void compare_packets(void)
+{
+    if (!load_peer()) {
+        peer.schedule = NULL;
+    }
+    compare_with_peer("packet_tm_3_25_by_spacepackets", encode_and_decode_report, report_by_peer);
+    compare_with_peer("packet_tc_8_1_by_spacepackets", encode_and_decode_request, request_by_peer);
+    compare_with_peer("packet_tc_11_4_by_spacepackets", encode_and_decode_schedule, schedule_by_peer);
+}
+
 int main(void)
 {
     for (size_t i = 0U; i < sizeof text; i++) {
@@ -104,5 +263,6 @@ int main(void)
     packet_there_and_back();
     measure_compare("packet_encode_and_decode", packet_there_and_back, two_checksums_of_the_packet, 1.0, "ns",
                     1.0);
+    compare_packets();
     return 0;
 }
