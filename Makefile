@@ -10,7 +10,7 @@
 ##   make sim-run    fly a mission, leave its report in runs/    MISSION=rokviss  SCENARIO=telepresence|none  SEED=1
 ##                                                               FORM=processes|image  TIME=stepped|real  BUS=shm|vcan|can
 ##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
-##                                                               PORT=  TOOLS=  OUT=runs/...
+##                                                               PORT=  TOOLS=  OUT=runs/...  STORAGE=<folder that stays>
 ##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=  SIM_ROBOT_IF=
 ##                                                               FOREIGN=<subsystem>: its program big-endian, emulated
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
@@ -275,7 +275,7 @@ sim-run: all $(if $(FOREIGN),foreign)
 	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,seed,SEED) \
 	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
 	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT) \
-	    $(call option,foreign,FOREIGN) $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
+	    $(call option,storage,STORAGE) $(call option,foreign,FOREIGN) $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
 	    $(call adapter,sim-interface,robot,SIM_ROBOT_IF) $(call adapter,sim-interface,joystick,SIM_JOYSTICK_IF)
 
 NEEDS_FOREIGN = $(findstring $(or $(ONLY),test/hil),test/hil/test_big_endian.py)

@@ -32,6 +32,9 @@ const char* launch_options_help(void)
            "  --tools N          serve bus tools on 127.0.0.1 at this port (socketcand; python-can, "
            "SavvyCAN)\n"
            "  --out FOLDER       where the run leaves its logs (default: a new folder under runs/)\n"
+           "  --storage FOLDER   what outlives a power cut: schedules, definitions, stores, files; that of "
+           "an\n"
+           "                     earlier run is taken over (default: FOLDER/storage of --out)\n"
            "  --duration S       shut the mission down after S simulated seconds\n"
            "  --report yes|no    draw the report at the end (default yes)";
 }
@@ -242,8 +245,8 @@ static bool take(launch_options_t* const options, const char* const option, cons
         return is_name(value) ||
                fail(error, option, value, "expected the name of a subsystem of the mission");
     }
-    if (strcmp(option, "--out") == 0) {
-        options->output = value;
+    if (is_word(option, "--out") || is_word(option, "--storage")) {
+        *(is_word(option, "--out") ? &options->output : &options->storage) = value;
         return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) ||
                fail(error, option, value, "the path is too long");
     }
@@ -372,6 +375,7 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
                                       .links      = "",
                                       .nodes      = 1U,
                                       .output     = "",
+                                      .storage    = "",
                                       .foreign    = "",
                                       .has_report = true};
     error[0]     = '\0';

@@ -38,6 +38,8 @@ typedef struct {
     uint16_t port;         ///< Ground port; 0: the first free from the mission's.
     uint16_t tools;        ///< Port of the simulator's socketcand server for bus tools; 0: none.
     const char* output;    ///< Output folder; empty: one of its own under runs/.
+    const char*
+        storage; ///< Folder of lasting records, stores and files; empty: "storage" in the output folder.
     const char* foreign; ///< Subsystem whose program is that of another processor, by its stand-in; "": none.
     uint64_t duration_ns; ///< Shut the mission down after this simulated time; 0: never.
     bool has_report;

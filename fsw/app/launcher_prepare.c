@@ -206,6 +206,12 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
     text_add(&text, mission_path);
     text = text_in(run->folder, sizeof run->folder);
     text_add(&text, folder);
+    text = text_in(run->storage, sizeof run->storage);
+    text_add(&text, (launcher->options.storage[0] != '\0') ? launcher->options.storage : folder);
+    text_add(&text, (launcher->options.storage[0] != '\0') ? "" : "/storage");
+    if (text.cut || (osal_directory_create(run->storage) != STATUS_OK)) {
+        return fail(launcher, "cannot make the storage folder ", run->storage);
+    }
     // Also in wall-clock time: simulated hardware belongs to the calendar.
     run->is_stepped      = launch_has_simulator(&launcher->options);
     run->link_methods    = link_methods(launcher->options.links);

@@ -41,7 +41,8 @@ bool member_load(member_t* const member, seat_t* const seat, const uint64_t inte
         text_add(&text, descriptor_error(&member->loader));
         return false;
     }
-    return true;
+    return record_store_open(&member->records, seat, member->slots, MEMBER_RECORDS,
+                             seat->clock.mode != OSAL_CLOCK_REAL) == STATUS_OK;
 }
 
 /// TC[129,6]: a descriptor that is refused leaves the old one in force.
@@ -57,10 +58,22 @@ static status_t reload(void* const context, const subsystem_descriptor_t** const
     return status;
 }
 
+/// Records of an earlier life go to the services they belong to.
+static void take_back(void* const context, const uint8_t table, const uint32_t key,
+                      const uint8_t* const octets, const size_t size)
+{
+    member_t* const member = (member_t*)context;
+    if (component_restore(&member->component, table, key, octets, size) != STATUS_OK) {
+        member->records_refused++;
+    }
+}
+
 void member_begin(member_t* const member, const subsystem_callbacks_t* const callbacks, void* const self,
                   const component_services_t services)
 {
-    seat_t* const seat              = member->seat;
+    seat_t* const seat = member->seat;
+    member->persistence =
+        (pus_persistence_t){&member->records.journal, journal_put, journal_erase, journal_commit};
     const component_config_t config = {.descriptor          = &member->descriptors[member->in_force],
                                        .is_descriptor_valid = true,
                                        .callbacks           = callbacks,
@@ -73,9 +86,13 @@ void member_begin(member_t* const member, const subsystem_callbacks_t* const cal
                                        .has_supervisor = true,
                                        .has_loop_tasks = (seat->clock.mode == OSAL_CLOCK_REAL),
                                        .optional       = services,
+                                       .persistence    = &member->persistence,
                                        .reload         = reload,
                                        .reload_context = member};
     component_init(&member->component, &config);
+    if (journal_replay(&member->records.journal, take_back, member) != STATUS_OK) {
+        member->records_refused++;
+    }
 }
 
 void member_take_in(member_t* const member, const uint64_t now_ns)

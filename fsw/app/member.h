@@ -3,9 +3,12 @@
 #ifndef FSW_APP_MEMBER_H
 #define FSW_APP_MEMBER_H
 
+#include "fsw/app/record_store.h"
 #include "fsw/app/seat.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/subsystem/component.h"
+
+#define MEMBER_RECORDS 256U ///< Lasting records of its services.
 
 typedef struct { // Private, except `component`.
     seat_t* seat;
@@ -16,12 +19,17 @@ typedef struct { // Private, except `component`.
     uint64_t interface_hash;
     char path[RUN_PATH_MAX];
     uint8_t packet[PUS_PACKET_MAX];
+    record_store_t records;
+    journal_slot_t slots[JOURNAL_SLOTS(MEMBER_RECORDS)];
+    pus_persistence_t persistence;
+    uint32_t records_refused; // Lasting records that no service took back.
 } member_t;
 
-/// Read and check the component's descriptor. False: seat->error says file, line, value and what was
-/// expected.
+/// Read and check the component's descriptor, and open its lasting records. False: seat->error says file,
+/// line, value and what was expected.
 bool member_load(member_t* member, seat_t* seat, uint64_t interface_hash);
-/// Begin life in OFFLINE with the loaded descriptor, and the services that it lists.
+/// Begin life in OFFLINE with the loaded descriptor, and the services that it lists with their lasting
+/// records.
 void member_begin(member_t* member, const subsystem_callbacks_t* callbacks, void* self,
                   component_services_t services);
 /// Take in all messages, then step.

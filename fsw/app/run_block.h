@@ -68,8 +68,9 @@ typedef struct {
     uint8_t link_methods;              ///< Bit set of 1 << rtlink_method_t.
     uint64_t origin_ns;                ///< Real time: mission time 0 on the machine's monotonic clock.
     char mission_path[RUN_PATH_MAX];
-    char folder[RUN_PATH_MAX]; ///< Output folder.
-    int ground_descriptor;     ///< Listening TCP socket that `communication` inherits.
+    char folder[RUN_PATH_MAX];  ///< Output folder.
+    char storage[RUN_PATH_MAX]; ///< Folder of what outlives a power cut.
+    int ground_descriptor;      ///< Listening TCP socket that `communication` inherits.
     uint16_t ground_port;
     uint16_t component_count;
     run_component_t components[MISSION_SUBSYSTEMS_MAX];

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/app/member.h"
 #include "fsw/app/program.h"
+#include "fsw/app/record_store.h"
 #include "fsw/framework/base/text.h"
 #include "fsw/supervisor/supervisor.h"
+
+#define RECORDS_MAX 20480U ///< Lasting records: schedules, definitions, stores and files.
 
 typedef struct {
     seat_t* seat;
     supervisor_t supervisor;
     subsystem_descriptor_t descriptor;
     descriptor_loader_t loader;
+    record_store_t records;
+    journal_slot_t slots[JOURNAL_SLOTS(RECORDS_MAX)];
 } supervisor_program_t;
 
 static supervisor_program_t storage;
@@ -83,7 +88,9 @@ static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t 
 
 static void close_program(void* const context)
 {
-    supervisor_close(&((supervisor_program_t*)context)->supervisor);
+    supervisor_program_t* const program = (supervisor_program_t*)context;
+    supervisor_close(&program->supervisor);
+    record_store_close(&program->records);
 }
 
 static void no_link(void* const context, const uint8_t* const frame, const size_t size)
@@ -112,7 +119,8 @@ static bool load(seat_t* const seat)
 
 bool supervisor_open(seat_t* const seat, program_t* const out_program)
 {
-    if (!load(seat)) {
+    if (!load(seat) ||
+        (record_store_open(&storage.records, seat, storage.slots, RECORDS_MAX, true) != STATUS_OK)) {
         return false;
     }
     const supervisor_config_t config = {
@@ -122,7 +130,8 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         .endpoint            = &seat->endpoint,
         .platform            = {seat, start_process, stop_process, is_running, is_stop_requested, finished},
         .log_folder          = seat->run->folder,
-        .start_count         = seat->run->components[seat->component].start_count};
+        .start_count         = seat->run->components[seat->component].start_count,
+        .journal             = &storage.records.journal};
     const status_t status = supervisor_init(&storage.supervisor, &config);
     if (status != STATUS_OK) {
         text_t text = text_in(seat->error, sizeof seat->error);

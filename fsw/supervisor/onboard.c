@@ -19,6 +19,54 @@ size_t onboard_open(struct supervisor* const supervisor, pus_service_t* const se
     return count;
 }
 
+const pus_persistence_t* onboard_persistence(struct supervisor* const supervisor)
+{
+    journal_t* const journal = supervisor->config.journal;
+    supervisor->onboard.persistence =
+        (pus_persistence_t){journal, journal_put, journal_erase, journal_commit};
+    return (journal != NULL) ? &supervisor->onboard.persistence : NULL;
+}
+
+static void tell_refused(struct supervisor* const supervisor, const uint8_t table, const uint32_t key,
+                         const status_t status)
+{
+    uint8_t octets[6];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_u8(&writer, table);
+    octet_write_u32(&writer, key);
+    octet_write_u8(&writer, (uint8_t)status);
+    supervisor->onboard.refused++;
+    (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_RECORD_REFUSED, octets, writer.position);
+}
+
+/// One record goes to the service that its table belongs to.
+static void take_back(void* const context, const uint8_t table, const uint32_t key,
+                      const uint8_t* const octets, const size_t size)
+{
+    struct supervisor* const supervisor = (struct supervisor*)context;
+    size_t place                        = 0U;
+    while ((bindings[place] != NULL) && (bindings[place]->type != table)) {
+        place++;
+    }
+    const bool is_ours    = (bindings[place] != NULL) && (bindings[place]->restore != NULL);
+    const status_t status = is_ours ? bindings[place]->restore(supervisor, key, octets, size)
+                                    : component_restore(&supervisor->component, table, key, octets, size);
+    if (status != STATUS_OK) {
+        tell_refused(supervisor, table, key, status);
+    }
+}
+
+void onboard_restore(struct supervisor* const supervisor)
+{
+    if (supervisor->config.journal == NULL) {
+        return;
+    }
+    const status_t status = journal_replay(supervisor->config.journal, take_back, supervisor);
+    if (status != STATUS_OK) {
+        tell_refused(supervisor, 0U, 0U, status);
+    }
+}
+
 status_t onboard_release(void* const context, const uint8_t* const packet, const size_t size)
 {
     struct supervisor* const supervisor = (struct supervisor*)context;

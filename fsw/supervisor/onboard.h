@@ -37,15 +37,21 @@ typedef struct {
 } onboard_binding_t;
 
 typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
-    pus_persistence_t persistence; // `put` is null: nothing is kept.
+    pus_persistence_t persistence; // Of the journal.
+    uint32_t refused;              // Records that nobody took back.
     uint64_t waiting_since_ns;     // The first released request has no credit since then; 0: it has.
     octet_ring_t released;
     uint8_t release_storage[ONBOARD_RELEASE_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
 } onboard_t;
 
+/// Where services keep their lasting records; null if nothing is kept.
+const pus_persistence_t* onboard_persistence(struct supervisor* supervisor);
 /// Open all bindings; their services go to `services` (room for ONBOARD_SERVICES). Returns their number.
 size_t onboard_open(struct supervisor* supervisor, pus_service_t* services);
+/// Give all services their lasting records back. A record that is refused is counted, and told by the event
+/// RECORD_REFUSED.
+void onboard_restore(struct supervisor* supervisor);
 /// Step all services, then route what they have released. Returns the time of the next wake.
 uint64_t onboard_step(struct supervisor* supervisor, uint64_t now_ns);
 /// Show a report that passes to all services.

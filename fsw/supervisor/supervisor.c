@@ -82,6 +82,7 @@ static void init_component(supervisor_t* const supervisor)
                                           .start_count         = config->start_count,
                                           .port                = port,
                                           .has_supervisor      = false,
+                                          .persistence         = onboard_persistence(supervisor),
                                           .services            = supervisor->services,
                                           .service_count       = count};
     component_init(&supervisor->component, &component);
@@ -100,8 +101,10 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     octet_ring_init(&supervisor->ground_backlog, supervisor->ground_storage,
                     sizeof supervisor->ground_storage);
     init_component(supervisor);
-    return packet_log_open(&supervisor->log, config->log_folder,
-                           (packet_log_strategy_t)config->mission->log_strategy, 1U);
+    const status_t status = packet_log_open(&supervisor->log, config->log_folder,
+                                            (packet_log_strategy_t)config->mission->log_strategy, 1U);
+    onboard_restore(supervisor); // What it has to tell is logged.
+    return status;
 }
 
 static void tick(supervisor_t* const supervisor)

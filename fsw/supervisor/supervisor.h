@@ -14,6 +14,7 @@
 #define FSW_SUPERVISOR_SUPERVISOR_H
 
 #include "fsw/framework/descriptor/mission_descriptor.h"
+#include "fsw/framework/journal/journal.h"
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/subsystem/component.h"
 #include "fsw/supervisor/link_graph.h"
@@ -105,6 +106,7 @@ typedef struct {
     supervisor_platform_t platform;
     const char* log_folder;
     uint32_t start_count;
+    journal_t* journal; ///< Open, with the lasting records of earlier lives; null: nothing is kept.
 } supervisor_config_t;
 
 typedef struct supervisor { // All fields are private.

@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stdio.h> // rename
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -192,6 +193,15 @@ status_t osal_file_load(const char* path, void* octets, size_t capacity, size_t*
         *out_size = 0U;
     }
     return status;
+}
+
+status_t osal_file_lock(osal_file_t* file)
+{
+    FSW_ASSERT(file != NULL);
+    if (flock(file->descriptor, LOCK_EX | LOCK_NB) == 0) {
+        return STATUS_OK;
+    }
+    return (errno == EWOULDBLOCK) ? STATUS_BUSY : STATUS_IO;
 }
 
 status_t osal_file_sync(osal_file_t* file)

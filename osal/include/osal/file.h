@@ -40,6 +40,9 @@ MUST_USE status_t osal_file_write_at(osal_file_t* file, uint64_t offset, const v
 MUST_USE status_t osal_file_size(osal_file_t* file, uint64_t* out_size);
 /// Cut, or extend with zeros. STATUS_OK, STATUS_FULL (no space, or beyond what a file can have), STATUS_IO.
 MUST_USE status_t osal_file_resize(osal_file_t* file, uint64_t size);
+/// Keep others who ask for the same from the file until it is closed. STATUS_OK, STATUS_BUSY (somebody has
+/// it), STATUS_IO.
+MUST_USE status_t osal_file_lock(osal_file_t* file);
 /// Force to the disk. STATUS_OK, STATUS_IO.
 status_t osal_file_sync(osal_file_t* file);
 void osal_file_close(osal_file_t* file);

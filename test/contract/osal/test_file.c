@@ -174,6 +174,20 @@ static void test_resize_cuts_and_extends_with_zeros(void)
     osal_file_close(&file);
 }
 
+static void test_a_lock_keeps_others_out_until_the_file_is_closed(void)
+{
+    osal_file_t first;
+    osal_file_t second;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&first, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&second, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_lock(&first));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, osal_file_lock(&second));
+    osal_file_close(&first);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_lock(&second));
+    osal_file_close(&second);
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_lock(&second));
+}
+
 static void test_rename_replaces(void)
 {
     char other[128];
@@ -269,6 +283,7 @@ int main(void)
     RUN_TEST(test_what_is_not_there);
     RUN_TEST(test_update_reads_and_writes_anywhere);
     RUN_TEST(test_resize_cuts_and_extends_with_zeros);
+    RUN_TEST(test_a_lock_keeps_others_out_until_the_file_is_closed);
     RUN_TEST(test_rename_replaces);
     RUN_TEST(test_full_disk_is_a_status);
     RUN_TEST(test_short_writes_are_completed);

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Lasting records of one component: a journal on two files in the run's storage folder. A flight that is
+/// given the storage of an earlier one (hirosco run --storage) finds its records there.
+///
+/// A commit waits for the disk, unless the store is opened not to: then what was acknowledged outlives a
+/// crash of the program at once, and a power cut when the operating system has written it back. So it is
+/// where a component keeps the pace of a wall clock, which no disk may stop.
+///
+/// Ownership  The program places store and slots (static). Context: the component's loop.
+#ifndef FSW_APP_RECORD_STORE_H
+#define FSW_APP_RECORD_STORE_H
+
+#include "fsw/app/seat.h"
+#include "fsw/framework/journal/journal.h"
+#include "osal/include/osal/file.h"
+
+typedef struct { // Private, except `journal`.
+    osal_file_t files[2];
+    journal_t journal;
+} record_store_t;
+
+/// Open `<storage>/<component>.journal.0` and `.1`, made if missing; the journal holds `capacity` records at
+/// most, in JOURNAL_SLOTS(capacity) slots. STATUS_OK; else the seat's `error` says why, and nothing is open:
+/// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_BUSY (another flight has them), STATUS_FULL, STATUS_IO,
+/// STATUS_EXHAUSTED (more records than slots).
+MUST_USE status_t record_store_open(record_store_t* store, seat_t* seat, journal_slot_t* slots,
+                                    size_t capacity, bool waits);
+void record_store_close(record_store_t* store);
+
+#endif // FSW_APP_RECORD_STORE_H
