@@ -121,7 +121,7 @@ GENERATOR := $(wildcard gse/generator/*.py)
 GENERATED := build/generated/stamp build/generated/programs.h
 MISSIONS := $(sort $(wildcard descriptors/missions/*.xml))
 
-build/generated/stamp: $(GENERATOR) $(wildcard pus/catalogue/*.txt) \
+build/generated/stamp: $(GENERATOR) $(wildcard pus/catalogue/*.txt) pus/tailoring.h \
                        $(shell find descriptors -name '*.xml' -o -name '*.xsd' -o -name '*.eds' 2>/dev/null)
 	$(Q)$(PYTHON) gse/generator/generate.py --mission $(MISSIONS) --out build/generated
 	@touch $@

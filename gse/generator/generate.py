@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Make C names and layouts, dictionaries for the ground and CAN databases from descriptors and message catalogue.
+"""Make C names and layouts, dictionaries and XTCE databases for the ground and CAN databases from descriptors and catalogue.
 
     python3 gse/generator/generate.py --mission descriptors/missions/*.xml --out build/generated
 
@@ -21,6 +21,7 @@ import sys
 import catalogue
 import dbc
 import mission as mission_descriptor
+import xtce
 import services
 from c_header import header
 from ground_dictionary import dictionary
@@ -29,6 +30,7 @@ from source import DescriptorError
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCHEMAS = ROOT / "descriptors" / "schema"
 CATALOGUE = ROOT / "pus" / "catalogue"
+TAILORING = ROOT / "pus" / "tailoring.h"
 
 
 def validate(path, schema):
@@ -66,7 +68,11 @@ def generate(path, out, described, messages):
         validate(source, "subsystem.xsd")
         write(out / f"{subsystem.name.lower()}_descriptor.h", header(subsystem, source.name))
         write(out / f"{subsystem.name.lower()}_services.h", services.header(subsystem, source.name))
-    write(out / f"{loaded.name}.json", json.dumps(dictionary(loaded) | {"catalogue": messages}, indent=1) + "\n")
+    content = dictionary(loaded) | {"catalogue": messages}
+    write(out / f"{loaded.name}.json", json.dumps(content, indent=1) + "\n")
+    text, events = xtce.database(content, xtce.failure_words(TAILORING.read_text(encoding="utf-8")))
+    write(out / f"{loaded.name}.xtce.xml", text)
+    write(out / f"{loaded.name}.events.json", json.dumps(events, indent=1) + "\n")
     for bus, text in dbc.databases(loaded).items():
         write(out / f"{loaded.name}-{bus}.dbc", text)
 

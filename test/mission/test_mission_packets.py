@@ -9,6 +9,10 @@ import subprocess
 
 import flying
 import pytest
+from database_reading import check
+from flat_xtce import Flattened
+from hirosco_gse import packets as packet_format
+from hirosco_gse.dictionary import Dictionary
 from spacepackets import ecss
 from spacepackets.ccsds import PacketType, SpacePacketHeader
 from spacepackets.ecss import check_pus_crc
@@ -92,6 +96,18 @@ def test_verification_reports_decode_as_service_1(packets):
             assert report.tc_req_id.pack() == packet.data[:4]
             count += 1
     assert count > 200
+
+
+def test_all_reports_read_the_same_by_the_database(packets, tmp_path):
+    """The generated XTCE file and space_packet_parser give the values that our ground reads."""
+    generated = flying.ROOT / "build" / "generated"
+    dictionary = Dictionary.load(generated / "rokviss.json")
+    definition = Flattened(generated / "rokviss.xtce.xml").definition(tmp_path)
+    compared = collections.Counter()
+    for packet in packets:
+        if packet.direction == "TM":
+            compared[packet.service] += check(definition, packet_format.parse(packet.raw), dictionary)
+    assert compared[1] > 200 and compared[3] > 200 and compared[5] > 3, compared
 
 
 def test_pusdump_reads_all_and_agrees(flight, packets):

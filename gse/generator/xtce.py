@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""XTCE 1.2 database of a mission, and the templates by which Yamcs words its events: from dictionary and catalogue.
+
+A space system for the headers, one for each service (ST03) and one for each subsystem, with its parameters, housekeeping,
+events and functions. What Yamcs 5.13 adds to XTCE is used in four places, and other readers can do without it: verifiers,
+absolute times, lengths before octets in commands, and aliases of parameters by id for TM[20,2]."""
+
+import re
+import xml.etree.ElementTree as ET
+
+import xtce_commands as commands
+import xtce_reports as reports
+import xtce_types as xt
+
+SEVERITIES = ("INFORMATIVE", "LOW", "MEDIUM", "HIGH")
+USER = "YAMCS"
+FAILURE = re.compile(r"PUS_FAILURE_([A-Z_]+) *= *(0x[0-9A-F]+|\d+)")
+
+
+def failure_words(tailoring):
+    """Names of the failure codes in pus/tailoring.h, by number."""
+    return {int(number, 0): name for name, number in FAILURE.findall(tailoring)}
+
+
+def _catalogue(dictionary, failures):
+    """The catalogue with what its fields may say in this mission."""
+    parameters, events = {}, set()
+    for subsystem in dictionary["subsystems"]:
+        parameters |= {one["parameter_id"]: f"{subsystem['name']}.{one['name']}" for one in subsystem["parameters"]}
+        events |= {event["id"] for event in subsystem["events"]}
+    return dictionary["catalogue"] | {
+        "parameters": parameters,
+        "events": {0: "NONE"} | {number: f"EVENT_{number}" for number in events},
+        "layouts": {entry["code"]: name for name, entry in dictionary["types"].items()},
+        "failures": failures,
+    }
+
+
+def _source(dictionary):
+    """Source id of this ground user."""
+    return next((user["id"] for user in dictionary["users"] if user["name"] == USER), dictionary["users"][0]["id"])
+
+
+def database(dictionary, failures):
+    """(text of the XTCE file, rows of the event templates)."""
+    catalogue = _catalogue(dictionary, failures)
+    root = xt.System(dictionary["mission"], description=f"interface {dictionary['interface_hash']}")
+    reports.headers(root)
+    services = {}
+    for number, service in sorted(catalogue["services"].items(), key=lambda item: int(item[0])):
+        services[int(number)] = system = xt.System(f"ST{int(number):02}", root, service["name"])
+        for message in service["messages"]:
+            make = reports.report if message["direction"] == "TM" else commands.request
+            make(system, catalogue, message)
+    commands.base(root, services[1].path, _source(dictionary))
+    rows = []
+    for subsystem in dictionary["subsystems"]:
+        system = xt.System(subsystem["name"], root)
+        for parameter in subsystem["parameters"]:
+            known = {parameter["name"]: parameter}
+            reports.parameter_path(system, known, parameter["name"])
+        reports.housekeeping(system, subsystem, services[3])
+        rows += reports.events(system, subsystem, services[5], SEVERITIES)
+        commands.functions(system, subsystem)
+        commands.settings(system, subsystem)
+    tree = root.tree()
+    tree.set("xmlns", xt.NAMESPACE)
+    tree.set("xmlns:xsi", "http://www.w3.org/2001/XMLSchema-instance")
+    tree.set("xsi:schemaLocation", f"{xt.NAMESPACE} {xt.SCHEMA}")
+    ET.indent(tree, " ")
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(tree, encoding="unicode") + "\n", rows

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Commands of an XTCE database: every request of the catalogue, functions, and setting of parameters by name.
+
+A choice makes a command of each case. Groups that repeat are an array; where a group holds a choice, or a value whose type
+only the id before it tells, the command has one group, and such values are hexadecimal."""
+
+import xtce_types as xt
+from xtce_reports import bits, fields_within, kind_type
+from xtce_types import element
+
+HEADER = (("apid", 11), ("ack", 4), ("service", 8), ("subtype", 8), ("source", 16))
+ACK_ALL, UNSEGMENTED, PUS_VERSION = 15, 3, 2
+STAGES = (("Accepted", "AcceptedVerifier", 1, 30), ("Started", "ExecutionVerifier", 3, 60), ("Completed", "CompleteVerifier", 7, 600))
+
+
+def _fixed(name, octets, count=None):
+    return element("FixedValueEntry", name=name, binaryValue=octets.hex(), sizeInBits=count or 8 * len(octets))
+
+
+def _argument_entry(name):
+    return element("ArgumentRefEntry", argumentRef=name)
+
+
+def base(root, service_path, source):
+    """The command that all others refine: both headers, and the verifiers."""
+    initial = {"ack": ACK_ALL, "source": source}
+    arguments = [
+        element("Argument", name=name, argumentTypeRef=bits(root, "Argument", count), initialValue=initial.get(name))
+        for name, count in HEADER
+    ]
+    entries = [
+        _fixed("version_type_flag", b"\x03", 5), _argument_entry("apid"), _fixed("sequence_flags", bytes([UNSEGMENTED]), 2),
+        _fixed("sequence_count", b"\0\0", 14), _fixed("length", b"\0\0"), _fixed("pus_version", bytes([PUS_VERSION]), 4),
+        *(_argument_entry(name) for name, _ in HEADER[1:]),
+    ]
+    verifiers = [_verifier(root.path, service_path, *stage) for stage in STAGES]
+    root.commands.append(
+        element(
+            "MetaCommand", element("ArgumentList", *arguments),
+            element("CommandContainer", element("EntryList", *entries), name="pus_tc"), element("VerifierSet", *verifiers),
+            name="pus_tc", abstract="true", shortDescription="request of PUS-C",
+        )
+    )
+
+
+def _verifier(root, service_path, name, tag, stage, seconds):
+    """Stage of ST[01], as Yamcs' own algorithm follows it; the order of its inputs matters."""
+    inputs = (
+        ("/yamcs/cmd/arg/apid", "sent_apid"), ("/yamcs/cmdHist/ccsds-seqcount", "sent_sequence"),
+        (f"{service_path}/request_apid", "apid"), (f"{service_path}/request_sequence_count", "sequence"),
+        (f"{root}/subtype", "subtype"), (f"{service_path}/failure_code", "failure_code"),
+    )
+    listed = [element("InputParameterInstanceRef", parameterRef=path, inputName=name) for path, name in inputs]
+    text = f'org.yamcs.pus.Pus1Verifier({{stage: {stage}, template: "{{failure_code}}"}})'
+    algorithm = element(
+        "CustomAlgorithm", element("AlgorithmText", text, language="Java"), element("InputSet", *listed),
+        name=f"verify_{name.lower()}",
+    )
+    ends = {"yamcs.onFail": "FAIL"} | ({"yamcs.onSuccess": "SUCCESS", "yamcs.onTimeout": "FAIL"} if stage == 7 else {})
+    data = [element("AncillaryData", value, name=key) for key, value in ends.items()]
+    window = element("CheckWindow", timeToStopChecking=f"PT{seconds}S", timeWindowIsRelativeTo="commandRelease")
+    return element(tag, element("AncillaryDataSet", *data), algorithm, window, name=name)
+
+
+def command(system, name, assignments, arguments, entries, description):
+    """A command that refines the base: its own arguments (name, type, element) and entries."""
+    given = [element("ArgumentAssignment", argumentName=key, argumentValue=value) for key, value in assignments.items()]
+    root = system.root.path
+    parent = element("BaseMetaCommand", element("ArgumentAssignmentList", *given), metaCommandRef=f"{root}/pus_tc")
+    listed = element("ArgumentList", *(element("Argument", name=n, argumentTypeRef=t) for n, t in arguments))
+    holder = element(
+        "CommandContainer", element("EntryList", *entries), element("BaseContainer", containerRef=f"{root}/pus_tc"), name=name
+    )
+    system.commands.append(
+        element("MetaCommand", parent, listed if arguments else None, holder, name=name, shortDescription=description)
+    )
+
+
+class Variant:
+    """One way to fill a request: arguments and entries so far, and the words of its choices."""
+
+    def __init__(self):
+        self.arguments, self.entries, self.words = [], [], []
+
+    def copy(self):
+        """Another that goes on from here."""
+        made = Variant()
+        made.arguments, made.entries, made.words = self.arguments[:], self.entries[:], self.words[:]
+        return made
+
+    def add(self, name, type_path):
+        """One argument more, by a name not taken."""
+        taken = {one for one, _ in self.arguments} | {one for one, _ in HEADER}
+        word, number = name, 2
+        while word in taken:
+            word, number = f"{name}_{number}", number + 1
+        self.arguments.append((word, type_path))
+        self.entries.append(_argument_entry(word))
+        return word
+
+
+class Request:
+    """Commands of one request of the catalogue."""
+
+    def __init__(self, system, catalogue, message):
+        self.system, self.catalogue, self.message = system, catalogue, message
+
+    def fields(self, fields, variants):
+        """All variants behind these fields."""
+        selectors = {field["choice"] for field in fields if "choice" in field}
+        for field in fields:
+            if field.get("name") in selectors:
+                continue
+            if "choice" in field:
+                variants = self.choice(field, fields, variants)
+            elif "repeat" in field:
+                variants = self.repeat(field, variants)
+            else:
+                for variant in variants:
+                    variant.add(field["name"], self.type(field))
+        return variants
+
+    def type(self, field):
+        """Path of the type of an argument."""
+        root = self.system.root
+        if field["kind"] in ("value", "auxiliary"):
+            return root.type("Argument", "octets", lambda made: xt.binary("Argument", made, -1))
+        path = kind_type(self.system, "Argument", self.catalogue, self.message["service"], field)
+        if path is not None:
+            return path
+        coding = self.catalogue["kinds"][field["kind"]]["coding"]
+        makers = {"text": xt.text_argument, "octets": xt.octets_argument}
+        if coding in makers:
+            return root.type("Argument", f"sized_{coding}", makers[coding])
+        return root.type("Argument", "octets", lambda made: xt.binary("Argument", made, -1))
+
+    def choice(self, field, fields, variants):
+        """A variant for each case."""
+        selector = next(one for one in fields if one.get("name") == field["choice"])
+        words = self.catalogue["services"][str(self.message["service"])]["enumerations"].get(field["choice"], {})
+        found = []
+        for number, case in field["cases"].items():
+            started = [variant.copy() for variant in variants]
+            for variant in started:
+                variant.entries.append(_fixed(selector["name"], bytes([int(number)])))
+                variant.words.append(words.get(int(number), number))
+            found += self.fields(case, started)
+        return found
+
+    def repeat(self, field, variants):
+        """An array of groups with its count, or one group."""
+        inner = field["fields"]
+        if any("choice" in one or one.get("kind") == "value" for one in fields_within(inner)):
+            for variant in variants:
+                variant.entries.append(_fixed(field["repeat"], b"\1"))
+            return self.fields(inner, variants)
+        for variant in variants:
+            count = variant.add(field["repeat"], xt.scalar(self.system.root, "Argument", "UINT8"))
+            item = self.group(inner, count)
+            variant.add(self.array_name(field), self.array(item, count))
+        return variants
+
+    @staticmethod
+    def array_name(field):
+        """Name of the array of a repetition."""
+        return f"{field['repeat']}_groups"
+
+    def array(self, item, count):
+        """Path of the type of an array as long as the argument or member `count` says."""
+        name = f"{item.rpartition('/')[2]}_by_{count}"
+        return self.system.type("Argument", name, lambda made: xt.array("Argument", made, item, count))
+
+    def group(self, inner, count):
+        """Path of the type of one group."""
+        members = []
+        for field in inner:
+            if "repeat" in field:
+                members.append((field["repeat"], xt.scalar(self.system.root, "Argument", "UINT8")))
+                members.append((self.array_name(field), self.array(self.group(field["fields"], field["repeat"]), field["repeat"])))
+            else:
+                members.append((field["name"], self.type(field)))
+        if len(members) == 1:
+            return members[0][1]
+        name = f"tc{self.message['subtype']}_{count}_group"
+        return self.system.type("Argument", name, lambda made: xt.aggregate("Argument", made, members))
+
+
+def request(system, catalogue, message):
+    """Commands of one request of the catalogue."""
+    service, subtype = message["service"], message["subtype"]
+    for variant in Request(system, catalogue, message).fields(message["fields"], [Variant()]):
+        suffix = "".join("_" + "".join(c if c.isalnum() else "_" for c in word) for word in variant.words)
+        description = f"TC[{service},{subtype}] {message['name']}" + "".join(f", {word}" for word in variant.words)
+        assignments = {"service": service, "subtype": subtype}
+        command(system, f"TC_{service}_{subtype}{suffix}", assignments, variant.arguments, variant.entries, description)
+
+
+def _typed(system, owner, field):
+    return xt.field_type(system, "Argument", owner, field)
+
+
+def functions(system, subsystem):
+    """A command for each function: TC[8,1]."""
+    for function in subsystem["functions"]:
+        given = function["arguments"]
+        entries = [_fixed("function_id", function["name"].encode("ascii").ljust(8, b"\0")), _fixed("n", bytes([len(given)]))]
+        arguments = []
+        for one in given:
+            entries += [_fixed(f"{one['name']}_id", one["id"].to_bytes(2, "big")), _argument_entry(one["name"])]
+            arguments.append((one["name"], _typed(system, function["name"], one)))
+        assignments = {"apid": subsystem["apid"], "service": 8, "subtype": 1}
+        command(system, function["name"], assignments, arguments, entries, f"in {', '.join(function['states'])}")
+
+
+def settings(system, subsystem):
+    """A command to set each parameter that can be set: TC[20,3]."""
+    for parameter in subsystem["parameters"]:
+        if not parameter["settable"]:
+            continue
+        identifier = parameter["parameter_id"].to_bytes(4, "big")
+        entries, arguments = [_fixed("n", b"\1"), _fixed("parameter_id", identifier)], []
+        for one in parameter.get("fields", [parameter]):
+            entries.append(_argument_entry(one["name"]))
+            arguments.append((one["name"], _typed(system, f"set_{parameter['name']}", one)))
+        assignments = {"apid": subsystem["apid"], "service": 20, "subtype": 3}
+        command(system, f"SET_{parameter['name']}", assignments, arguments, entries, f"set {parameter['name']}")

@@ -1,0 +1,389 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Containers of an XTCE database: the reports of the catalogue, housekeeping structures and events.
+
+Groups that repeat are arrays of aggregates where all groups have one size; else a container of one group that is entered
+as often as the count says, with the count, length or id right before what it rules. Of values whose parameter stands
+before them, there is one parameter for each scalar type, entered by the layout within the id."""
+
+import xtce_types as xt
+from xtce_types import element
+
+TM_HEADER, PRIMARY, CRC = 21, 6, 2
+LAYOUT_BITS, NUMBER_BITS, ID_BITS = 5, 16, 32
+NUMBERS = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64"}
+NUMBERS |= {"i16": "INT16", "i32": "INT32", "i64": "INT64", "f64": "DOUBLE"}
+OCTETS = {"time": 8, "reltime": 7, "cds": 8, "position": 6, "name": 8, "id": 4, "layout": 1}
+OCTETS |= {coding: xt.SCALARS.get(kind, (64,))[0] // 8 for coding, kind in NUMBERS.items()}
+HEADER = (
+    ("ccsds_version", 3), ("ccsds_type", 1), ("secondary_header_flag", 1), ("apid", 11), ("sequence_flags", 2),
+    ("sequence_count", 14), ("packet_length", 16),
+)
+SECONDARY = (
+    ("pus_version", 4), ("time_status", 4), ("service", 8), ("subtype", 8), ("message_counter", 16), ("destination", 16),
+)
+REQUEST = (
+    ("request_version", 3), ("request_type", 1), ("request_header_flag", 1), ("request_apid", 11),
+    ("request_sequence_flags", 2), ("request_sequence_count", 14),
+)
+
+
+def bits(root, what, count):
+    """Path of the type of an unsigned number of so many bits."""
+    return root.type(what, f"bits{count}", lambda name: xt.integer(what, name, count))
+
+
+def kind_type(system, what, catalogue, service, field):
+    """Path of the type of a field of fixed size; None where only the message tells its size."""
+    root, kind = system.root, catalogue["kinds"][field["kind"]]
+    coding, name = kind["coding"], field["kind"]
+    words = catalogue["services"][str(service)]["enumerations"].get(field["name"])
+    if name == "failure_code":
+        return root.type(what, name, lambda made: xt.enumeration(what, made, catalogue["failures"], 16))
+    if name == "bool8":
+        return xt.scalar(root, what, "BOOL")
+    if words:
+        return system.type(what, field["name"], lambda made: xt.enumeration(what, made, words, 8 * OCTETS[coding]))
+    if coding in NUMBERS:
+        return xt.scalar(root, what, NUMBERS[coding])
+    if coding == "bits":
+        return bits(root, what, kind["size"])
+    makers = {
+        "time": lambda made: xt.cuc_time(what, made),
+        "reltime": lambda made: xt.fraction(what, made, 56, 2.0**-24, "s"),
+        "position": lambda made: xt.fraction(what, made, 48, 2.0**-16, "orbits"),
+        "name": lambda made: xt.label(what, made, 8),
+        "id": lambda made: xt.enumeration(what, made, catalogue["parameters"], ID_BITS),
+        "layout": lambda made: xt.enumeration(what, made, catalogue["layouts"], 8),
+        "cds": lambda made: _members(root, what, made, (("day", "UINT16"), ("ms", "UINT32"), ("us", "UINT16"))),
+    }
+    if coding in makers:
+        return root.type(what, name, makers[coding])
+    if coding == "octets" and "size" in kind:
+        return root.type(what, f"octets{kind['size']}", lambda made: xt.binary(what, made, kind["size"]))
+    return None
+
+
+def _members(root, what, name, members):
+    return xt.aggregate(what, name, [(member, xt.scalar(root, what, kind)) for member, kind in members])
+
+
+def is_plain(fields, catalogue):
+    """True if all groups of these fields have one size."""
+    for field in fields:
+        if "kind" not in field or field["kind"] in ("value", "auxiliary"):
+            return False
+        kind = catalogue["kinds"][field["kind"]]
+        if kind["coding"] in ("text", "packet", "rest") or (kind["coding"] == "octets" and "size" not in kind):
+            return False
+    return True
+
+
+def comparison(path, value):
+    """Equality by raw value."""
+    return element("Comparison", parameterRef=path, value=value, useCalibratedValue="false")
+
+
+def container(name, entries, base=None, restrictions=(), description=None, period_s=None):
+    """A container that refines another where all restrictions hold."""
+    parent = None
+    if base:
+        held = [comparison(path, value) for path, value in restrictions]
+        criteria = held[0] if len(held) == 1 else element("ComparisonList", *held)
+        parent = element("BaseContainer", element("RestrictionCriteria", criteria), containerRef=base)
+    rate = element("DefaultRateInStream", basis="perSecond", minimumValue=1 / period_s) if period_s else None
+    return element(
+        "SequenceContainer", rate, element("EntryList", *entries), parent,
+        name=name, shortDescription=description,
+    )
+
+
+class Message:
+    """Entries of one report of the catalogue."""
+
+    def __init__(self, system, catalogue, message, prefix):
+        self.system, self.catalogue, self.message, self.prefix = system, catalogue, message, prefix
+        self.entries, self.conditions, self.taken = [], [], set()
+        self.offset = TM_HEADER  # Of the next entry [octets]; None behind what varies.
+        self.layouts, self.numbers, self.shift = {}, {}, 0
+
+    def name(self, word):
+        """A name not taken yet in this report."""
+        name, number = f"{self.prefix}{word}", 2
+        while name in self.taken:
+            name, number = f"{self.prefix}{word}_{number}", number + 1
+        self.taken.add(name)
+        return name
+
+    def enter(self, tag, child=None, extra=(), **reference):
+        """An entry, under the conditions that hold here, behind a step in bits if there is one."""
+        location = None
+        if self.shift:
+            fixed = element("FixedValue", str(self.shift))
+            location = element("LocationInContainerInBits", fixed, referenceLocation="previousEntry")
+            self.shift = 0
+        conditions = [comparison(path, value) for path, value in (*self.conditions, *extra)]
+        include = None
+        if conditions:
+            held = conditions[0] if len(conditions) == 1 else element("ComparisonList", *conditions)
+            include = element("IncludeCondition", held)
+        repeat = child if child is not None and child.tag == "RepeatEntry" else None
+        instance = child if repeat is None else None
+        self.entries.append(element(tag, location, repeat, include, instance, **reference))
+
+    def parameter(self, word, type_path, extra=()):
+        """Enter a new parameter; its path."""
+        path = self.system.parameter(self.name(word), type_path)
+        self.enter("ParameterRefEntry", extra=extra, parameterRef=path)
+        return path
+
+    def fields(self, fields):
+        """Enter all of a group."""
+        for field in fields:
+            if "repeat" in field:
+                self.repeat(field)
+            elif "choice" in field:
+                self.choice(field)
+            elif "kind" in field and field["kind"] == "value":
+                self.value(field)
+            elif "kind" in field and field["kind"] != "auxiliary":
+                self.field(field, any(other.get("of") == field["name"] for other in fields_within(fields)))
+
+    def field(self, field, is_id):
+        """Enter a field of a kind."""
+        kind, name = self.catalogue["kinds"][field["kind"]], field["name"]
+        type_path = kind_type(self.system, "Parameter", self.catalogue, self.message["service"], field)
+        if field["kind"] == "failure_detail":
+            root = self.system.root
+            members = (("instruction", "UINT16"), ("detail", "UINT32"))
+            type_path = root.type("Parameter", "failure_data", lambda made: _members(root, "Parameter", made, members))
+        if type_path is None:
+            self.variable(kind["coding"], name)
+            return
+        path = self.parameter(name, type_path)
+        self.numbers[name] = path
+        size = kind["size"] if kind["coding"] == "octets" else OCTETS.get(kind["coding"])
+        self.offset = None if self.offset is None or size is None else self.offset + size
+        if is_id and kind["coding"] == "id":
+            self.shift = -(NUMBER_BITS + LAYOUT_BITS)
+            self.layouts[name] = (path, self.parameter(f"{name}_layout", bits(self.system.root, "Parameter", LAYOUT_BITS)))
+            self.shift = NUMBER_BITS
+
+    def variable(self, coding, name):
+        """Enter text, octets or a request behind its length, or all octets up to the checksum."""
+        if coding == "rest":
+            beyond = PRIMARY + 1 - self.offset - CRC
+            length = f"{self.system.root.path}/packet_length"
+            self.sized(name, lambda made: xt.octets_of(made, length, beyond))
+            return
+        u16 = xt.scalar(self.system.root, "Parameter", "UINT16")
+        if coding == "packet":
+            head = self.system.root.type("Parameter", "octets4", lambda made: xt.binary("Parameter", made, 4))
+            self.parameter(f"{name}_head", head)
+            length = self.parameter(f"{name}_length", u16)
+            self.sized(f"{name}_body", lambda made: xt.octets_of(made, length, 1))
+        else:
+            length = self.parameter(f"{name}_length", u16)
+            self.sized(name, lambda made: (xt.text_of if coding == "text" else xt.octets_of)(made, length))
+        self.offset = None
+
+    def sized(self, name, make):
+        """Enter a parameter of a type of its own."""
+        self.parameter(name, self.system.type("Parameter", f"{self.prefix}{name}_type", make))
+
+    def repeat(self, field):
+        """Enter a count and so many groups."""
+        count = self.parameter(field["repeat"], xt.scalar(self.system.root, "Parameter", "UINT16"))
+        inner, name = field["fields"], f"{field['repeat']}_groups"
+        if is_plain(inner, self.catalogue):
+            members = [
+                (one["name"], kind_type(self.system, "Parameter", self.catalogue, self.message["service"], one))
+                for one in inner
+            ]
+            own = f"{self.prefix}{name}"
+            item = members[0][1]
+            if len(members) > 1:
+                item = self.system.type("Parameter", f"{own}_group", lambda made: xt.aggregate("Parameter", made, members))
+            self.parameter(name, self.system.type("Parameter", own, lambda made: xt.array("Parameter", made, item, count)))
+        else:
+            group = Message(self.system, self.catalogue, self.message, self.prefix)
+            group.taken, group.offset = self.taken, None
+            group.fields(inner)
+            if group.shift:
+                group.parameter("end", self.system.root.type("Parameter", "nothing", lambda made: xt.binary("Parameter", made, 0)))
+            path = self.name(f"{name}_group")
+            self.system.containers.append(container(path, group.entries))
+            repeat = element("RepeatEntry", element("Count", element("DynamicValue", xt.reference(count))))
+            self.enter("ContainerRefEntry", repeat, containerRef=f"{self.system.path}/{path}")
+        self.offset = None
+
+    def choice(self, field):
+        """Enter what belongs to the value of the selector."""
+        selector = self.numbers[field["choice"]]
+        for number, case in field["cases"].items():
+            self.conditions.append((selector, number))
+            self.fields(case)
+            self.conditions.pop()
+        self.offset = None
+
+    def value(self, field):
+        """Enter a value as the id before it says."""
+        if field["of"] not in self.layouts:
+            self.variable("rest", field["name"])
+            return
+        identifier, layout = self.layouts[field["of"]]
+        if (self.message["service"], self.message["subtype"]) == (20, 2):
+            instance = element("ParameterInstance", parameterRef=identifier, useCalibratedValue="false")
+            self.enter("IndirectParameterRefEntry", instance, aliasNameSpace="id")
+            return
+        shift = self.shift
+        for code, kind in self.catalogue["layouts"].items():
+            self.shift = shift  # None but the one that is there is entered.
+            type_path = xt.scalar(self.system.root, "Parameter", kind)
+            self.parameter(f"{field['name']}_{kind}", type_path, extra=((layout, code),))
+        self.offset = None
+
+
+def fields_within(fields):
+    """All fields of a group and of the groups and cases within."""
+    found = []
+    for field in fields:
+        found.append(field)
+        found += fields_within(field.get("fields", []))
+        for case in field.get("cases", {}).values():
+            found += fields_within(case)
+    return found
+
+
+def headers(root):
+    """Containers of the primary header, of a report and of the time packet."""
+    entries = [_entry(root.parameter(name, bits(root, "Parameter", count))) for name, count in HEADER]
+    root.containers.append(container("ccsds", entries, description="space packet"))
+    entries = [_entry(root.parameter(name, bits(root, "Parameter", count))) for name, count in SECONDARY]
+    time = root.type("Parameter", "time_abs", lambda made: xt.cuc_time("Parameter", made))
+    entries.append(_entry(root.parameter("time", time)))
+    flag = f"{root.path}/secondary_header_flag"
+    root.containers.append(
+        container("pus_tm", entries, f"{root.path}/ccsds", [(flag, 1)], description="report of PUS-C")
+    )
+
+
+def _entry(path):
+    return element("ParameterRefEntry", parameterRef=path)
+
+
+def report(system, catalogue, message):
+    """Container of one report of the catalogue."""
+    root, service, subtype = system.root.path, message["service"], message["subtype"]
+    shared = service in (1, 5)
+    writer = Message(system, catalogue, message, "" if shared else f"tm{subtype}_")
+    fields = message["fields"]
+    if service == 1:
+        for name, count in REQUEST:
+            writer.parameter(name, bits(system.root, "Parameter", count))
+        fields = fields[1:]
+    if service == 5 and subtype <= 4:
+        words = system.type("Parameter", "event_definition_id", lambda made: xt.enumeration("Parameter", made, catalogue["events"], 16))
+        writer.parameter("event_definition_id", words)
+        fields = []
+    if service == 3 and "values" in fields[-1]:
+        fields = fields[:1]
+    writer.fields(fields)
+    restrictions = [(f"{root}/service", service), (f"{root}/subtype", subtype)]
+    name = f"TM_{service}_{subtype}"
+    system.containers.append(container(name, writer.entries, f"{root}/pus_tm", restrictions, description=message["name"]))
+
+
+# ---- what the descriptors lay out ----
+
+
+def parameter_type(system, parameter):
+    """Path of the type of a parameter of the descriptors."""
+    if "fields" not in parameter:
+        return xt.field_type(system, "Parameter", "", parameter)
+    members = [(one["name"], xt.field_type(system, "Parameter", parameter["name"], one)) for one in parameter["fields"]]
+    return system.type("Parameter", f"{parameter['name']}_struct", lambda made: xt.aggregate("Parameter", made, members))
+
+
+def parameter_path(system, known, name):
+    """Path and octets of a parameter, or of a member NAME.FIELD, made the first time."""
+    head, _, tail = name.partition(".")
+    parameter = known[head]
+    if not tail:
+        path = system.parameter(name, parameter_type(system, parameter), alias=parameter["parameter_id"])
+        return path, parameter["size"]
+    field = next(one for one in parameter["fields"] if one["name"] == tail)
+    path = system.parameter(f"{head}_{tail}", xt.field_type(system, "Parameter", head, field))
+    return path, field["count"] * octets(field["type"])
+
+
+def octets(kind):
+    """Octets of a scalar."""
+    return {"BOOL": 1, "FLOAT": 4, "DOUBLE": 8}.get(kind) or xt.SCALARS[kind][0] // 8
+
+
+def _layout(system, known, structure):
+    """Entries of a housekeeping structure, and its octets."""
+    entries, total = [], 0
+    for name in structure["once"]:
+        path, size = parameter_path(system, known, name)
+        entries.append(_entry(path))
+        total += size
+    for number, repeated in enumerate(structure["repeated"], 1):
+        members = []
+        for name in repeated["parameters"]:
+            path, size = parameter_path(system, known, name)
+            members.append((path.rpartition("/")[2], system.parameters[path.rpartition("/")[2]].get("parameterTypeRef")))
+            total += repeated["nrep"] * size
+        own = f"HK_{structure['id']}_samples_{number}_" + "_".join(member for member, _ in members)
+        item = system.type("Parameter", f"{own}_sample", lambda made, m=members: xt.aggregate("Parameter", made, m))
+        own, times = f"{own}_x{repeated['nrep']}", repeated["nrep"]
+        many = system.type("Parameter", own, lambda made, i=item, n=times: xt.array("Parameter", made, i, n))
+        entries.append(_entry(system.parameter(own, many)))
+    return entries, total
+
+
+def housekeeping(system, subsystem, base):
+    """Containers of a subsystem's structures; those of one id differ by the length of the packet."""
+    known = {parameter["name"]: parameter for parameter in subsystem["parameters"]}
+    found = {}
+    for configuration in subsystem["configurations"]:
+        for structure in configuration["housekeeping"]:
+            entries, size = _layout(system, known, structure)
+            found.setdefault(structure["id"], {}).setdefault(size, (entries, structure, configuration["name"]))
+    root = system.root.path
+    for identifier, layouts in found.items():
+        for size, (entries, structure, configuration) in layouts.items():
+            restrictions = [(f"{root}/apid", subsystem["apid"]), (f"{base.path}/tm25_hk_structure_id", identifier)]
+            name = f"HK_{identifier}"
+            if len(layouts) > 1:
+                length = TM_HEADER + 2 + size + CRC - PRIMARY - 1
+                restrictions.append((f"{root}/packet_length", length))
+                name += f"_{configuration}"
+            period = structure["period_us"] / 1e6 or None
+            system.containers.append(container(name, entries, f"{base.path}/TM_3_25", restrictions, period_s=period))
+
+
+def events(system, subsystem, base, severities):
+    """Containers of a subsystem's events; rows of the event templates for Yamcs."""
+    known = {parameter["name"]: parameter for parameter in subsystem["parameters"]}
+    rows = []
+    for event in subsystem["events"]:
+        entries, shown = [], []
+        for one in event["parameters"]:
+            if isinstance(one, dict):
+                name = f"{event['name']}_{one['name']}"
+                path = system.parameter(name, xt.field_type(system, "Parameter", event["name"], one))
+                shown.append(f"{one['name'].lower()} {{{name}}}")
+            else:
+                path, _ = parameter_path(system, known, one)
+            entries.append(_entry(path))
+        subtype = severities.index(event["severity"]) + 1
+        restrictions = [
+            (f"{system.root.path}/apid", subsystem["apid"]), (f"{base.path}/event_definition_id", event["id"])
+        ]
+        system.containers.append(
+            container(f"EVENT_{event['name']}", entries, f"{base.path}/TM_5_{subtype}", restrictions)
+        )
+        text = " ".join([subsystem["name"], event["name"], *shown])
+        rows.append({"eventId": f"EVENT_{event['id']}-{subsystem['apid']}", "template": text})
+    return rows

@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Space systems and types of an XTCE 1.2 database, which parameters and arguments have alike."""
+
+import xml.etree.ElementTree as ET
+
+NAMESPACE = "http://www.omg.org/spec/XTCE/20180204"
+SCHEMA = "https://www.omg.org/spec/XTCE/20180204/SpaceSystem.xsd"
+SCALARS = {"UINT8": (8, False), "UINT16": (16, False), "UINT32": (32, False), "UINT64": (64, False)}
+SCALARS |= {"INT8": (8, True), "INT16": (16, True), "INT32": (32, True), "INT64": (64, True)}
+REALS = {"FLOAT": 32, "DOUBLE": 64}
+TEXT_MAX_BITS = 8 * 4096
+
+
+def element(tag, *children, **attributes):
+    """An element with children; text is its content, None is left out."""
+    made = ET.Element(tag, {name: str(value) for name, value in attributes.items() if value is not None})
+    for child in children:
+        if isinstance(child, str):
+            made.text = child
+        elif child is not None:
+            made.append(child)
+    return made
+
+
+class System:
+    """One space system; its sets are filled in any order and written in the order of the schema."""
+
+    def __init__(self, name, parent=None, description=None):
+        self.name, self.parent, self.description = name, parent, description
+        self.path = f"{parent.path if parent else ''}/{name}"
+        self.types = {"Parameter": {}, "Argument": {}}
+        self.parameters, self.containers, self.commands, self.children = {}, [], [], []
+        if parent:
+            parent.children.append(self)
+
+    @property
+    def root(self):
+        """The system of the mission."""
+        return self.parent.root if self.parent else self
+
+    def type(self, what, name, make):
+        """Path of a type, which `make(name)` makes the first time."""
+        if name not in self.types[what]:
+            self.types[what][name] = make(name)
+        return f"{self.path}/{name}"
+
+    def parameter(self, name, type_path, description=None, alias=None):
+        """Path of a parameter, made the first time."""
+        if name not in self.parameters:
+            aliases = element("AliasSet", element("Alias", nameSpace="id", alias=alias)) if alias is not None else None
+            self.parameters[name] = element(
+                "Parameter", aliases, name=name, parameterTypeRef=type_path, shortDescription=description
+            )
+        return f"{self.path}/{name}"
+
+    def tree(self):
+        """The element of the system and all in it."""
+        made = element("SpaceSystem", name=self.name, shortDescription=self.description)
+        telemetry = element("TelemetryMetaData")
+        for tag, members in (
+            ("ParameterTypeSet", self.types["Parameter"].values()),
+            ("ParameterSet", self.parameters.values()),
+            ("ContainerSet", self.containers),
+        ):
+            if members:
+                telemetry.append(element(tag, *members))
+        made.append(telemetry)
+        if self.commands:
+            arguments = self.types["Argument"].values()
+            made.append(
+                element(
+                    "CommandMetaData",
+                    element("ArgumentTypeSet", *arguments) if arguments else None,
+                    element("MetaCommandSet", *self.commands),
+                )
+            )
+        for child in self.children:
+            made.append(child.tree())
+        return made
+
+
+# ---- encodings ----
+
+
+def _integer_encoding(bits, signed=False, calibrator=None):
+    coding = "twosComplement" if signed else "unsigned"
+    return element("IntegerDataEncoding", calibrator, sizeInBits=bits, encoding=coding)
+
+
+def _scaled(bits, coefficient):
+    """Signed binary fraction: a number of `coefficient`."""
+    term = element("Term", coefficient=repr(coefficient), exponent="1")
+    polynomial = element("PolynomialCalibrator", element("Term", coefficient="0", exponent="0"), term)
+    return _integer_encoding(bits, True, element("DefaultCalibrator", polynomial))
+
+
+def _transform(direction, name, text):
+    return element(f"{direction}BinaryTransformAlgorithm", element("AlgorithmText", text, language="Java"), name=name)
+
+
+def reference(path):
+    """Reference to a parameter by its raw value."""
+    return element("ParameterInstanceRef", parameterRef=path, useCalibratedValue="false")
+
+
+def dynamic(instance, intercept, slope=1):
+    """A number that another field tells."""
+    return element("DynamicValue", instance, element("LinearAdjustment", intercept=intercept, slope=slope))
+
+
+def _unit(unit):
+    return element("UnitSet", element("Unit", unit)) if unit else None
+
+
+def _range(what, low, high):
+    """Limits: an argument outside is refused on ground, a parameter outside is a warning."""
+    if low is None and high is None:
+        return None
+    if what == "Argument":
+        valid = element("ValidRange", minInclusive=low, maxInclusive=high)
+        return element("ValidRangeSet", valid)
+    warning = element("WarningRange", minInclusive=low, maxInclusive=high)
+    return element("DefaultAlarm", element("StaticAlarmRanges", warning))
+
+
+# ---- types ----
+
+
+def integer(what, name, bits, signed=False, unit="", low=None, high=None):
+    """Integer of up to 64 bits."""
+    low, high = (None if low is None else int(low)), (None if high is None else int(high))
+    return element(
+        f"Integer{what}Type", _unit(unit), _integer_encoding(bits, signed), _range(what, low, high),
+        name=name, signed=str(signed).lower(), sizeInBits=64 if bits > 32 else 32,
+    )
+
+
+def real(what, name, bits, unit="", low=None, high=None):
+    """IEEE 754 number."""
+    encoding = element("FloatDataEncoding", sizeInBits=bits, encoding="IEEE754_1985")
+    return element(f"Float{what}Type", _unit(unit), encoding, _range(what, low, high), name=name, sizeInBits=bits)
+
+
+def fraction(what, name, bits, coefficient, unit):
+    """Real number as a binary fraction."""
+    return element(f"Float{what}Type", _unit(unit), _scaled(bits, coefficient), name=name, sizeInBits=64)
+
+
+def boolean(what, name):
+    """One octet, 0 or 1."""
+    return element(f"Boolean{what}Type", _integer_encoding(8), name=name)
+
+
+def enumeration(what, name, words, bits):
+    """Numbers with words."""
+    listed = [element("Enumeration", value=number, label=word) for number, word in sorted(words.items())]
+    return element(f"Enumerated{what}Type", _integer_encoding(bits), element("EnumerationList", *listed), name=name)
+
+
+def label(what, name, octets):
+    """Text of a fixed size, padded with NUL."""
+    size = element("SizeInBits", element("Fixed", element("FixedValue", str(8 * octets))), element("TerminationChar", "00"))
+    return element(f"String{what}Type", element("StringDataEncoding", size, encoding="US-ASCII"), name=name)
+
+
+def text_of(name, length):
+    """Text of as many octets as the parameter `length` tells."""
+    variable = element("Variable", dynamic(reference(length), 0, 8), maxSizeInBits=TEXT_MAX_BITS)
+    return element("StringParameterType", element("StringDataEncoding", variable, encoding="US-ASCII"), name=name)
+
+
+def text_argument(name):
+    """Text behind its length; the reference is one that Yamcs knows to mean nothing."""
+    nothing = element("DynamicValue", element("ParameterInstanceRef", parameterRef="_yamcs_ignore"))
+    variable = element(
+        "Variable", nothing, element("LeadingSize", sizeInBitsOfSizeTag="16"), maxSizeInBits=TEXT_MAX_BITS
+    )
+    return element("StringArgumentType", element("StringDataEncoding", variable, encoding="US-ASCII"), name=name)
+
+
+def binary(what, name, octets):
+    """Octets: a fixed number, or for an argument (-1) all that are given."""
+    size = element("SizeInBits", element("FixedValue", str(8 * octets if octets >= 0 else -1)))
+    return element(f"Binary{what}Type", element("BinaryDataEncoding", size), name=name)
+
+
+def octets_of(name, length, intercept=0):
+    """Octets as the parameter `length` [octets] tells; `intercept` more [octets]."""
+    size = element("SizeInBits", dynamic(reference(length), 8 * intercept, 8))
+    return element("BinaryParameterType", element("BinaryDataEncoding", size), name=name)
+
+
+def octets_argument(name):
+    """Octets behind their length."""
+    encoder = _transform("To", "leading_size", "org.yamcs.algo.LeadingSizeBinaryEncoder(16)")
+    size = element("SizeInBits", element("FixedValue", "-1"))
+    return element("BinaryArgumentType", element("BinaryDataEncoding", size, encoder), name=name)
+
+
+def cuc_time(what, name):
+    """Absolute time, CUC 4+3 with its P-field: eight octets to any reader, a time to Yamcs."""
+    size = element("SizeInBits", element("FixedValue", "64" if what == "Parameter" else "-1"))
+    if what == "Parameter":
+        transform = _transform("From", "cuc", "org.yamcs.algo.TimeBinaryDecoder({type: CUC, epoch: TAI})")
+    else:
+        options = "{type: CUC, epoch: TAI, pfield: 0x1f, implicitPfield: false}"
+        transform = _transform("To", "cuc", f"org.yamcs.algo.TimeBinaryEncoder({options})")
+    encoding = element("Encoding", element("BinaryDataEncoding", size, transform))
+    return element(f"AbsoluteTime{what}Type", encoding, name=name)
+
+
+def aggregate(what, name, members):
+    """Members of (name, path of the type)."""
+    listed = [element("Member", name=member, typeRef=path) for member, path in members]
+    return element(f"Aggregate{what}Type", element("MemberList", *listed), name=name)
+
+
+def array(what, name, item, size):
+    """Elements of one type: a fixed number, or as many as the parameter or argument `size` tells."""
+    if isinstance(size, int):
+        end = element("FixedValue", str(size - 1))
+    elif what == "Parameter":
+        end = dynamic(reference(size), -1)
+    else:
+        end = dynamic(element("ArgumentInstanceRef", argumentRef=size), -1)
+    start = element("StartingIndex", element("FixedValue", "0"))
+    dimensions = element("DimensionList", element("Dimension", start, element("EndingIndex", end)))
+    return element(f"Array{what}Type", dimensions, name=name, arrayTypeRef=item)
+
+
+def scalar(root, what, kind, unit="", low=None, high=None, own=None):
+    """Path of the type of a scalar of the descriptors; one with a range is made as `own` (system, name)."""
+    plain = own is None or (low is None and high is None)
+    system, name = (root, kind if not unit else f"{kind}_{_word(unit)}") if plain else own
+
+    def make(name):
+        if kind == "BOOL":
+            return boolean(what, name)
+        if kind in REALS:
+            return real(what, name, REALS[kind], unit, low, high)
+        return integer(what, name, *SCALARS[kind], unit, low, high)
+
+    return system.type(what, name, make)
+
+
+def _word(text):
+    return "".join(c if c.isalnum() else "_" for c in text)
+
+
+def field_type(system, what, owner, field):
+    """Path of the type of a field of the descriptors: name, type, count, unit, min, max."""
+    name = f"{owner}_{field['name']}" if owner else field["name"]
+    limits = (None, None) if field["type"] == "BOOL" else (field.get("min"), field.get("max"))
+    item = scalar(system.root, what, field["type"], field["unit"], *limits, own=(system, f"{name}_item"))
+    if field["count"] == 1:
+        return item
+    return system.type(what, f"{name}_array", lambda made: array(what, made, item, field["count"]))
