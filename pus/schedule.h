@@ -37,6 +37,7 @@
 #define PUS_SCHEDULE_H
 
 #include "pus/chains.h"
+#include "pus/long_report.h"
 #include "pus/order.h"
 #include "pus/service.h"
 
@@ -110,14 +111,6 @@ typedef struct {   // Private: which activities a request is for.
     uint8_t groups[PUS_SCHEDULE_IDS / 8U];
 } pus_schedule_filter_t;
 
-typedef struct { // Private: the report under way.
-    bool is_active;
-    uint8_t subtype;
-    uint16_t refused; // Instructions of its request.
-    pus_token_t token;
-    pus_schedule_filter_t filter; // Of what is still to be reported.
-} pus_schedule_report_t;
-
 typedef struct { // Private, except `counters` and `count`: read-only, for telemetry.
     const pus_schedule_kind_t* kind;
     void* self; // The service.
@@ -131,7 +124,8 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
     pus_schedule_set_t sub_schedules;
     pus_schedule_set_t groups;
     uint16_t group_uses[PUS_SCHEDULE_IDS]; // Activities in each.
-    pus_schedule_report_t report;
+    pus_long_report_t report;
+    pus_schedule_filter_t report_filter;
     uint16_t releasing; // First activity that is being released.
     uint16_t releasing_last;
     uint16_t lost_count; // Found at restart, not told yet.

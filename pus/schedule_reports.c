@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/schedule_internal.h"
 
-#include "pus/st01_verification.h"
-
 enum {
     DETAIL_BY_IDS    = 9,
     DETAIL           = 10,
@@ -11,15 +9,22 @@ enum {
     DETAIL_OF_ALL    = 16
 };
 
-#define PACKETS_PER_CALL 4U // Of a report, so that a step stays short.
-
-/// Write one entry. False: it does not fit, and the writer has failed.
-static bool write_entry(pus_schedule_t* const schedule, const uint16_t slot, octet_writer_t* const writer)
+/// The entry at or behind (tag, serial).
+static bool write_entry(void* const object, pus_report_cursor_t* const cursor, octet_writer_t* const writer)
 {
+    pus_schedule_t* const schedule      = object;
+    pus_schedule_filter_t* const filter = &schedule->report_filter;
+    filter->from                        = cursor->first;
+    filter->serial                      = cursor->second;
+    const uint16_t slot                 = schedule_select(schedule, filter);
+    if (slot == NO_SLOT) {
+        return false;
+    }
     const pus_activity_t* const activity = &schedule->config.activities[slot];
+    const pus_order_node_t* const node   = &schedule->config.nodes[slot];
     octet_write_u8(writer, activity->sub_schedule);
     octet_write_u8(writer, activity->group);
-    schedule->kind->write_tag(writer, schedule->config.nodes[slot].tag);
+    schedule->kind->write_tag(writer, node->tag);
     if (schedule->report.subtype == (uint8_t)DETAIL) {
         const size_t size = schedule_request(schedule, slot, schedule->record);
         octet_write_octets(writer, schedule->record, size);
@@ -28,54 +33,20 @@ static bool write_entry(pus_schedule_t* const schedule, const uint16_t slot, oct
         octet_write_u16(writer, activity->id.apid);
         octet_write_u16(writer, activity->id.sequence);
     }
-    return !writer->failed;
-}
-
-/// Fill a packet and send it. False: the port does not take it; nothing has changed.
-static bool send_packet(pus_schedule_t* const schedule, pus_process_t* const process, const uint64_t now_ns)
-{
-    pus_schedule_report_t* const report = &schedule->report;
-    octet_writer_t writer =
-        pus_tm_begin(process, schedule->kind->service, report->subtype, report->token.source, now_ns);
-    uint8_t* const count_place = octet_write_space(&writer, sizeof(uint16_t)); // It fits.
-    octet_writer_t filled      = writer;                                       // As far as entries are whole.
-    uint16_t count             = 0U;
-    uint16_t slot              = schedule_select(schedule, &report->filter);
-    while ((slot != NO_SLOT) && write_entry(schedule, slot, &writer)) {
-        filled = writer;
-        count++;
-        slot = schedule_select_next(schedule, &report->filter, slot);
-    }
-    octets_put_u16(count_place, count);
-    if (pus_tm_send(process, &filled) != STATUS_OK) {
-        return false;
-    }
-    report->is_active = slot != NO_SLOT;
-    if (slot != NO_SLOT) {
-        report->filter.from   = schedule->config.nodes[slot].tag;
-        report->filter.serial = schedule->config.nodes[slot].serial;
-    }
+    cursor->first  = node->tag;
+    cursor->second = node->serial + 1U;
     return true;
 }
 
-/// Send packets. True: all that there was to report is out.
-static bool send_packets(pus_schedule_t* const schedule, pus_process_t* const process, const uint64_t now_ns)
+static pus_report_entries_t entries_of(pus_schedule_t* const schedule)
 {
-    bool is_taken = true;
-    for (unsigned i = 0U; (i < PACKETS_PER_CALL) && is_taken && schedule->report.is_active; i++) {
-        is_taken = send_packet(schedule, process, now_ns);
-    }
-    return !schedule->report.is_active;
+    return (pus_report_entries_t){.self = schedule, .write = write_entry};
 }
 
 void schedule_report_go_on(pus_schedule_t* const schedule, const uint64_t now_ns)
 {
-    pus_process_t* const process              = schedule->config.process;
-    const pus_schedule_report_t* const report = &schedule->report;
-    if (send_packets(schedule, process, now_ns)) {
-        const uint16_t code = (report->refused > 0U) ? PUS_FAILURE_SOME_FAILED : PUS_FAILURE_NONE;
-        pus_verify_ended(process, &report->token, pus_failure(code, report->refused), now_ns);
-    }
+    const pus_report_entries_t entries = entries_of(schedule);
+    pus_long_report_go_on(&schedule->report, schedule->config.process, &entries, now_ns);
 }
 
 /// Which report a request asks for.
@@ -88,16 +59,14 @@ static uint8_t subtype_of(const pus_request_t* const request)
                : (uint8_t)SUMMARY;
 }
 
-/// Begin a report, whose request has started.
 static pus_reply_t begin(pus_schedule_t* const schedule, pus_request_t* const request,
-                         const pus_schedule_filter_t* const filter, const uint16_t refused)
+                         const pus_schedule_filter_t* const filter)
 {
-    schedule->report = (pus_schedule_report_t){.is_active = true,
-                                               .subtype   = subtype_of(request),
-                                               .refused   = refused,
-                                               .token     = request->token,
-                                               .filter    = *filter};
-    return send_packets(schedule, request->process, request->now_ns) ? pus_done() : pus_started();
+    const pus_report_entries_t entries = entries_of(schedule);
+    const pus_report_cursor_t cursor   = {.first = filter->from, .second = filter->serial};
+    schedule->report_filter            = *filter;
+    return pus_long_report_begin(&schedule->report, request, subtype_of(request), &entries, &cursor, NULL,
+                                 0U);
 }
 
 pus_reply_t pus_schedule_report_ids(void* const object, pus_request_t* const request)
@@ -105,7 +74,6 @@ pus_reply_t pus_schedule_report_ids(void* const object, pus_request_t* const req
     pus_schedule_t* const schedule = object;
     const uint8_t count            = octet_read_u8(&request->reader);
     pus_schedule_filter_t filter   = {.from = TAG_NEVER};
-    uint16_t refused               = 0U;
     if (schedule->report.is_active) {
         return schedule_refuse(schedule, PUS_FAILURE_STATE, schedule->report.subtype);
     }
@@ -115,7 +83,6 @@ pus_reply_t pus_schedule_report_ids(void* const object, pus_request_t* const req
         const pus_activity_id_t id = schedule_read_id(&request->reader);
         uint16_t slot              = schedule_find(schedule, &id);
         if (slot == NO_SLOT) {
-            refused++;
             schedule_refuse_one(schedule, request, i, PUS_FAILURE_UNKNOWN_ID, schedule_id_detail(&id));
         } else {
             pus_request_perform(request);
@@ -127,7 +94,7 @@ pus_reply_t pus_schedule_report_ids(void* const object, pus_request_t* const req
             filter.to                                = (tag > filter.to) ? tag : filter.to;
         }
     }
-    return (refused < count) ? begin(schedule, request, &filter, refused) : pus_done();
+    return (request->performed > 0U) ? begin(schedule, request, &filter) : pus_done();
 }
 
 static pus_reply_t report_selected(pus_schedule_t* const schedule, pus_request_t* const request,
@@ -136,8 +103,7 @@ static pus_reply_t report_selected(pus_schedule_t* const schedule, pus_request_t
     if (schedule->report.is_active) {
         return schedule_refuse(schedule, PUS_FAILURE_STATE, schedule->report.subtype);
     }
-    pus_request_perform(request);
-    return begin(schedule, request, filter, 0U);
+    return begin(schedule, request, filter);
 }
 
 pus_reply_t pus_schedule_report_filtered(void* const object, pus_request_t* const request)
