@@ -386,7 +386,7 @@ check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 osal pus fsw sim gse && echo 'check: no function is too complex'
 .PHONY: check-flights
 check-flights: build/setup/vm all foreign # The long ones: many deaths at random moments.
-	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile test/mission test/hil && echo 'check: every flight ends as it should'
+	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile test/mission test/hil test/conformance && echo 'check: every flight ends as it should'
 check-layers:
 	@$(PYTHON) test/lint/check_layers.py
 check-symbols: all

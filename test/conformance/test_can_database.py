@@ -76,18 +76,31 @@ def flight(tmp_path_factory):
     return flown
 
 
+def frames_of(flight, bus):
+    """python-can's frames of a whole log, each once."""
+    lines = [line for line in flight.read(f"can-{bus}.log").splitlines() if not REPORT.search(line)]
+    count = 0
+    for count, frame in enumerate(can.CanutilsLogReader(io.StringIO("\n".join(lines))), 1):
+        yield frame
+    assert count == len(lines)
+
+
+def values_of(database, frame):
+    """(message, values) as cantools decodes a frame."""
+    message = database.get_message_by_frame_id(frame.arbitration_id)  # KeyError: unknown
+    return message, message.decode(bytes(frame.data), allow_truncated=False)
+
+
 @pytest.fixture(scope="module")
 def decoded(flight, databases):
-    """By bus and message: python-can's frames of the whole log, with their values as cantools decodes them."""
+    """By bus and message: frames of the whole log with their values."""
     found = {}
     for bus in BUSES:
         messages = collections.defaultdict(list)
-        lines = [line for line in flight.read(f"can-{bus}.log").splitlines() if not REPORT.search(line)]
-        for frame in can.CanutilsLogReader(io.StringIO("\n".join(lines))):
-            message = databases[bus].get_message_by_frame_id(frame.arbitration_id)  # KeyError: unknown
-            messages[message.name].append((frame, message.decode(bytes(frame.data), allow_truncated=False)))
+        for frame in frames_of(flight, bus):
+            message, values = values_of(databases[bus], frame)
+            messages[message.name].append((frame, values))
         found[bus] = messages
-        assert sum(len(entries) for entries in messages.values()) == len(lines)
     return found
 
 
@@ -189,6 +202,10 @@ def test_words_stand_for_states_and_codes(decoded):
 
 @pytest.mark.parametrize("bus, suffix", [("robot", "log"), ("joystick", "pcap")])
 def test_wireshark_names_every_frame(flight, bus, suffix):
+    assert_wireshark_names_every_frame(flight, bus, suffix)
+
+
+def assert_wireshark_names_every_frame(flight, bus, suffix):
     """Each frame is CANopen and none is malformed; what is left are the reports of the controller."""
     arguments = ["tshark", "-r", flight.folder / f"can-{bus}.{suffix}", "-d", "can.subdissector,canopen", "-T", "fields",
                  "-e", "_ws.col.Protocol", "-e", "can.flags.err", "-e", "_ws.malformed", "-e", "_ws.col.Info"]
@@ -199,6 +216,21 @@ def test_wireshark_names_every_frame(flight, bus, suffix):
     assert set(kinds) == {"CANopen"}, kinds
     assert not [frame for frame in frames if frame[2]]
     assert not [frame for frame in frames if not frame[3].strip()]
+
+
+@pytest.mark.long
+def test_whole_telepresence_is_known(tmp_path, databases):
+    """A million frames, by cantools and by tshark."""
+    flown = flying.fly(tmp_path / "telepresence", "--form", "image", "--scenario", "telepresence")
+    assert flown.code == 0, flown.told()
+    for bus in BUSES:
+        count = 0
+        for frame in frames_of(flown, bus):
+            message, _ = values_of(databases[bus], frame)
+            assert (len(frame.data), frame.is_fd) == (message.length, message.is_fd), frame
+            count += 1
+        assert count > 500_000
+        assert_wireshark_names_every_frame(flown, bus, "log")
 
 
 # --- what the emitter refuses ------------------------------------------------------------------------------------

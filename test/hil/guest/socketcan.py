@@ -23,7 +23,7 @@ BOUND_S = 900
 CONTRACTS = ["contract/osal/test_can", "contract/osal/test_can_socket",
              "unit/fsw/framework/dataflow/test_flow_can_socket"]
 CASES = {"test_can_socket": 13, "test_flow_can_socket": 4}
-KEPT = ("can-robot.log", "can-joystick.log", "packets.log", "operator.log", "console.log", "run.json")
+KEPT = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log", "operator.log", "console.log", "run.json")
 FIRST, LAST = "7FE#EE", "7FF#FF"  # Probe and sentinel: identifiers that nobody of the mission sends.
 
 
@@ -60,29 +60,38 @@ def kept(name):
             shutil.copy(WORK / name / file, OUT / name / file)
 
 
-def flown(name, *options):
+def flown(name, *options, seconds=BOUND_S):
     process = started(name, *options)
-    said = process.communicate(timeout=BOUND_S)[0]
+    said = process.communicate(timeout=seconds)[0]
     kept(name)
     assert process.returncode == 0, said + (WORK / name / "console.log").read_text()
     return said
 
 
+def last_of(path):
+    """The last lines of a file that grows, which may be long."""
+    with open(path, "rb") as file:
+        file.seek(-min(path.stat().st_size, 65536), os.SEEK_END)
+        return file.read().decode()
+
+
 @contextlib.contextmanager
-def recorder(path, probe):
-    """candump of all interfaces, on the processor that the flight does not use: nothing lost, nothing missed at either end."""
+def recorder(path, probe, *interfaces):
+    """candump of these interfaces, or all, on the processor that the flight does not use: nothing lost, nothing missed at either
+    end."""
+    filters = [f"{interface},0:0,#FFFFFFFF" for interface in interfaces or ("any",)]
     with open(path, "w") as file:
-        process = subprocess.Popen(["taskset", "2", "candump", "-L", "-d", "-r", "33554432", "any,0:0,#FFFFFFFF"],
+        process = subprocess.Popen(["taskset", "2", "candump", "-L", "-d", "-r", "33554432", *filters],
                                    stdin=subprocess.DEVNULL, stdout=file)
         try:
             def listens():
                 ip("link", "show", probe)
                 buses.command("cansend", probe, FIRST)
-                return FIRST in path.read_text()
+                return FIRST in last_of(path)
             until(listens, "candump to listen")
             yield
             buses.command("cansend", probe, LAST)
-            until(lambda: LAST in path.read_text(), "the sentinel")
+            until(lambda: LAST in last_of(path), "the sentinel")
         finally:
             process.terminate()
             process.wait()
