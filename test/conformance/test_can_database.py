@@ -239,7 +239,7 @@ def test_whole_telepresence_is_known(tmp_path, databases):
 @pytest.fixture
 def copied(tmp_path):
     """A tree of descriptors and generator to change something in; edit(file, old, new), then make()."""
-    for part in ("descriptors", "gse/generator"):
+    for part in ("descriptors", "gse/generator", "pus/catalogue"):
         shutil.copytree(ROOT / part, tmp_path / part)
 
     def edit(name, old, new):
