@@ -172,8 +172,8 @@ class _Console:
             else:
                 clock = None
                 driver = link.RealDriver(stream, session, self.dictionary.epoch_ns)
-            if self.arguments.run:  # Who has started us and ends the run waits until we have told how it went.
-                signal.signal(signal.SIGTERM, lambda number, frame: None)
+            if self.arguments.run:  # Who has started us and ends the run waits for our own end, the interpreter's included.
+                signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
             def tell(entry):
                 _print(self.arguments, entry)

@@ -15,7 +15,7 @@ from place import PYTHON, ROOT, Group, Result, cases
 MASTER = "test/hil/guest/canopen_master.py"
 SLAVES = "test/hil/guest/canopen_slaves.py"
 SENTINEL = 0x7FF
-LIMIT_S = 2400
+LIMIT_S = 3000
 
 
 @pytest.fixture(scope="module")

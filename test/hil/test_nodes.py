@@ -14,7 +14,7 @@ import place as places
 sys.path.insert(0, str(places.ROOT / "test" / "mission"))
 
 PROGRAM = "test/hil/guest/nodes.py"
-GROUP_SECONDS = 3000
+GROUP_SECONDS = 9000
 TIPC_TESTS = ("contract/osal/test_tipc", "contract/osal/test_network", "unit/fsw/framework/message/test_message",
               "unit/fsw/framework/message/test_message_epochs", "unit/fsw/framework/message/test_message_overload")
 REACTION_US = 5000

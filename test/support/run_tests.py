@@ -18,7 +18,7 @@ VARIANTS = ["build", "build/sanitize"]
 # Of processor time, which a loaded machine does not change; and of the clock, for what waits for ever.
 PROCESSOR_SECONDS_ALLOWED = 300
 SECONDS_ALLOWED = 1200
-FLIGHT_SECONDS_ALLOWED = 1800
+FLIGHT_SECONDS_ALLOWED = 3600
 # Files that take more than half a minute.
 LONGEST = ["test/hil/test_nodes.py", "test/fuzz/test_fuzz.py", "test/hil/test_deaths.py", "test/hil/test_buses.py"]
 UNITY = re.compile(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", re.MULTILINE)

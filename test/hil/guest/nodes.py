@@ -19,7 +19,7 @@ import flying
 METHOD = sys.argv[1] if len(sys.argv) > 1 else "udp"
 OUT = pathlib.Path(os.environ.get("OUT", "."))
 NUMBER = {"shm": 0, "tipc": 1, "udp": 2}
-LIMIT_S = 400
+LIMIT_S = 1200  # Against waiting for ever only.
 NODES = ("--nodes", 2, "--transport", METHOD)
 BOTH = ("JOYSTICK", "MANIPULATOR")
 MANIPULATOR, JOYSTICK = 16, 17  # application process ids
