@@ -11,6 +11,7 @@
 #define FSW_SUPERVISOR_ONBOARD_H
 
 #include "fsw/framework/message/octet_ring.h"
+#include "fsw/supervisor/onboard_schedules.h"
 #include "pus/packet.h"
 #include "pus/persistence.h"
 #include "pus/service.h"
@@ -19,6 +20,7 @@
 #define ONBOARD_RELEASE_OCTETS 65536U ///< Released requests that wait to be routed.
 #define ONBOARD_PATIENCE_NS 100000000ULL
 #define ONBOARD_NEVER UINT64_MAX
+#define ONBOARD_RETRY_NS 1000000ULL ///< Until a service goes on with what found no room.
 
 struct supervisor;
 
@@ -43,7 +45,12 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     octet_ring_t released;
     uint8_t release_storage[ONBOARD_RELEASE_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
+    onboard_schedules_t schedules;
 } onboard_t;
+
+extern const onboard_binding_t onboard_time_schedule;
+extern const onboard_binding_t onboard_position_schedule;
+extern const onboard_binding_t onboard_event_action;
 
 /// Where services keep their lasting records; null if nothing is kept.
 const pus_persistence_t* onboard_persistence(struct supervisor* supervisor);

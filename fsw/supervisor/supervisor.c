@@ -19,6 +19,15 @@ static status_t publish(void* const self)
         status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_COUNTERS],
                                    &supervisor->counters);
     }
+    if (status == STATUS_OK) {
+        status =
+            subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_ORBIT_PERIOD],
+                              &supervisor->orbit_period_ms);
+    }
+    if (status == STATUS_OK) {
+        status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_ORBIT],
+                                   &supervisor->orbit);
+    }
     return status;
 }
 
@@ -51,6 +60,9 @@ static void update_status(void* const self)
                                                               .records      = supervisor->log.next_number - 1U};
     supervisor->counters.pool_peak    = supervisor->component.tickets.stats.peak;
     supervisor->counters.pool_refused = supervisor->component.tickets.stats.refused;
+    const uint64_t position           = pus_position_schedule_now(&supervisor->onboard.schedules.position);
+    supervisor->orbit = (supervisor_orbit_t){.number = (uint32_t)(position / PUS_POSITION_TICKS),
+                                             .angle  = (uint16_t)(position % PUS_POSITION_TICKS)};
     parameter_unlock(dictionary);
 }
 

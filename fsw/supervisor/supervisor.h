@@ -141,6 +141,8 @@ typedef struct supervisor { // All fields are private.
     uint16_t network_links[LINK_GRAPH_EDGES];
     supervisor_status_t status;     // Published.
     supervisor_counters_t counters; // Published.
+    uint32_t orbit_period_ms;       // Published.
+    supervisor_orbit_t orbit;       // Published.
     octet_ring_t ground_backlog;
     uint8_t ground_storage[SUPERVISOR_GROUND_BACKLOG];
     uint8_t packet[PUS_PACKET_MAX];
