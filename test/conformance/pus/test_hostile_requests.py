@@ -12,6 +12,7 @@ SEEDS = 3
 MUTATIONS = 24  # Of single octets, of each message.
 TOGETHER = 32  # Requests under way.
 DATA, PERMISSION, SERVICE, SUBTYPE, QUEUE_FULL = 0x0108, 0x0110, 0x0105, 0x0106, 0x0109
+OUT_OF_RANGE, UNKNOWN_ID = 0x0203, 0x0201  # A time with another P-field is found only by who reads it.
 # Whose data only definitions on board delimit: refused at acceptance or at start of execution, but never carried out.
 DELIMITED_ON_BOARD = {(8, 1), (20, 3)}
 
@@ -44,7 +45,8 @@ def _judge(station, entry, octets, verification):
     if codes & {SERVICE, SUBTYPE, PERMISSION}:
         return False
     message = entry["service"], entry["subtype"]
-    if DATA in codes or (message in DELIMITED_ON_BOARD and 7 not in outcome.stages):
+    is_begun = bool({3, 7, 8} & set(outcome.stages))
+    if DATA in codes or (codes & {OUT_OF_RANGE, UNKNOWN_ID} and not is_begun) or (message in DELIMITED_ON_BOARD and 7 not in outcome.stages):
         station.notes.hostile[message] += 1
         return None
     return f"TC[{message[0]},{message[1]}] {octets.hex()}: stages {outcome.stages}, codes {sorted(map(hex, codes))}"
