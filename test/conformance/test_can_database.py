@@ -241,6 +241,7 @@ def copied(tmp_path):
     """A tree of descriptors and generator to change something in; edit(file, old, new), then make()."""
     for part in ("descriptors", "gse/generator", "pus/catalogue"):
         shutil.copytree(ROOT / part, tmp_path / part)
+    shutil.copy2(ROOT / "pus" / "tailoring.h", tmp_path / "pus")
 
     def edit(name, old, new):
         path = tmp_path / "descriptors" / name

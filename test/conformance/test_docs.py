@@ -150,7 +150,7 @@ def test_a_descriptor_with_a_mistake_is_told(tmp_path):
     """The generator ends with file, line, value and expectation; nothing half-made is left to be taken for good."""
     copy = tmp_path / "tree"
     copy.mkdir()
-    for name in ("gse/docs", "gse/generator", "descriptors", "pus/catalogue", "test/lint"):
+    for name in ("gse/docs", "gse/generator", "descriptors", "pus/catalogue", "pus/tailoring.h", "test/lint"):
         subprocess.run(["cp", "-r", "--parents", name, copy], cwd=ROOT, check=True)
     path = copy / "descriptors" / "subsystems" / "joystick.xml"
     path.write_text(path.read_text(encoding="utf-8").replace('node="0x21"', 'node="0x99"'), encoding="utf-8")
