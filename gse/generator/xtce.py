@@ -2,8 +2,8 @@
 """XTCE 1.2 database of a mission, and the templates by which Yamcs words its events: from dictionary and catalogue.
 
 A space system for the headers, one for each service (ST03) and one for each subsystem, with its parameters, housekeeping,
-events and functions. What Yamcs 5.13 adds to XTCE is used in four places, and other readers can do without it: verifiers,
-absolute times, lengths before octets in commands, and aliases of parameters by id for TM[20,2]."""
+events and functions. What Yamcs 5.13 adds to XTCE is used in three places, and other readers can do without it: verifiers,
+lengths before octets in commands, and aliases of parameters by id for TM[20,2]."""
 
 import re
 import xml.etree.ElementTree as ET

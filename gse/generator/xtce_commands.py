@@ -129,9 +129,9 @@ class Request:
         if path is not None:
             return path
         coding = self.catalogue["kinds"][field["kind"]]["coding"]
-        makers = {"text": xt.text_argument, "octets": xt.octets_argument}
+        makers = {"text": xt.text, "octets": xt.octets}
         if coding in makers:
-            return root.type("Argument", f"sized_{coding}", makers[coding])
+            return root.type("Argument", f"sized_{coding}", lambda made: makers[coding]("Argument", made))
         return root.type("Argument", "octets", lambda made: xt.binary("Argument", made, -1))
 
     def choice(self, field, fields, variants):

@@ -2,14 +2,16 @@
 """Containers of an XTCE database: the reports of the catalogue, housekeeping structures and events.
 
 Groups that repeat are arrays of aggregates where all groups have one size; else a container of one group that is entered
-as often as the count says, with the count, length or id right before what it rules. Of values whose parameter stands
-before them, there is one parameter for each scalar type, entered by the layout within the id."""
+as often as the count says. Within it, readers know how long something is only from itself, and what is there only from
+conditions: a count within has its bits as parameters, each for as many entries as it weighs; of values whose parameter
+stands before them, there is one parameter for each scalar type, entered by the layout within the id."""
 
 import xtce_types as xt
 from xtce_types import element
 
 TM_HEADER, PRIMARY, CRC = 21, 6, 2
 LAYOUT_BITS, NUMBER_BITS, ID_BITS = 5, 16, 32
+COUNT_BITS = 12  # No packet holds more groups.
 NUMBERS = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64"}
 NUMBERS |= {"i16": "INT16", "i32": "INT32", "i64": "INT64", "f64": "DOUBLE"}
 OCTETS = {"time": 8, "reltime": 7, "cds": 8, "position": 6, "name": 8, "id": 4, "layout": 1}
@@ -100,8 +102,9 @@ def container(name, entries, base=None, restrictions=(), description=None, perio
 class Message:
     """Entries of one report of the catalogue."""
 
-    def __init__(self, system, catalogue, message, prefix):
+    def __init__(self, system, catalogue, message, prefix, is_group=False):
         self.system, self.catalogue, self.message, self.prefix = system, catalogue, message, prefix
+        self.is_group = is_group
         self.entries, self.conditions, self.taken = [], [], set()
         self.offset = TM_HEADER  # Of the next entry [octets]; None behind what varies.
         self.layouts, self.numbers, self.shift = {}, {}, 0
@@ -175,14 +178,16 @@ class Message:
             length = f"{self.system.root.path}/packet_length"
             self.sized(name, lambda made: xt.octets_of(made, length, beyond))
             return
-        u16 = xt.scalar(self.system.root, "Parameter", "UINT16")
-        if coding == "packet":
-            head = self.system.root.type("Parameter", "octets4", lambda made: xt.binary("Parameter", made, 4))
-            self.parameter(f"{name}_head", head)
-            length = self.parameter(f"{name}_length", u16)
-            self.sized(f"{name}_body", lambda made: xt.octets_of(made, length, 1))
+        root = self.system.root
+        if coding == "packet":  # Its length field is one less than what follows.
+            self.parameter(f"{name}_head", root.type("Parameter", "octets4", lambda made: xt.binary("Parameter", made, 4)))
+            self.parameter(name, root.type("Parameter", "sized_octets", lambda made: xt.octets("Parameter", made)))
+            self.parameter(f"{name}_end", xt.scalar(root, "Parameter", "UINT8"))
+        elif self.is_group:
+            make = xt.text if coding == "text" else xt.octets
+            self.parameter(name, root.type("Parameter", f"sized_{coding}", lambda made: make("Parameter", made)))
         else:
-            length = self.parameter(f"{name}_length", u16)
+            length = self.parameter(f"{name}_length", xt.scalar(root, "Parameter", "UINT16"))
             self.sized(name, lambda made: (xt.text_of if coding == "text" else xt.octets_of)(made, length))
         self.offset = None
 
@@ -194,27 +199,37 @@ class Message:
         """Enter a count and so many groups."""
         count = self.parameter(field["repeat"], xt.scalar(self.system.root, "Parameter", "UINT16"))
         inner, name = field["fields"], f"{field['repeat']}_groups"
-        if is_plain(inner, self.catalogue):
-            members = [
-                (one["name"], kind_type(self.system, "Parameter", self.catalogue, self.message["service"], one))
-                for one in inner
-            ]
-            own = f"{self.prefix}{name}"
+        self.offset = None
+        if is_plain(inner, self.catalogue) and not self.is_group:
+            service, own = self.message["service"], f"{self.prefix}{name}"
+            members = [(one["name"], kind_type(self.system, "Parameter", self.catalogue, service, one)) for one in inner]
             item = members[0][1]
             if len(members) > 1:
                 item = self.system.type("Parameter", f"{own}_group", lambda made: xt.aggregate("Parameter", made, members))
             self.parameter(name, self.system.type("Parameter", own, lambda made: xt.array("Parameter", made, item, count)))
-        else:
-            group = Message(self.system, self.catalogue, self.message, self.prefix)
-            group.taken, group.offset = self.taken, None
-            group.fields(inner)
-            if group.shift:
-                group.parameter("end", self.system.root.type("Parameter", "nothing", lambda made: xt.binary("Parameter", made, 0)))
-            path = self.name(f"{name}_group")
-            self.system.containers.append(container(path, group.entries))
+            return
+        group = Message(self.system, self.catalogue, self.message, self.prefix, is_group=True)
+        group.taken, group.offset = self.taken, None
+        group.fields(inner)
+        if group.shift:
+            nothing = self.system.root.type("Parameter", "nothing", lambda made: xt.binary("Parameter", made, 0))
+            group.parameter("end", nothing)
+        path = self.name(f"{name}_group")
+        self.system.containers.append(container(path, group.entries))
+        self.enter_groups(f"{self.system.path}/{path}", field["repeat"], count)
+
+    def enter_groups(self, path, word, count):
+        """Enter a container as often as the count says."""
+        if not self.is_group:
             repeat = element("RepeatEntry", element("Count", element("DynamicValue", xt.reference(count))))
-            self.enter("ContainerRefEntry", repeat, containerRef=f"{self.system.path}/{path}")
-        self.offset = None
+            self.enter("ContainerRefEntry", repeat, containerRef=path)
+            return
+        self.shift = -COUNT_BITS
+        one = bits(self.system.root, "Parameter", 1)
+        weights = [(1 << bit, self.parameter(f"{word}_bit{bit}", one)) for bit in reversed(range(COUNT_BITS))]
+        for weight, bit in weights:
+            repeat = element("RepeatEntry", element("Count", element("FixedValue", str(weight))))
+            self.enter("ContainerRefEntry", repeat, extra=((bit, 1),), containerRef=path)
 
     def choice(self, field):
         """Enter what belongs to the value of the selector."""

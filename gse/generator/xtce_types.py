@@ -9,6 +9,7 @@ SCALARS = {"UINT8": (8, False), "UINT16": (16, False), "UINT32": (32, False), "U
 SCALARS |= {"INT8": (8, True), "INT16": (16, True), "INT32": (32, True), "INT64": (64, True)}
 REALS = {"FLOAT": 32, "DOUBLE": 64}
 TEXT_MAX_BITS = 8 * 4096
+P_FIELD, CUC_FRACTION = 0x1F, 2.0**-24
 
 
 def element(tag, *children, **attributes):
@@ -94,10 +95,6 @@ def _scaled(bits, coefficient):
     return _integer_encoding(bits, True, element("DefaultCalibrator", polynomial))
 
 
-def _transform(direction, name, text):
-    return element(f"{direction}BinaryTransformAlgorithm", element("AlgorithmText", text, language="Java"), name=name)
-
-
 def reference(path):
     """Reference to a parameter by its raw value."""
     return element("ParameterInstanceRef", parameterRef=path, useCalibratedValue="false")
@@ -169,13 +166,13 @@ def text_of(name, length):
     return element("StringParameterType", element("StringDataEncoding", variable, encoding="US-ASCII"), name=name)
 
 
-def text_argument(name):
-    """Text behind its length; the reference is one that Yamcs knows to mean nothing."""
+def text(what, name):
+    """Text behind its length [octets]; the reference is one that Yamcs knows to mean nothing."""
     nothing = element("DynamicValue", element("ParameterInstanceRef", parameterRef="_yamcs_ignore"))
     variable = element(
         "Variable", nothing, element("LeadingSize", sizeInBitsOfSizeTag="16"), maxSizeInBits=TEXT_MAX_BITS
     )
-    return element("StringArgumentType", element("StringDataEncoding", variable, encoding="US-ASCII"), name=name)
+    return element(f"String{what}Type", element("StringDataEncoding", variable, encoding="US-ASCII"), name=name)
 
 
 def binary(what, name, octets):
@@ -190,23 +187,23 @@ def octets_of(name, length, intercept=0):
     return element("BinaryParameterType", element("BinaryDataEncoding", size), name=name)
 
 
-def octets_argument(name):
-    """Octets behind their length."""
-    encoder = _transform("To", "leading_size", "org.yamcs.algo.LeadingSizeBinaryEncoder(16)")
+def octets(what, name):
+    """Octets behind their length, as Yamcs' own algorithms read and write them."""
+    direction, coder = ("From", "Decoder") if what == "Parameter" else ("To", "Encoder")
+    algorithm = element("AlgorithmText", f"org.yamcs.algo.LeadingSizeBinary{coder}(16)", language="Java")
+    transform = element(f"{direction}BinaryTransformAlgorithm", algorithm, name="leading_size")
     size = element("SizeInBits", element("FixedValue", "-1"))
-    return element("BinaryArgumentType", element("BinaryDataEncoding", size, encoder), name=name)
+    return element(f"Binary{what}Type", element("BinaryDataEncoding", size, transform), name=name)
 
 
 def cuc_time(what, name):
-    """Absolute time, CUC 4+3 with its P-field: eight octets to any reader, a time to Yamcs."""
-    size = element("SizeInBits", element("FixedValue", "64" if what == "Parameter" else "-1"))
-    if what == "Parameter":
-        transform = _transform("From", "cuc", "org.yamcs.algo.TimeBinaryDecoder({type: CUC, epoch: TAI})")
-    else:
-        options = "{type: CUC, epoch: TAI, pfield: 0x1f, implicitPfield: false}"
-        transform = _transform("To", "cuc", f"org.yamcs.algo.TimeBinaryEncoder({options})")
-    encoding = element("Encoding", element("BinaryDataEncoding", size, transform))
-    return element(f"AbsoluteTime{what}Type", encoding, name=name)
+    """Absolute time, CUC 4+3: with its P-field a number of 64 bits, whose least is 2^-24 s and whose zero lies as far
+    before the epoch as the P-field tells."""
+    encoding = element(
+        "Encoding", _integer_encoding(64), units="seconds", scale=repr(CUC_FRACTION), offset=-P_FIELD * 2**32
+    )
+    epoch = element("ReferenceTime", element("Epoch", "TAI"))
+    return element(f"AbsoluteTime{what}Type", encoding, epoch, name=name)
 
 
 def aggregate(what, name, members):

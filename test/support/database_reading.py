@@ -16,6 +16,11 @@ def read(definition, octets):
         return definition.parse_bytes(octets)
 
 
+def octets_of(time):
+    """Octets of a CUC time, of which the library made a number."""
+    return time.raw_value.to_bytes(8, "big")
+
+
 def short(found, name):
     """Value of the only parameter whose path ends so."""
     paths = [path for path in found if path.endswith(f"/{name}")]
@@ -39,7 +44,7 @@ def check_header(found, packet, dictionary):
     values = (packet.apid, packet.sequence, packet.service, packet.subtype, packet.counter, packet.user, 0, 2)
     root = f"/{dictionary.mission}/"
     assert [found[root + name] for name in names] == list(values)
-    assert packets.decode_time(found[root + "time"]) == packet.time_ns
+    assert packets.decode_time(octets_of(found[root + "time"])) == packet.time_ns
 
 
 def _octets(structure):
@@ -82,9 +87,9 @@ def check_event(found, packet, dictionary):
     if event is None:
         return False
     assert short(found, "event_definition_id") == f"EVENT_{event.id}"
-    expected = {}
+    expected, own_fields = {}, {one.name for one in event.parameters if not hasattr(one, "parameter_id")}
     for name, value in event.decode(packet.data, 2).items():
-        own = name if name in subsystem.parameters else f"{event.name}_{name}"
+        own = f"{event.name}_{name}" if name in own_fields else name
         expected |= flattened(own, value)
     prefix = f"/{dictionary.mission}/{subsystem.name}/"
     theirs = {path.removeprefix(prefix): value for path, value in found.items() if path.startswith(prefix)}
@@ -118,7 +123,7 @@ def check_field(found, name, coding, ours, dictionary):
         return
     theirs = short(found, name)
     if coding == "time":
-        time_ns = packets.decode_time(theirs)
+        time_ns = packets.decode_time(octets_of(theirs))
         assert ours == ((time_ns - dictionary.epoch_ns) / 1e9 if time_ns else None)
     elif coding == "id":
         assert dictionary.catalogue.parameter_id(ours) == theirs

@@ -72,15 +72,11 @@ class Flattened:
         return None if None in found else sum(found, [])
 
     def _plain(self, made):
-        """A type as the library takes it: octets for a time that only Yamcs reads, no end mark in a fixed size."""
+        """A type as the library takes it: no end mark in a fixed size, numbers that may lack a word."""
         for holder in made.iter():
             for child in list(holder):
-                if _tag(child) in ("FromBinaryTransformAlgorithm", "TerminationChar"):
+                if _tag(child) == "TerminationChar":
                     holder.remove(child)
-        if _tag(made) == "AbsoluteTimeParameterType":
-            plain = ET.Element(f"{SPACE}BinaryParameterType", name=made.get("name"))
-            plain.append(made.find(f".//{SPACE}BinaryDataEncoding"))
-            return plain
         if made.get("name").rpartition("/")[2] in OPEN:
             plain = ET.Element(f"{SPACE}IntegerParameterType", name=made.get("name"))
             plain.append(made.find(f"{SPACE}IntegerDataEncoding"))
