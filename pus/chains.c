@@ -96,9 +96,9 @@ pus_chain_reader_t pus_chain_reader(const pus_chain_t* const chain)
     return (pus_chain_reader_t){.block = chain->first, .left = chain->size};
 }
 
-size_t pus_chain_read(pus_chain_reader_t* const reader, uint8_t* const out_octets, const size_t size)
+/// Read, or pass over if `out_octets` is null.
+static size_t advance(pus_chain_reader_t* const reader, uint8_t* const out_octets, const size_t size)
 {
-    FSW_ASSERT((reader != NULL) && (out_octets != NULL));
     const size_t wanted = (size < reader->left) ? size : reader->left;
     size_t done         = 0U;
     while (done < wanted) {
@@ -108,10 +108,24 @@ size_t pus_chain_read(pus_chain_reader_t* const reader, uint8_t* const out_octet
         }
         const size_t room = PUS_CHAIN_BLOCK - reader->offset;
         const size_t part = ((wanted - done) < room) ? (wanted - done) : room;
-        (void)memcpy(&out_octets[done], &reader->block->octets[reader->offset], part);
+        if (out_octets != NULL) {
+            (void)memcpy(&out_octets[done], &reader->block->octets[reader->offset], part);
+        }
         reader->offset += (uint32_t)part;
         reader->left -= (uint32_t)part;
         done += part;
     }
     return done;
+}
+
+size_t pus_chain_read(pus_chain_reader_t* const reader, uint8_t* const out_octets, const size_t size)
+{
+    FSW_ASSERT((reader != NULL) && (out_octets != NULL));
+    return advance(reader, out_octets, size);
+}
+
+void pus_chain_skip(pus_chain_reader_t* const reader, const size_t size)
+{
+    FSW_ASSERT(reader != NULL);
+    (void)advance(reader, NULL, size);
 }

@@ -52,5 +52,7 @@ void pus_chain_free(pus_chains_t* chains, pus_chain_t* chain);
 pus_chain_reader_t pus_chain_reader(const pus_chain_t* chain);
 /// The next octets, `size` or as many as are left; returns how many.
 size_t pus_chain_read(pus_chain_reader_t* reader, uint8_t* out_octets, size_t size);
+/// Pass over `size` octets, or as many as are left.
+void pus_chain_skip(pus_chain_reader_t* reader, size_t size);
 
 #endif // PUS_CHAINS_H
