@@ -1,22 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Text (code and constants) of the framework and of the packet services on x86-64, compiled with -Os and without tables
-for unwinding: of each library by its objects, and of all linked together as a program holds them, where equal texts are
-there once. Baseline of the whole: what it may be."""
+"""Text (code and constants), compiled with -Os and without tables for unwinding.
+
+On x86-64: of each library of the framework and of the packet services by its objects; of the framework with the services
+that every subsystem has, linked together as a program holds them, where equal texts are there once and the rest of the
+libraries only as far as these reach it; and what each other service adds to that, with what it needs. For a Cortex-M: of
+all packet services by their objects. Baselines: what the whole of each may be."""
 
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
 
 FLAGS = "-std=c99 -D_POSIX_C_SOURCE=200809L -I. -Ibuild -Os -ffp-contract=off -fno-asynchronous-unwind-tables".split()
+HOST = ["gcc", *FLAGS]
+NEWLIB = pathlib.Path("/usr/include/newlib")
+CORTEX_M = ["clang", "--target=thumbv7em-none-eabi", "-mcpu=cortex-m4", *FLAGS, "-isystem", str(NEWLIB)]
 OUT = pathlib.Path("build/size")
 ALLOWED = 90000
+ALLOWED_CORTEX_M = 128 * 1024
+SERVICE = re.compile(r"pus/st(\d+)_")
+EVERYWHERE = {1, 3, 5, 8, 17, 20, 129, 130, 131} # Services that every subsystem has.
+# Only what an optional service needs: its connection to a component, and what it keeps.
+OPTIONAL = re.compile(r"fsw/framework/(subsystem/\w+_service\.c|journal/)")
 
 
-def compiled(source):
+def compiled(source, compiler=HOST):
     """Object of one source file."""
-    target = OUT / f"{str(source).replace('/', '_')}.o"
-    subprocess.run(["gcc", *FLAGS, "-c", str(source), "-o", str(target)], check=True)
+    target = OUT / compiler[0] / f"{str(source).replace('/', '_')}.o"
+    target.parent.mkdir(exist_ok=True)
+    subprocess.run([*compiler, "-c", str(source), "-o", str(target)], check=True)
     return target
 
 
@@ -26,23 +39,52 @@ def text_of(target):
     return int(lines[1].split()[0])
 
 
-def linked(objects):
-    """All of them in one; what they need of others is left out."""
-    target = OUT / "framework_and_pus"
-    subprocess.run(["ld", "--entry=0", "--unresolved-symbols=ignore-all", "-o", str(target), *map(str, objects)], check=True)
-    return target
+def linked(objects, archive):
+    """Text of the objects in one, with what they need of the archive; what they need of others is left out."""
+    target = OUT / "linked"
+    subprocess.run(["ld", "--entry=0", "--unresolved-symbols=ignore-all", "-o", str(target), *map(str, objects), str(archive)],
+                   check=True)
+    return text_of(target)
+
+
+def service_of(source):
+    """Number of the service that a source belongs to, or None."""
+    match = SERVICE.match(str(source))
+    return int(match[1]) if match else None
+
+
+def report_services(objects):
+    """The framework with the services that are everywhere, and what each other service adds."""
+    archive = OUT / "all.a"
+    subprocess.run(["ar", "rcs", str(archive), *map(str, objects.values())], check=True)
+    framework = [target for source, target in objects.items() if source.parts[0] == "fsw" and not OPTIONAL.match(str(source))]
+    core = framework + [target for source, target in objects.items() if service_of(source) in EVERYWHERE]
+    text = linked(core, archive)
+    for service in sorted({service_of(source) for source in objects} - EVERYWHERE - {None}):
+        more = [target for source, target in objects.items() if service_of(source) == service]
+        print(f"BENCH text_more_for_st{service:02} {linked(core + more, archive) - text} octets -")
+    print(f"BENCH text_framework_and_pus {text} octets {ALLOWED}")
+
+
+def report_cortex_m(sources):
+    name = "text_pus_on_cortex_m"
+    if not NEWLIB.is_dir() or not shutil.which(CORTEX_M[0]):
+        print(f"SKIPPED {name} no clang, or no headers of newlib")
+        return
+    print(f"BENCH {name} {sum(text_of(compiled(source, CORTEX_M)) for source in sources)} octets {ALLOWED_CORTEX_M}")
 
 
 def main():
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
     folders = [folder for folder in sorted(pathlib.Path("fsw/framework").iterdir()) if folder.is_dir()]
-    everything = []
+    objects = {}
     for folder in [*folders, pathlib.Path("pus")]:
-        objects = [compiled(source) for source in sorted(folder.glob("*.c"))]
-        everything += objects
-        print(f"BENCH text_{folder.name} {sum(map(text_of, objects))} octets -")
-    print(f"BENCH text_framework_and_pus {text_of(linked(everything))} octets {ALLOWED}")
+        of_folder = {source: compiled(source) for source in sorted(folder.glob("*.c"))}
+        objects.update(of_folder)
+        print(f"BENCH text_{folder.name} {sum(map(text_of, of_folder.values()))} octets -")
+    report_services(objects)
+    report_cortex_m(sorted(pathlib.Path("pus").glob("*.c")))
 
 
 if __name__ == "__main__":
