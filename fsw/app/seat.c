@@ -5,6 +5,7 @@
 #include "fsw/framework/base/text.h"
 #include "osal/include/osal/console.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #define PUMP_PATIENCE_MS 100U
@@ -236,7 +237,7 @@ status_t seat_take(seat_t* const seat, run_block_t* const run, const mission_des
                    const unsigned index, osal_calendar_t* const calendar, ring_carrier_t* const hub)
 {
     FSW_ASSERT((seat != NULL) && (run != NULL) && (mission != NULL) && (index < run->component_count));
-    (void)memset(seat, 0, sizeof *seat);
+    (void)memset(seat, 0, offsetof(seat_t, inbox));
     seat->run                       = run;
     seat->mission                   = mission;
     seat->component                 = index;

@@ -28,7 +28,6 @@ typedef struct { // Private, except the members named below.
     osal_clock_t clock;
     osal_deliveries_t deliveries; // Where the calendar is out of reach.
     message_endpoint_t endpoint;
-    uint8_t inbox[SEAT_INBOX_OCTETS];
     udp_carrier_t udp;
     tipc_carrier_t tipc;
     osal_socket_t topology; // What the kernel tells of TIPC names.
@@ -41,6 +40,7 @@ typedef struct { // Private, except the members named below.
     link_resolver_t links;
     pus_port_t uplink; ///< To the supervisor.
     char error[SEAT_ERROR_MAX];
+    uint8_t inbox[SEAT_INBOX_OCTETS]; // Not cleared: nothing is read that did not arrive.
 } seat_t;
 
 /// Take the seat of component `index` of the run. `calendar` null: real time, or, where the run is stepped, a

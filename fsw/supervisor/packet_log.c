@@ -6,6 +6,7 @@
 #include "fsw/framework/base/text.h"
 #include "pus/tailoring.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #define RECORD_HEADER 17U
@@ -189,7 +190,7 @@ status_t packet_log_open(packet_log_t* const log, const char* const folder,
                          const packet_log_strategy_t strategy, const uint64_t next_number)
 {
     FSW_ASSERT((log != NULL) && (folder != NULL) && (next_number >= 1U));
-    (void)memset(log, 0, sizeof *log);
+    (void)memset(log, 0, offsetof(packet_log_t, buffer));
     log->next_number = next_number;
     octet_ring_init(&log->ring, log->ring_storage, sizeof log->ring_storage);
     text_t text = text_in(log->folder, sizeof log->folder);

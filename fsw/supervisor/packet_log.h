@@ -47,8 +47,9 @@ typedef struct { // All fields are private, except `next_number`, `strategy` and
     bool is_cut[PACKET_LOG_STRATEGIES]; // A write into this one's file has failed: it may end anywhere.
     uint32_t buffered;                  // Records in the buffer.
     size_t used;
-    uint8_t buffer[PACKET_LOG_BUFFER];
     octet_ring_t ring;
+    // From here on nothing is read that was not written before, so that packet_log_open leaves it alone.
+    uint8_t buffer[PACKET_LOG_BUFFER];
     uint8_t ring_storage[PACKET_LOG_RING_OCTETS];
 } packet_log_t;
 

@@ -117,7 +117,6 @@ typedef struct supervisor { // All fields are private.
     uint64_t next_tick_ns;
     uint8_t mode;
     roster_entry_t roster[MISSION_SUBSYSTEMS_MAX];
-    packet_log_t log;
     bool is_log_failure_told;
     pending_table_t pending;
     pus_requester_t requester;
@@ -144,6 +143,7 @@ typedef struct supervisor { // All fields are private.
     uint32_t orbit_period_ms;       // Published.
     supervisor_orbit_t orbit;       // Published.
     octet_ring_t ground_backlog;
+    packet_log_t log; // From here on supervisor_init clears nothing by itself.
     uint8_t ground_storage[SUPERVISOR_GROUND_BACKLOG];
     uint8_t packet[PUS_PACKET_MAX];
 } supervisor_t;

@@ -5,6 +5,7 @@
 #include "fsw/framework/base/octets.h"
 #include "pus/packet.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #define SOURCE_OFFSET 9U       ///< Source id of a request.
@@ -300,7 +301,7 @@ void communication_init(communication_t* const self, subsystem_t* const generic,
                         const int listener)
 {
     FSW_ASSERT((self != NULL) && (generic != NULL) && (uplink != NULL) && (hooks != NULL));
-    (void)memset(self, 0, sizeof *self);
+    (void)memset(self, 0, offsetof(communication_t, queues));
     self->generic  = generic;
     self->uplink   = *uplink;
     self->hooks    = *hooks;
@@ -308,6 +309,9 @@ void communication_init(communication_t* const self, subsystem_t* const generic,
     flow_tcp_init(&self->flow, self->clients, COMMUNICATION_CLIENTS, self->buffers, COMMUNICATION_BUFFER);
     quota_init(&self->sockets, COMMUNICATION_CLIENTS + 1U);
     flow_tcp_set_quota(&self->flow, &self->sockets);
+    for (size_t i = 0U; i < COMMUNICATION_CLIENTS; i++) {
+        ground_queue_init(&self->queues[i]);
+    }
     for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
         self->users[i].client = NO_CLIENT;
     }

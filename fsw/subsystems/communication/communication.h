@@ -38,8 +38,6 @@ typedef struct { // Private.
     flow_tcp_t flow;
     quota_t sockets;
     flow_tcp_client_t clients[COMMUNICATION_CLIENTS];
-    uint8_t buffers[COMMUNICATION_CLIENTS * COMMUNICATION_BUFFER];
-    ground_queue_t queues[COMMUNICATION_CLIENTS];
     struct {
         uint16_t user;
         unsigned client; // COMMUNICATION_CLIENTS: none.
@@ -50,6 +48,8 @@ typedef struct { // Private.
     uint32_t not_requests;             // Packets of the ground that are no telecommands [wraps].
     communication_status_t status;     // Published.
     communication_counters_t counters; // Published.
+    ground_queue_t queues[COMMUNICATION_CLIENTS];
+    uint8_t buffers[COMMUNICATION_CLIENTS * COMMUNICATION_BUFFER]; // Not cleared.
 } communication_t;
 
 /// listener: descriptor of the listening socket, opened by the launcher. uplink: where requests go.

@@ -4,6 +4,7 @@
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/octets.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #define SERVICE_OFFSET 7U
@@ -13,7 +14,7 @@
 void ground_queue_init(ground_queue_t* const queue)
 {
     FSW_ASSERT(queue != NULL);
-    (void)memset(queue, 0, sizeof *queue);
+    (void)memset(queue, 0, offsetof(ground_queue_t, sending));
     octet_ring_init(&queue->housekeeping, queue->housekeeping_storage, sizeof queue->housekeeping_storage);
     octet_ring_init(&queue->firm, queue->firm_storage, sizeof queue->firm_storage);
 }

@@ -19,14 +19,14 @@
 typedef struct { // Private, except `dropped`.
     octet_ring_t housekeeping;
     octet_ring_t firm; // Everything that must not be lost.
+    uint32_t next_stamp;
+    size_t sending_size; // Of the block under way; 0: none.
+    size_t sent;         // How much of it has left.
+    uint32_t dropped;    ///< Housekeeping reports dropped [wraps].
+    // From here on nothing is read that was not written before, so that ground_queue_init leaves it alone.
+    uint8_t sending[GROUND_STAMP_OCTETS + PUS_PACKET_MAX];
     uint8_t housekeeping_storage[GROUND_QUEUE_OCTETS];
     uint8_t firm_storage[GROUND_QUEUE_OCTETS];
-    uint32_t next_stamp;
-    uint8_t
-        sending[GROUND_STAMP_OCTETS + PUS_PACKET_MAX]; // The block under way, and how much of it has left.
-    size_t sending_size;                               // 0: none.
-    size_t sent;
-    uint32_t dropped; ///< Housekeeping reports dropped [wraps].
 } ground_queue_t;
 
 void ground_queue_init(ground_queue_t* queue);
