@@ -6,7 +6,7 @@
 
 /// All bindings, in the order in which they are stepped, and null behind the last.
 static const onboard_binding_t* const bindings[] = {&onboard_time_schedule, &onboard_position_schedule,
-                                                    &onboard_event_action, NULL};
+                                                    &onboard_event_action, &onboard_forwarding, NULL};
 
 size_t onboard_open(struct supervisor* const supervisor, pus_service_t* const services)
 {
@@ -125,11 +125,4 @@ void onboard_observe(struct supervisor* const supervisor, const pus_tm_t* const 
             bindings[i]->observe(supervisor, tm, packet, size);
         }
     }
-}
-
-bool onboard_forwards(struct supervisor* const supervisor, const pus_tm_t* const tm)
-{
-    (void)supervisor;
-    (void)tm;
-    return true;
 }

@@ -10,11 +10,13 @@
 #ifndef FSW_SUPERVISOR_ONBOARD_H
 #define FSW_SUPERVISOR_ONBOARD_H
 
+#include "fsw/framework/descriptor/mission_descriptor.h"
 #include "fsw/framework/message/octet_ring.h"
 #include "fsw/supervisor/onboard_schedules.h"
 #include "pus/packet.h"
 #include "pus/persistence.h"
 #include "pus/service.h"
+#include "pus/st14_forwarding.h"
 
 #define ONBOARD_SERVICES 12U          ///< Bindings at most.
 #define ONBOARD_RELEASE_OCTETS 65536U ///< Released requests that wait to be routed.
@@ -38,6 +40,15 @@ typedef struct {
     void (*observe)(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
 } onboard_binding_t;
 
+#define ONBOARD_FORWARDING_ENTRIES 512U ///< Of ST[14]: types, structures and events together.
+
+typedef struct { // Private to fsw/supervisor.
+    pus_forwarding_t service;
+    uint16_t apids[MISSION_SUBSYSTEMS_MAX];
+    pus_selection_entry_t entries[ONBOARD_FORWARDING_ENTRIES];
+    pus_selection_entry_t candidate[ONBOARD_FORWARDING_ENTRIES];
+} onboard_forwarding_t;
+
 typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
     pus_persistence_t persistence; // Of the journal.
     uint32_t refused;              // Records that nobody took back.
@@ -46,11 +57,13 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     uint8_t release_storage[ONBOARD_RELEASE_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
     onboard_schedules_t schedules;
+    onboard_forwarding_t forwarding;
 } onboard_t;
 
 extern const onboard_binding_t onboard_time_schedule;
 extern const onboard_binding_t onboard_position_schedule;
 extern const onboard_binding_t onboard_event_action;
+extern const onboard_binding_t onboard_forwarding;
 
 /// Where services keep their lasting records; null if nothing is kept.
 const pus_persistence_t* onboard_persistence(struct supervisor* supervisor);

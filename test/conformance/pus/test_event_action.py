@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""ST[19] in flight: a request that an event releases."""
+
+import pytest
+from hirosco_gse import packets
+
+SUPERVISOR, HAND = 1, 17
+NOBODY = 999
+
+
+@pytest.fixture(autouse=True)
+def _nothing_defined(station):
+    station.do("SUPERVISOR", 19, 3)
+    yield
+    station.do("SUPERVISOR", 19, 3)
+
+
+def _ping(sequence=7):
+    return packets.build_tc(HAND, sequence, 17, 1, source=2).hex()
+
+
+def _change_mode(station):
+    """Raises MODE_CHANGED twice."""
+    for mode in (0, 1):
+        station.settle(station.send_data(SUPERVISOR, 131, 1, bytes([mode])))
+
+
+def _pings(station, since):
+    return [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == HAND]
+
+
+def test_an_event_releases_its_request(station):
+    key = {"apid": SUPERVISOR, "event_definition_id": station.dictionary.subsystem("SUPERVISOR").event("MODE_CHANGED").id}
+    station.do("SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}, {"apid": HAND, "event_definition_id": NOBODY, "request": _ping(8)}])
+    status = {entry["event_definition_id"]: entry["event_action_status"] for entry in station.ask("SUPERVISOR", 19, 6)["n"]}
+    assert status == {key["event_definition_id"]: "disabled", NOBODY: "disabled"}
+    assert station.ask("SUPERVISOR", 19, 10, n=[key])["n"][0]["request"] == _ping()
+    assert len(station.ask("SUPERVISOR", 19, 10, n=[])["n"]) == 2
+    since = len(station.reports)
+    _change_mode(station)
+    station.fence(HAND)
+    assert len(_pings(station, since)) == 1, "only that of the fence: nothing is enabled"
+    station.do("SUPERVISOR", 19, 4, n=[key])
+    station.do("SUPERVISOR", 19, 8)
+    since = len(station.reports)
+    _change_mode(station)
+    station.wait(lambda: len(_pings(station, since)) >= 2, "answers to released requests")
+    station.do("SUPERVISOR", 19, 9)
+    station.do("SUPERVISOR", 19, 5, n=[])
+    since = len(station.reports)
+    _change_mode(station)
+    station.fence(HAND)
+    assert len(_pings(station, since)) == 1
+    station.do("SUPERVISOR", 19, 2, n=[key])
+
+
+def test_what_cannot_be_is_refused(station):
+    key = {"apid": HAND, "event_definition_id": NOBODY}
+    station.refuse(0x0201, "SUPERVISOR", 19, 4, n=[key])
+    station.refuse(0x020A, "SUPERVISOR", 19, 1, n=[{**key, "request": _ping()[:-2] + "00"}])
+    station.do("SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}])
+    station.do("SUPERVISOR", 19, 4, n=[key])
+    station.refuse(0x0204, "SUPERVISOR", 19, 2, n=[key])
+    station.refuse(0x0204, "SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}])
+    station.refuse(0x0203, "SUPERVISOR", 19, 1, n=[{"apid": HAND, "event_definition_id": 0, "request": _ping()}])

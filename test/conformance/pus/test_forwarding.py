@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""ST[14] in flight: what goes to ground at once."""
+
+import pytest
+
+ROBOT, HAND = 16, 17
+
+
+@pytest.fixture(autouse=True)
+def _everything_forwarded(station):
+    """What is forwarded at first, again at the end."""
+    before = station.ask("SUPERVISOR", 14, 3)
+    yield
+    station.do("SUPERVISOR", 14, 13, n1=[])
+    station.send("SUPERVISOR", 14, 2, n1=[])  # Not a word of verification either, until the next one.
+    station.send("SUPERVISOR", 14, 1, n1=before["n1"])
+    station.fence(1)
+
+
+def _seen(station, service, apid, seconds=3.0):
+    """Reports of a service and process within a while of mission time."""
+    since = len(station.reports)
+    station.ask("SUPERVISOR", 17, 1)
+    station.wait_until(station.now() + seconds)
+    return [packet for packet, _ in station.reports[since:] if packet.service == service and packet.apid == apid]
+
+
+def test_everything_is_forwarded_at_first(station):
+    content = station.ask("SUPERVISOR", 14, 3)
+    assert sorted(entry["apid"] for entry in content["n1"]) == [1, 2, ROBOT, HAND]
+    assert all(entry["n2"] == [] for entry in content["n1"])
+    assert len(_seen(station, 129, HAND)) >= 2
+
+
+def test_a_process_that_is_deleted_is_silent_but_alive(station):
+    station.do("SUPERVISOR", 14, 2, n1=[{"apid": HAND, "n2": []}])
+    assert _seen(station, 129, HAND) == []
+    station.refuse(0x0201, "SUPERVISOR", 14, 2, n1=[{"apid": HAND, "n2": []}])
+    station.refuse(0x0201, "SUPERVISOR", 14, 1, n1=[{"apid": 99, "n2": []}])
+    station.do("SUPERVISOR", 14, 1, n1=[{"apid": HAND, "n2": [{"service_type": 129, "n3": [5]}]}])
+    assert len(_seen(station, 129, HAND)) >= 2
+    entry = next(entry for entry in station.ask("SUPERVISOR", 14, 3)["n1"] if entry["apid"] == HAND)
+    assert entry["n2"] == [{"service_type": 129, "n3": [{"message_subtype": 5}]}]
+    station.do("SUPERVISOR", 14, 2, n1=[{"apid": HAND, "n2": [{"service_type": 129, "n3": []}]}])
+
+
+@pytest.mark.parametrize("add, delete, report, name", [(5, 6, 7, "hk_structure_id"), (9, 10, 11, "diag_structure_id")])
+def test_structures_are_forwarded_with_their_rates(station, add, delete, report, name):
+    everything = [{"apid": apid, "n2": []} for apid in (1, 2, ROBOT, HAND)]
+    station.do("SUPERVISOR", 14, delete, n1=[])
+    assert station.ask("SUPERVISOR", 14, report)["n1"] == []
+    station.do("SUPERVISOR", 14, add, n1=[{"apid": ROBOT, "n2": [{name: 1, "subsampling_rate": 10}]}])
+    assert station.ask("SUPERVISOR", 14, report)["n1"] == [{"apid": ROBOT, "n2": [{name: 1, "subsampling_rate": 10}]}]
+    station.refuse(0x0203, "SUPERVISOR", 14, add, n1=[{"apid": ROBOT, "n2": [{name: 2, "subsampling_rate": 0}]}])
+    station.do("SUPERVISOR", 14, delete, n1=[{"apid": ROBOT, "n2": [1]}])
+    station.refuse(0x0201, "SUPERVISOR", 14, delete, n1=[{"apid": ROBOT, "n2": [1]}])
+    station.do("SUPERVISOR", 14, add, n1=everything)
+
+
+def test_blocked_events_stay_on_board(station):
+    event = station.dictionary.subsystem("SUPERVISOR").event("MODE_CHANGED").id
+    station.do("SUPERVISOR", 14, 14, n1=[{"apid": 1, "n2": [event]}])
+    assert station.ask("SUPERVISOR", 14, 15)["n1"] == [{"apid": 1, "n2": [{"event_definition_id": event}]}]
+    station.refuse(0x0202, "SUPERVISOR", 14, 14, n1=[{"apid": 1, "n2": [event]}])
+    since = len(station.reports)
+    for mode in (0, 1):
+        station.settle(station.send_data(1, 131, 1, bytes([mode])))
+    station.fence(1)
+    assert not [p for p, _ in station.reports[since:] if p.service == 5 and p.data[:2] == event.to_bytes(2, "big")]
+    station.do("SUPERVISOR", 14, 13, n1=[{"apid": 1, "n2": [event]}])
+    since = len(station.reports)
+    for mode in (0, 1):
+        station.settle(station.send_data(1, 131, 1, bytes([mode])))
+    station.report(5, 1, apid=1, since=since, where=lambda decoded: decoded.get("event") == "MODE_CHANGED")
