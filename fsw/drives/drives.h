@@ -24,6 +24,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#define DRIVES_ACCESS_SLOTS 16U ///< Transfers of drives_access.h at most.
+
+typedef struct {    // Private: one of them.
+    uint8_t device; // In the network.
+    uint8_t length; // Expected [octets]; 0: any.
+    bool is_read;
+    bool is_register;
+} drives_transfer_t;
+
 typedef struct { // Private, except network: as network.h says.
     subsystem_t* generic;
     const flow_resolver_t* resolver;
@@ -33,6 +42,10 @@ typedef struct { // Private, except network: as network.h says.
     uint64_t called_ns;                              ///< Last call of drives_configure.
     bool is_written;                                 ///< The settings are in the devices.
     bool is_closing;
+    struct { // Of drives_access.c.
+        drives_transfer_t slots[DRIVES_ACCESS_SLOTS];
+        uint8_t owners[NETWORK_DEVICES_MAX]; // Slot + 1 of the transfer to a device; 0 none.
+    } access;
 } drives_t;
 
 void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* resolver);

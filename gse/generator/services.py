@@ -19,6 +19,7 @@ class Offer:
 
 # fsw/framework/descriptor/subsystem_builder.c says the same.
 OFFERS = {
+    2: Offer("device", ("pus_device_operation_t", 16, 4)),
     6: Offer("memory", ("pus_memory_operation_t", 16, 4)),
 }
 

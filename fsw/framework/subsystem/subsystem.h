@@ -21,6 +21,7 @@
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/parameter/parameter.h"
 #include "fsw/framework/subsystem/state_machine.h"
+#include "pus/st02_device_access.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -61,6 +62,9 @@ typedef struct {
     /// A report of another component arrived (`communication`, which carries them to the ground). May be
     /// null.
     void (*report)(void* self, const uint8_t* packet, size_t size);
+    /// The port by which ST[02] reaches its devices, where the descriptor lists that service. May be null
+    /// elsewhere. Called once, at the start.
+    pus_device_port_t (*device_port)(void* self);
 } subsystem_callbacks_t;
 
 // ---- Called by a specific subsystem from its callbacks -------------------------------------------------

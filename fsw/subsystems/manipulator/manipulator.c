@@ -3,6 +3,7 @@
 #include "fsw/subsystems/manipulator/manipulator.h"
 
 #include "fsw/canopen/cia402.h"
+#include "fsw/drives/drives_access.h"
 #include "fsw/framework/base/assertion.h"
 #include "fsw/subsystems/manipulator/manipulator_internal.h"
 
@@ -144,6 +145,11 @@ static status_t hardware_deinit(void* const self)
     return drives_hardware_deinit(&manipulator->drives);
 }
 
+static pus_device_port_t device_port(void* const context)
+{
+    return drives_access_port(&((manipulator_t*)context)->drives);
+}
+
 const subsystem_callbacks_t* manipulator_callbacks(void)
 {
     static const subsystem_callbacks_t callbacks = {
@@ -162,6 +168,7 @@ const subsystem_callbacks_t* manipulator_callbacks(void)
         .emit            = manipulator_emit,
         .perform         = manipulator_perform,
         .parameter_set   = manipulator_parameter_set,
+        .device_port     = device_port,
     };
     return &callbacks;
 }

@@ -3,6 +3,7 @@
 #include "fsw/framework/subsystem/optional_services.h"
 
 #include "fsw/framework/base/crc.h"
+#include "fsw/framework/subsystem/device_service.h"
 #include "fsw/framework/subsystem/memory_service.h"
 #include "test/unit/fsw/framework/subsystem/bed.h"
 #include "unity.h"
@@ -14,6 +15,8 @@
 static struct {
     memory_service_t memory;
     pus_memory_operation_t operations[MEMORY_OPERATIONS];
+    device_service_t devices;
+    pus_device_operation_t exchanges[1];
     uint32_t steps; // Cycle number of the last one.
     uint32_t key;   // Of the record restored.
 } storage;
@@ -45,6 +48,7 @@ static void add_services(void* context, component_t* component)
     TEST_ASSERT_TRUE(component_persistence(component) == bed.component.config.persistence);
     component_add_service(component, &still, NULL);
     component_add_service(component, &stepped, note_record);
+    device_service_add(component, &storage.devices, storage.exchanges, 1U);
     memory_service_add(component, &storage.memory, storage.operations, MEMORY_OPERATIONS);
 }
 
@@ -54,12 +58,18 @@ static status_t nothing_kept(void* context)
     return STATUS_IO;
 }
 
+static pus_device_port_t device_port(void* self);
+
 static void begin(const pus_persistence_t* kept)
 {
     (void)memset(&storage, 0, sizeof storage);
     component_config_t config = bed.component.config;
-    config.optional           = (component_services_t){&storage, add_services};
-    config.persistence        = kept;
+    static subsystem_callbacks_t callbacks;
+    callbacks             = *config.callbacks;
+    callbacks.device_port = device_port;
+    config.callbacks      = &callbacks;
+    config.optional       = (component_services_t){&storage, add_services};
+    config.persistence    = kept;
     component_init(&bed.component, &config);
     bed.next_sequence = 0U;
     bed_forget();
@@ -104,6 +114,46 @@ static void what_is_not_kept_is_not_acknowledged(void)
     begin(&persistence);
     (void)bed_command(17U, 1U, NULL, 0U);
     TEST_ASSERT_TRUE(bed_has("1.8 #"));
+}
+
+// ST[02].
+
+static status_t check_device(void* context, const pus_device_action_t* action)
+{
+    TEST_ASSERT_EQUAL_PTR(&bed, context);
+    return (action->device == 1U) ? STATUS_OK : STATUS_NOT_FOUND;
+}
+
+static status_t begin_action(void* context, uint8_t slot, const pus_device_action_t* action,
+                             pus_device_result_t* out_result)
+{
+    (void)out_result;
+    TEST_ASSERT_TRUE((context == &bed) && (slot == 0U) && (action->kind == PUS_DEVICE_SWITCH));
+    return STATUS_OK;
+}
+
+static status_t poll_device(void* context, uint8_t slot, pus_device_result_t* out_result)
+{
+    (void)out_result;
+    TEST_ASSERT_TRUE((context == &bed) && (slot == 0U));
+    return STATUS_OK;
+}
+
+static void abandon_device(void* context, uint8_t slot)
+{
+    TEST_ASSERT_TRUE((context == &bed) && (slot == 0U));
+}
+
+static pus_device_port_t device_port(void* self)
+{
+    return (pus_device_port_t){self, check_device, begin_action, poll_device, abandon_device};
+}
+
+static void devices_are_reached_by_the_port_of_the_subsystem(void)
+{
+    (void)bed_command(2U, 1U, "\2\0\1\0\2", 5U);
+    bed_run(1U);
+    bed_expect("1.1 #0\n1.4 #0 0201 2\n1.3 #0\n1.8 #0 0407 1\n");
 }
 
 // ST[06].
@@ -212,6 +262,7 @@ int main(void)
     RUN_TEST(they_are_stepped_in_every_cycle_in_offline_too);
     RUN_TEST(records_go_to_the_service_they_are_of);
     RUN_TEST(what_is_not_kept_is_not_acknowledged);
+    RUN_TEST(devices_are_reached_by_the_port_of_the_subsystem);
     RUN_TEST(parameters_are_loaded_and_dumped_as_objects);
     RUN_TEST(parameters_are_reached_by_address_across_their_borders);
     RUN_TEST(the_component_is_read_but_not_written);

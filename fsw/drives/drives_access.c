@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/drives/drives_access.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/octets.h"
+
+#include <string.h>
+
+#define NODE_SHIFT 24U // In the address of a register.
+#define INDEX_SHIFT 8U
+#define REGISTER_SIZE 4U
+#define ABORT_SHIFT 16U
+
+typedef struct {    // An object of a device.
+    uint8_t device; // In the network.
+    uint8_t subindex;
+    uint16_t index;
+    uint8_t length;
+    bool is_read;
+} object_t;
+
+static bool is_register(const pus_device_action_t* const action)
+{
+    return (action->kind == PUS_DEVICE_LOAD_REGISTER) || (action->kind == PUS_DEVICE_DUMP_REGISTER);
+}
+
+/// The object that an action is about. STATUS_OK, STATUS_NOT_FOUND (no such device), STATUS_OUT_OF_RANGE
+/// (length).
+static status_t object_of(const drives_t* const drives, const pus_device_action_t* const action,
+                          object_t* const out_object)
+{
+    uint32_t node = action->device;
+    *out_object   = (object_t){0};
+    if (is_register(action)) {
+        node                 = action->address >> NODE_SHIFT;
+        out_object->index    = (uint16_t)((action->address >> INDEX_SHIFT) & 0xFFFFU);
+        out_object->subindex = (uint8_t)(action->address & 0xFFU);
+        out_object->length   = REGISTER_SIZE;
+        out_object->is_read  = (action->kind == PUS_DEVICE_DUMP_REGISTER);
+    } else if ((action->kind == PUS_DEVICE_COMMAND) || (action->kind == PUS_DEVICE_ACQUIRE)) {
+        out_object->index    = octets_u16_at(action->protocol);
+        out_object->subindex = action->protocol[2];
+        out_object->length   = action->protocol[3];
+        out_object->is_read  = (action->kind == PUS_DEVICE_ACQUIRE);
+    } else {
+        return STATUS_NOT_FOUND;
+    }
+    if ((node > UINT8_MAX) ||
+        (network_find(&drives->network, (uint8_t)node, &out_object->device) != STATUS_OK)) {
+        return STATUS_NOT_FOUND;
+    }
+    const bool is_written = !out_object->is_read;
+    const bool is_wrong =
+        (out_object->length > SDO_OCTETS_MAX) ||
+        (is_written && ((out_object->length == 0U) || (out_object->length != action->size)));
+    return is_wrong ? STATUS_OUT_OF_RANGE : STATUS_OK;
+}
+
+static status_t check(void* const context, const pus_device_action_t* const action)
+{
+    const drives_t* const drives = context;
+    object_t object;
+    const status_t status = object_of(drives, action, &object);
+    return ((status == STATUS_OK) && !drives->network.is_running) ? STATUS_FORBIDDEN : status;
+}
+
+static status_t fail(pus_device_result_t* const out_result, const uint16_t code, const uint32_t detail)
+{
+    out_result->return_code = code;
+    out_result->detail      = detail;
+    return STATUS_IO;
+}
+
+static sdo_client_t* client_of(drives_t* const drives, const uint8_t device)
+{
+    return &drives->network.master.nodes[drives->network.devices[device].device.index].sdo;
+}
+
+static status_t begin(void* const context, const uint8_t slot, const pus_device_action_t* const action,
+                      pus_device_result_t* const out_result)
+{
+    drives_t* const drives = context;
+    FSW_ASSERT(slot < DRIVES_ACCESS_SLOTS);
+    object_t object;
+    if ((object_of(drives, action, &object) != STATUS_OK) || !drives->network.is_running) {
+        return fail(out_result, DRIVES_ACCESS_CLOSED, DRIVES_ACCESS_CLOSED); // It was there when checked.
+    }
+    if (drives->access.owners[object.device] != 0U) {
+        return STATUS_FULL;
+    }
+    uint8_t octets[SDO_OCTETS_MAX] = {0U};
+    for (uint8_t i = 0U; !object.is_read && (i < object.length); i++) { // A register comes highest first.
+        octets[i] = action->data[is_register(action) ? (REGISTER_SIZE - 1U - i) : i];
+    }
+    sdo_client_t* const client = client_of(drives, object.device);
+    const status_t status =
+        object.is_read ? sdo_client_upload(client, object.index, object.subindex)
+                       : sdo_client_download(client, object.index, object.subindex, octets, object.length);
+    if (status != STATUS_OK) {
+        return STATUS_FULL;
+    }
+    drives->access.owners[object.device] = (uint8_t)(slot + 1U);
+    drives->access.slots[slot]           = (drives_transfer_t){.device      = object.device,
+                                                               .length      = object.length,
+                                                               .is_read     = object.is_read,
+                                                               .is_register = is_register(action)};
+    return STATUS_OK;
+}
+
+/// The value that was read.
+static status_t take_value(const drives_transfer_t* const transfer, const sdo_client_t* const client,
+                           pus_device_result_t* const out_result)
+{
+    size_t size                 = 0U;
+    const uint8_t* const octets = sdo_client_value(client, &size);
+    if ((transfer->length != 0U) && (size != transfer->length)) {
+        return fail(out_result, DRIVES_ACCESS_WRONG, DRIVES_ACCESS_WRONG);
+    }
+    out_result->size = (uint16_t)size;
+    for (size_t i = 0U; i < size; i++) {
+        out_result->data[i] = octets[transfer->is_register ? (size - 1U - i) : i];
+    }
+    return STATUS_OK;
+}
+
+static status_t poll(void* const context, const uint8_t slot, pus_device_result_t* const out_result)
+{
+    drives_t* const drives                  = context;
+    const drives_transfer_t* const transfer = &drives->access.slots[slot];
+    const sdo_client_t* const client        = client_of(drives, transfer->device);
+    uint32_t abort_code                     = 0U;
+    status_t status = drives->network.is_running ? sdo_client_result(client, &abort_code) : STATUS_CLOSED;
+    if (status == STATUS_BUSY) {
+        return status;
+    }
+    drives->access.owners[transfer->device] = 0U;
+    switch (status) {
+    case STATUS_OK:
+        return transfer->is_read ? take_value(transfer, client, out_result) : STATUS_OK;
+    case STATUS_FORBIDDEN:
+        return fail(out_result, (uint16_t)(abort_code >> ABORT_SHIFT), abort_code);
+    case STATUS_TIMEOUT:
+        return fail(out_result, (uint16_t)(SDO_ABORT_TIMEOUT >> ABORT_SHIFT), SDO_ABORT_TIMEOUT);
+    case STATUS_CLOSED:
+    case STATUS_EMPTY:
+        return fail(out_result, DRIVES_ACCESS_CLOSED, DRIVES_ACCESS_CLOSED);
+    default:
+        return fail(out_result, DRIVES_ACCESS_WRONG, DRIVES_ACCESS_WRONG);
+    }
+}
+
+static void abandon(void* const context, const uint8_t slot)
+{
+    drives_t* const drives = context;
+    const uint8_t device   = drives->access.slots[slot].device;
+    if (drives->network.is_running) { // Else the client is no longer ours.
+        sdo_client_reset(client_of(drives, device));
+    }
+    drives->access.owners[device] = 0U;
+}
+
+pus_device_port_t drives_access_port(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    return (pus_device_port_t){
+        .context = drives, .check = check, .begin = begin, .poll = poll, .abandon = abandon};
+}

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[02] of a subsystem (`<Service type="2"/>` of its descriptor): its devices as its callback `device_port`
+/// offers them, which a subsystem that lists this service has to have. A device has a second to answer.
+///
+/// Ownership  The program places it (generated). Context: the component's own loop.
+#ifndef FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H
+#define FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H
+
+#include "fsw/framework/subsystem/component.h"
+#include "pus/st02_device_access.h"
+
+#define DEVICE_SERVICE_TIMEOUT_NS 1000000000ULL
+
+typedef struct { // Private, except `access.counters`.
+    pus_device_access_t access;
+} device_service_t;
+
+/// Add the service to a component, with room for `count` requests at once.
+void device_service_add(component_t* component, device_service_t* service, pus_device_operation_t* operations,
+                        uint8_t count);
+
+#endif // FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+// ST[02] by SDO: the device is the test itself, which answers the frames of the client.
+#include "fsw/drives/drives_access.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+#define NODE 0x11U
+#define OTHER 0x12U
+
+static drives_t drives;
+static pus_device_port_t port;
+static pus_device_result_t result;
+static sdo_client_t* client;
+static uint8_t frame[SDO_FRAME_OCTETS];
+
+void setUp(void)
+{
+    static const network_config_t config = {.master              = {.node_id              = 1U,
+                                                                    .heartbeat_ns         = 1000000U,
+                                                                    .heartbeat_timeout_ns = 3000000U,
+                                                                    .sdo_timeout_ns       = 1000U},
+                                            .lost_after_syncs    = 3U,
+                                            .boot_retry_ns       = 1U,
+                                            .silence_told_ns     = 1U,
+                                            .call_ns             = 1U,
+                                            .quick_stop_limit_ns = 1U};
+    memset(&drives, 0, sizeof drives);
+    memset(&result, 0, sizeof result);
+    network_init(&drives.network, &config);
+    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&drives.network, "cia402-drive", NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&drives.network, "cia402-drive", OTHER));
+    drives.network.is_running = true;
+    client                    = &drives.network.master.nodes[drives.network.devices[0].device.index].sdo;
+    port                      = drives_access_port(&drives);
+}
+
+void tearDown(void)
+{
+}
+
+static pus_device_action_t command(const uint8_t kind, const uint16_t device, const uint8_t* const protocol,
+                                   const char* const data)
+{
+    return (pus_device_action_t){.kind     = kind,
+                                 .device   = device,
+                                 .protocol = protocol,
+                                 .data     = (const uint8_t*)data,
+                                 .size     = (uint16_t)((data != NULL) ? strlen(data) : 0U)};
+}
+
+static status_t begin(const uint8_t slot, const pus_device_action_t* const action)
+{
+    return port.begin(port.context, slot, action, &result);
+}
+
+static status_t poll(const uint8_t slot)
+{
+    return port.poll(port.context, slot, &result);
+}
+
+/// The frame that the client sends now, and an answer to it.
+static void answer(const uint8_t first, const char* const data)
+{
+    TEST_ASSERT_TRUE(sdo_client_request(client, 1U, frame));
+    uint8_t octets[SDO_FRAME_OCTETS] = {first, frame[1], frame[2], frame[3]};
+    memcpy(&octets[4], data, 4U);
+    sdo_client_answer(client, octets, sizeof octets);
+}
+
+static void objects_are_written(void)
+{
+    static const uint8_t protocol[] = {0x60, 0x65, 0x01, 4};
+    const pus_device_action_t write = command(PUS_DEVICE_COMMAND, NODE, protocol, "abcd");
+    TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &write));
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &write));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, poll(0U));
+    answer(0x60U, "\0\0\0");
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x23, 0x65, 0x60, 0x01, 'a', 'b', 'c', 'd'}), frame, 8U);
+    TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
+}
+
+static void objects_are_read(void)
+{
+    static const uint8_t any[]   = {0x60, 0x41, 0x00, 0};
+    static const uint8_t exact[] = {0x60, 0x41, 0x00, 2};
+    static const uint8_t wrong[] = {0x60, 0x41, 0x00, 4};
+    static const struct {
+        const uint8_t* protocol;
+        status_t status;
+    } cases[] = {{any, STATUS_OK}, {exact, STATUS_OK}, {wrong, STATUS_IO}};
+    for (size_t i = 0U; i < 3U; i++) {
+        const pus_device_action_t read = command(PUS_DEVICE_ACQUIRE, NODE, cases[i].protocol, NULL);
+        TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &read));
+        TEST_ASSERT_EQUAL(STATUS_OK, begin(3U, &read));
+        answer(0x4BU, "xy\0"); // Two octets.
+        TEST_ASSERT_EQUAL(cases[i].status, poll(3U));
+        if (cases[i].status == STATUS_OK) {
+            TEST_ASSERT_EQUAL_UINT16(2U, result.size);
+            TEST_ASSERT_EQUAL_STRING_LEN("xy", result.data, 2U);
+        } else {
+            TEST_ASSERT_EQUAL_UINT16(DRIVES_ACCESS_WRONG, result.return_code);
+        }
+    }
+}
+
+static void registers_are_numbers(void)
+{
+    const uint8_t value[]          = {0x11, 0x22, 0x33, 0x44};
+    const pus_device_action_t load = {.kind    = PUS_DEVICE_LOAD_REGISTER,
+                                      .address = (NODE << 24U) | (0x6065U << 8U) | 2U,
+                                      .data    = value,
+                                      .size    = 4U};
+    pus_device_action_t dump       = load;
+    TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &load));
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &load));
+    answer(0x60U, "\0\0\0");
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x23, 0x65, 0x60, 0x02, 0x44, 0x33, 0x22, 0x11}), frame,
+                                 8U);
+    TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
+    dump.kind = PUS_DEVICE_DUMP_REGISTER;
+    dump.size = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &dump));
+    answer(0x43U, "\x44\x33\x22\x11");
+    TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(value, result.data, 4U);
+}
+
+static void what_cannot_be_reached_is_refused(void)
+{
+    static const uint8_t protocol[] = {0x60, 0x65, 0x01, 4};
+    static const uint8_t none[]     = {0x60, 0x65, 0x01, 0};
+    static const uint8_t large[]    = {0x60, 0x65, 0x01, SDO_OCTETS_MAX + 1U};
+    const struct {
+        pus_device_action_t action;
+        status_t status;
+    } cases[] = {
+        {command(PUS_DEVICE_COMMAND, 0x13U, protocol, "abcd"), STATUS_NOT_FOUND},
+        {command(PUS_DEVICE_COMMAND, 0x111U, protocol, "abcd"), STATUS_NOT_FOUND},
+        {command(PUS_DEVICE_COMMAND, NODE, protocol, "abc"), STATUS_OUT_OF_RANGE},
+        {command(PUS_DEVICE_COMMAND, NODE, none, ""), STATUS_OUT_OF_RANGE},
+        {command(PUS_DEVICE_ACQUIRE, NODE, large, NULL), STATUS_OUT_OF_RANGE},
+        {command(PUS_DEVICE_SWITCH, NODE, NULL, NULL), STATUS_NOT_FOUND},
+        {command(PUS_DEVICE_PULSE, NODE, NULL, NULL), STATUS_NOT_FOUND},
+        {command(PUS_DEVICE_LOGICAL_COMMAND, NODE, NULL, "x"), STATUS_NOT_FOUND},
+    };
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        TEST_ASSERT_EQUAL(cases[i].status, port.check(port.context, &cases[i].action));
+    }
+    const pus_device_action_t good = command(PUS_DEVICE_COMMAND, NODE, protocol, "abcd");
+    drives.network.is_running      = false;
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, port.check(port.context, &good));
+    TEST_ASSERT_EQUAL(STATUS_IO, begin(0U, &good));
+    TEST_ASSERT_EQUAL_UINT32(DRIVES_ACCESS_CLOSED, result.detail);
+    TEST_ASSERT_EQUAL(STATUS_IO, begin(0U, &cases[0].action));
+}
+
+static void what_a_device_says_against_it_is_told(void)
+{
+    static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
+    const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, NODE, protocol, NULL);
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
+    answer(0x80U, "\x00\x00\x02\x06");
+    TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
+    TEST_ASSERT_EQUAL_HEX16(0x0602U, result.return_code);
+    TEST_ASSERT_EQUAL_HEX32(0x06020000U, result.detail);
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
+    answer(0x20U, "\0\0\0"); // No answer to what was asked.
+    TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
+    TEST_ASSERT_EQUAL_HEX16(DRIVES_ACCESS_WRONG, result.return_code);
+    sdo_client_reset(client);
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
+    TEST_ASSERT_TRUE(sdo_client_request(client, 1U, frame));
+    (void)sdo_client_request(client, 5000U, frame); // It is silent.
+    TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
+    TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_TIMEOUT, result.detail);
+}
+
+static void one_transfer_to_a_node_at_a_time(void)
+{
+    static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
+    const pus_device_action_t first = command(PUS_DEVICE_ACQUIRE, NODE, protocol, NULL);
+    const pus_device_action_t other = command(PUS_DEVICE_ACQUIRE, OTHER, protocol, NULL);
+    TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_upload(client, 1U, 0U)); // Somebody else's.
+    TEST_ASSERT_EQUAL(STATUS_FULL, begin(0U, &first));
+    sdo_client_reset(client);
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &first));
+    TEST_ASSERT_EQUAL(STATUS_FULL, begin(1U, &first));
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(2U, &other));
+    answer(0x4FU, "x\0\0");
+    TEST_ASSERT_EQUAL(STATUS_FULL, begin(1U, &first)); // Its result has not been looked at.
+    TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(1U, &first));
+    port.abandon(port.context, 1U);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, sdo_client_result(client, NULL));
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(1U, &first));
+}
+
+static void commissioning_ends_a_transfer(void)
+{
+    static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
+    const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, NODE, protocol, NULL);
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
+    sdo_client_reset(client); // The network was stopped and runs again.
+    TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
+    TEST_ASSERT_EQUAL_HEX16(DRIVES_ACCESS_CLOSED, result.return_code);
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
+    drives.network.is_running = false;
+    TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
+    TEST_ASSERT_EQUAL_HEX16(DRIVES_ACCESS_CLOSED, result.return_code);
+    drives.network.is_running = true;
+    sdo_client_reset(client);
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
+    drives.network.is_running = false;
+    port.abandon(port.context, 0U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, sdo_client_result(client, NULL)); // It may be another's by now.
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(objects_are_written);
+    RUN_TEST(objects_are_read);
+    RUN_TEST(registers_are_numbers);
+    RUN_TEST(what_cannot_be_reached_is_refused);
+    RUN_TEST(what_a_device_says_against_it_is_told);
+    RUN_TEST(one_transfer_to_a_node_at_a_time);
+    RUN_TEST(commissioning_ends_a_transfer);
+    return UNITY_END();
+}
