@@ -303,7 +303,7 @@ static void take_next(pus_device_access_t* const access, pus_device_operation_t*
     operation->deadline_ns = now_ns + access->config.timeout_ns;
 }
 
-/// Begin an instruction or look at it. False: no more for now.
+/// Begin an instruction or look at it. False: it waits, or has ended.
 static bool pursue(pus_device_access_t* const access, pus_device_operation_t* const operation,
                    const uint64_t now_ns)
 {
@@ -350,7 +350,7 @@ static bool end(pus_device_access_t* const access, pus_device_operation_t* const
     return false;
 }
 
-/// One move of a request. False: no more for now.
+/// One move of a request. False: it waits, or has ended.
 static bool move(pus_device_access_t* const access, pus_device_operation_t* const operation,
                  const uint64_t now_ns)
 {

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Services 2 and 6 of a subsystem in flight: the manipulator's memory, and the objects of its drives."""
+
+import binascii
+import struct
+
+import pytest
+
+SUBSYSTEM = "MANIPULATOR"
+JOINT = 0x11  # CAN node.
+PARAMETERS, COMPONENT = 1, 2  # Memories.
+
+
+def settle_state(station, apid, target):
+    """TC[129,1]."""
+    outcome = station.settle(station.send_data(apid, 129, 1, bytes([target])))
+    assert outcome.is_completed, (target, outcome.failure)
+
+
+@pytest.fixture(scope="module")
+def arm(station):
+    """The manipulator, configured, so that its drives are commissioned; in the end it is as before."""
+    apid = station.dictionary.subsystem(SUBSYSTEM).apid
+    nominal = next(mode["id"] for mode in station.dictionary.content["modes"] if mode["name"] == "NOMINAL")
+    assert station.settle(station.send_data(1, 131, 1, bytes([nominal]))).is_completed
+    settle_state(station, apid, 3)
+    assert station.settle(station.send_data(apid, 129, 3, struct.pack(">H", 1))).is_completed
+    yield apid
+    settle_state(station, apid, 0)
+
+
+def crc(octets):
+    """CRC-16 of the standard."""
+    return binascii.crc_hqx(octets, 0xFFFF)
+
+
+def protocol(index, subindex, length):
+    """Protocol-specific data."""
+    return struct.pack(">HBB", index, subindex, length).hex()
+
+
+def acquire(station, index, subindex=0, length=0, transaction=7):
+    """Data of TM[2,9]."""
+    answer = station.ask(SUBSYSTEM, 2, 8, n=[{
+        "transaction_id": transaction, "physical_device_id": JOINT, "protocol_specific_data": protocol(index, subindex, length)}])
+    assert (answer["transaction_id"], answer["data_acquisition_return_code"]) == (transaction, 0)
+    return bytes.fromhex(answer["data_block"])
+
+
+def command(index, octets, device=JOINT, length=None):
+    """Fields of one instruction of TC[2,7]."""
+    specific = protocol(index, 0, len(octets) if length is None else length)
+    return {"physical_device_id": device, "protocol_specific_data": specific, "command_data": octets.hex()}
+
+
+def test_objects_of_a_drive_are_read_and_written(station, arm):
+    assert acquire(station, 0x1000, length=4)[:2] == struct.pack("<H", 402)  # Device type: CiA 402.
+    before = acquire(station, 0x6065)  # Following error window.
+    changed = struct.pack("<I", struct.unpack("<I", before)[0] - 1)
+    station.do(SUBSYSTEM, 2, 7, n=[command(0x6065, changed)])
+    assert acquire(station, 0x6065) == changed
+    station.do(SUBSYSTEM, 2, 7, n=[command(0x6065, before)])
+
+
+def test_a_faulty_command_refuses_them_all(station, arm):
+    before = acquire(station, 0x6065)
+    outcome = station.refuse(0x0201, SUBSYSTEM, 2, 7, n=[command(0x6065, b"\0\0\0\0"), command(0x6065, before, device=0x44)])
+    assert outcome.failure.instruction == 2
+    station.refuse(0x0203, SUBSYSTEM, 2, 7, n=[command(0x6065, before, length=2)])
+    assert acquire(station, 0x6065) == before
+
+
+def test_what_a_drive_refuses_is_told(station, arm):
+    outcome = station.refuse(0x0403, SUBSYSTEM, 2, 8, n=[{
+        "transaction_id": 1, "physical_device_id": JOINT, "protocol_specific_data": protocol(0x5FFF, 0, 0)}])
+    assert outcome.failure.detail == 0x06020000, "no such object"
+    _, report = station.report(2, 9, where=lambda fields: fields["transaction_id"] == 1)
+    assert (report["data_acquisition_return_code"], report["data_block"]) == (0x0602, "")
+
+
+def test_registers_are_objects_of_32_bits(station, arm):
+    register = JOINT << 24 | 0x6065 << 8
+    value = station.ask(SUBSYSTEM, 2, 5, n=[{"register_address": register}])["n"][0]["register_data"]
+    assert value == struct.unpack("<I", acquire(station, 0x6065))[0]
+    station.do(SUBSYSTEM, 2, 2, n=[{"register_address": register, "register_data": value - 5}])
+    assert struct.unpack("<I", acquire(station, 0x6065))[0] == value - 5
+    station.do(SUBSYSTEM, 2, 2, n=[{"register_address": register, "register_data": value}])
+
+
+def test_devices_that_are_not_there_are_refused(station, arm):
+    station.refuse(0x0201, SUBSYSTEM, 2, 1, n=[{"on_off_device_address": 1}])
+    station.refuse(0x0201, SUBSYSTEM, 2, 4, n1=[
+        {"cpdu_id": 1, "n2": [{"output_line_id": 5, "reserved": 0, "duration_exponential_value": 2}]}])
+    station.refuse(0x0201, SUBSYSTEM, 2, 10, n=[{"logical_device_id": 1, "command_id": 1, "command_arguments": ""}])
+    station.refuse(0x0201, SUBSYSTEM, 2, 11, n=[
+        {"transaction_id": 1, "logical_device_id": 1, "parameter_id": "MANIPULATOR.CUR_VALUES"}])
+
+
+# --- memory ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def settable(station, arm):
+    """A parameter of two DOUBLE that nothing changes while the arm rests."""
+    return station.dictionary.subsystem(SUBSYSTEM).parameter("TORQUE_LIMIT")
+
+
+def dump_object(station, base, offset, length):
+    """Octets of an object of the parameters."""
+    areas = station.ask(SUBSYSTEM, 6, 3, memory_id=PARAMETERS, base_id=base, n=[{"offset": offset, "length": length}])["n"]
+    data = b"".join(bytes.fromhex(area["data"]) for area in areas)
+    assert all(area["checksum"] == crc(bytes.fromhex(area["data"])) for area in areas)
+    return data
+
+
+def load(station, base, octets, checksum=None):
+    """Fields of TC[6,1]."""
+    area = {"offset": 0, "data": octets.hex(), "checksum": crc(octets) if checksum is None else checksum}
+    return {"memory_id": PARAMETERS, "base_id": base, "n": [area]}
+
+
+def test_parameters_are_loaded_and_dumped_in_place(station, settable):
+    base = settable.parameter_id
+    before = dump_object(station, base, 0, 8)
+    second = dump_object(station, base, 8, 8)
+    station.do(SUBSYSTEM, 6, 1, **load(station, base, struct.pack("=d", 0.125)))
+    assert dump_object(station, base, 0, 16) == struct.pack("=d", 0.125) + second
+    whole = station.ask(SUBSYSTEM, 6, 17, memory_id=PARAMETERS, base_id=base)
+    assert (whole["length"], whole["checksum"]) == (16, crc(struct.pack("=d", 0.125) + second))
+    part = station.ask(SUBSYSTEM, 6, 7, memory_id=PARAMETERS, base_id=base, n=[{"offset": 4, "length": 4}])["n"][0]
+    assert part["checksum"] == crc(struct.pack("=d", 0.125)[4:])
+    station.refuse(0x020D, SUBSYSTEM, 6, 1, **load(station, base, before, checksum=crc(before) ^ 1))
+    station.do(SUBSYSTEM, 6, 1, **load(station, base, before))
+    assert dump_object(station, base, 0, 8) == before
+
+
+def test_a_large_dump_comes_in_many_reports(station, arm):
+    length = 5000
+    answer = station.ask(SUBSYSTEM, 6, 5, memory_id=COMPONENT, n=[{"start_address": 0, "length": length}])
+    assert len(answer["n"]) >= 2
+    assert sum(len(area["data"]) // 2 for area in answer["n"]) == length
+    following = [area["start_address"] for area in answer["n"]]
+    assert following == sorted(following)
+
+
+def test_raw_areas_are_checked(station, arm):
+    areas = station.ask(SUBSYSTEM, 6, 9, memory_id=COMPONENT, n=[{"start_address": 64, "length": 4096}])["n"]
+    assert (areas[0]["start_address"], areas[0]["length"]) == (64, 4096)
+    station.refuse(0x0207, SUBSYSTEM, 6, 9, memory_id=COMPONENT, n=[{"start_address": 0xFFFFFFFF, "length": 2}])
+    station.refuse(0x0201, SUBSYSTEM, 6, 9, memory_id=77, n=[{"start_address": 0, "length": 1}])
+
+
+def test_a_memory_is_protected_and_scrubbed(station, settable):
+    base = settable.parameter_id
+    before = dump_object(station, base, 0, 8)
+    station.do(SUBSYSTEM, 6, 15, memory_id=PARAMETERS)
+    station.refuse(0x0208, SUBSYSTEM, 6, 1, **load(station, base, before))
+    station.do(SUBSYSTEM, 6, 16, memory_id=PARAMETERS)
+    station.do(SUBSYSTEM, 6, 1, **load(station, base, before))
+    station.do(SUBSYSTEM, 6, 13, memory_id=COMPONENT)
+    station.do(SUBSYSTEM, 6, 14, memory_id=COMPONENT)
+    station.refuse(0x0208, SUBSYSTEM, 6, 2, memory_id=COMPONENT, n=[{"start_address": 0, "data": "00", "checksum": crc(b"\0")}])
+    station.do(SUBSYSTEM, 6, 12)
+
+
+def test_raw_memory_is_loaded_in_areas_and_bits(station, settable):
+    base, pattern = settable.parameter_id, struct.pack("=d", 0.0625)
+    before = dump_object(station, base, 0, 8)
+    place = station.ask(SUBSYSTEM, 6, 5, memory_id=PARAMETERS, n=[{"start_address": 0, "length": 4}])["n"][0]
+    octets = bytes.fromhex(place["data"])
+    station.do(SUBSYSTEM, 6, 2, memory_id=PARAMETERS, n=[{"start_address": 0, "data": octets.hex(), "checksum": crc(octets)}])
+    station.do(SUBSYSTEM, 6, 11, memory_id=PARAMETERS, start_address=0, bit_mask="00000000", data="ffffffff")
+    station.do(SUBSYSTEM, 6, 1, **load(station, base, pattern))
+    assert dump_object(station, base, 0, 8) == pattern
+    station.do(SUBSYSTEM, 6, 1, **load(station, base, before))
+
+
+def test_without_files_there_is_no_load_by_reference(station, settable):
+    area = {"start_address": 0, "offset_in_file": 0, "length": 1, "checksum": 0}
+    names = {"repository_path": "/", "file_name": "x"}
+    station.refuse(0x0201, SUBSYSTEM, 6, 19, memory_id=PARAMETERS, n=[area], **names)
