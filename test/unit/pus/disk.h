@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A file store in memory for services under test.
+#ifndef TEST_UNIT_PUS_DISK_H
+#define TEST_UNIT_PUS_DISK_H
+
+#include "pus/file_store.h"
+
+#define DISK_FILES_MAX 700U
+#define DISK_FILE_SIZE 40000U ///< Largest file with content [octets].
+#define DISK_CONTENTS 6U      ///< Files with content.
+
+typedef struct { // Private.
+    bool is_used;
+    bool is_directory;
+    char path[PUS_FILE_PATH_SIZE];
+    uint64_t size;
+    uint8_t* octets; // Null: none.
+} disk_file_t;
+
+typedef struct {
+    unsigned calls;     ///< Of the store.
+    unsigned fail_call; ///< The call of this number answers `failure`; 0: none does.
+    status_t failure;
+    uint64_t room; ///< Asked for by the last file made [octets].
+    unsigned syncs;
+    disk_file_t files[DISK_FILES_MAX];
+    size_t contents; // Private.
+    uint8_t octets[DISK_CONTENTS][DISK_FILE_SIZE];
+} disk_t;
+
+extern disk_t disk;
+
+/// Forget everything but the root.
+void disk_start(void);
+pus_file_store_t disk_store(void);
+/// Put a directory, or a file of `size` octets, which count from `first` on.
+void disk_directory(const char* path);
+disk_file_t* disk_file(const char* path, uint64_t size, uint8_t first);
+/// Null: there is none.
+disk_file_t* disk_find(const char* path);
+void disk_remove(const char* path);
+
+#endif // TEST_UNIT_PUS_DISK_H
