@@ -14,21 +14,29 @@ value_type_t pus_scalar_type(const uint32_t parameter_id)
     return (layout < (uint32_t)VALUE_SCALARS) ? (value_type_t)layout : VALUE_SCALARS;
 }
 
+/// Find a scalar and the port's handle for it. Status of pus_scalar_find.
+static status_t find(const pus_parameter_port_t* const port, const uint32_t parameter_id,
+                     uint16_t* const out_handle)
+{
+    const value_type_t type = pus_scalar_type(parameter_id);
+    uint16_t size           = 0U;
+    const status_t status   = port->find(port->context, parameter_id, out_handle, &size);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    return ((type == VALUE_SCALARS) || (value_size(type) != size)) ? STATUS_INVALID : STATUS_OK;
+}
+
 status_t pus_scalar_find(const pus_parameter_port_t* const port, const uint32_t parameter_id,
                          pus_scalar_t* const out_scalar)
 {
     FSW_ASSERT((port != NULL) && (out_scalar != NULL));
-    pus_scalar_t found    = {.id = parameter_id, .type = pus_scalar_type(parameter_id)};
-    uint16_t size         = 0U;
-    const status_t status = port->find(port->context, parameter_id, &found.handle, &size);
-    if (status != STATUS_OK) {
-        return status;
+    uint16_t handle       = 0U;
+    const status_t status = find(port, parameter_id, &handle);
+    if (status == STATUS_OK) {
+        *out_scalar = (pus_scalar_t){.id = parameter_id, .type = pus_scalar_type(parameter_id)};
     }
-    if ((found.type == VALUE_SCALARS) || (value_size(found.type) != size)) {
-        return STATUS_INVALID;
-    }
-    *out_scalar = found;
-    return STATUS_OK;
+    return status;
 }
 
 uint16_t pus_scalar_failure(const status_t status)
@@ -36,13 +44,21 @@ uint16_t pus_scalar_failure(const status_t status)
     return (status == STATUS_NOT_FOUND) ? PUS_FAILURE_UNKNOWN_ID : PUS_FAILURE_ACCESS;
 }
 
-uint64_t pus_scalar_sample(const pus_parameter_port_t* const port, const pus_scalar_t* const scalar)
+status_t pus_scalar_sample(const pus_parameter_port_t* const port, const pus_scalar_t* const scalar,
+                           uint64_t* const out_bits)
 {
+    FSW_ASSERT((port != NULL) && (scalar != NULL) && (out_bits != NULL));
     uint8_t octets[sizeof(uint64_t)] = {0};
-    octet_writer_t writer            = octet_writer(octets, value_size(scalar->type));
-    port->read(port->context, scalar->handle, &writer);
-    octet_reader_t reader = octet_reader(octets, sizeof octets);
-    return pus_scalar_read(&reader, scalar->type);
+    uint16_t handle                  = 0U;
+    const status_t status            = find(port, scalar->id, &handle);
+    *out_bits                        = 0U;
+    if (status == STATUS_OK) {
+        octet_writer_t writer = octet_writer(octets, value_size(scalar->type));
+        port->read(port->context, handle, &writer);
+        octet_reader_t reader = octet_reader(octets, sizeof octets);
+        *out_bits             = pus_scalar_read(&reader, scalar->type);
+    }
+    return status;
 }
 
 uint64_t pus_scalar_read(octet_reader_t* const reader, const value_type_t type)

@@ -21,7 +21,6 @@ typedef enum {
 /// A scalar parameter behind the port.
 typedef struct {
     uint32_t id;
-    uint16_t handle;
     value_type_t type; ///< A scalar type.
 } pus_scalar_t;
 
@@ -33,8 +32,10 @@ MUST_USE status_t pus_scalar_find(const pus_parameter_port_t* port, uint32_t par
                                   pus_scalar_t* out_scalar);
 /// Failure code for a status of pus_scalar_find other than STATUS_OK; its detail is the parameter id.
 uint16_t pus_scalar_failure(status_t status);
-/// The present value's bits.
-uint64_t pus_scalar_sample(const pus_parameter_port_t* port, const pus_scalar_t* scalar);
+/// The present value's bits. The parameter is looked up each time, since it may be withdrawn and come back
+/// while its owner's software is started anew. Status of pus_scalar_find; *out_bits is 0 unless STATUS_OK.
+MUST_USE status_t pus_scalar_sample(const pus_parameter_port_t* port, const pus_scalar_t* scalar,
+                                    uint64_t* out_bits);
 
 uint64_t pus_scalar_read(octet_reader_t* reader, value_type_t type);
 void pus_scalar_write(octet_writer_t* writer, value_type_t type, uint64_t bits);

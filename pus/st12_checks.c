@@ -36,8 +36,12 @@ void monitoring_uncheck(pus_monitoring_t* const self, pus_pmon_t* const pmon)
 
 bool monitoring_is_valid(const pus_monitoring_t* const self, const pus_validity_t* const validity)
 {
-    return (validity->scalar.id == 0U) || ((pus_scalar_sample(&self->config.parameters, &validity->scalar) &
-                                            validity->mask) == validity->expected);
+    uint64_t value = 0U;
+    if (validity->scalar.id == 0U) {
+        return true;
+    }
+    return (pus_scalar_sample(&self->config.parameters, &validity->scalar, &value) == STATUS_OK) &&
+           ((value & validity->mask) == validity->expected);
 }
 
 // Reports of transitions.
@@ -180,10 +184,11 @@ static uint8_t judge(pus_pmon_t* const pmon, const uint64_t value)
 
 static void check(pus_monitoring_t* const self, pus_pmon_t* const pmon, const uint64_t now_ns)
 {
-    const uint64_t value = pus_scalar_sample(&self->config.parameters, &pmon->scalar);
+    uint64_t value        = 0U;
+    const status_t status = pus_scalar_sample(&self->config.parameters, &pmon->scalar, &value);
     self->counters.checks++;
     monitoring_touch(self, pmon);
-    if (!monitoring_is_valid(self, &pmon->validity)) {
+    if ((status != STATUS_OK) || !monitoring_is_valid(self, &pmon->validity)) {
         pmon->verdict   = PUS_CHECK_UNCHECKED;
         pmon->verdicts  = 0U;
         pmon->has_first = false;

@@ -108,15 +108,19 @@ void monitoring_write_transition(octet_writer_t* const writer, const pus_transit
 
 // Whether a definition makes sense.
 
-static pus_failure_t find(const pus_monitoring_t* const self, pus_scalar_t* const scalar)
+/// A parameter that a record names may not be there yet.
+static pus_failure_t find(const pus_monitoring_t* const self, const monitoring_origin_t origin,
+                          pus_scalar_t* const scalar)
 {
-    const status_t status = pus_scalar_find(&self->config.parameters, scalar->id, scalar);
+    const status_t status = (origin == MONITORING_FROM_RECORD)
+                                ? STATUS_OK
+                                : pus_scalar_find(&self->config.parameters, scalar->id, scalar);
     return (status == STATUS_OK) ? pus_failure(PUS_FAILURE_NONE, 0U)
                                  : pus_failure(pus_scalar_failure(status), scalar->id);
 }
 
-pus_failure_t monitoring_check_validity(const pus_monitoring_t* const self, pus_validity_t* const validity,
-                                        const uint32_t offset)
+pus_failure_t monitoring_check_validity(const pus_monitoring_t* const self, const monitoring_origin_t origin,
+                                        pus_validity_t* const validity, const uint32_t offset)
 {
     if (validity->scalar.id == 0U) {
         return pus_failure(PUS_FAILURE_NONE, 0U);
@@ -124,7 +128,7 @@ pus_failure_t monitoring_check_validity(const pus_monitoring_t* const self, pus_
     if ((validity->expected & ~validity->mask) != 0U) {
         return pus_failure(PUS_FAILURE_OUT_OF_RANGE, offset);
     }
-    return find(self, &validity->scalar);
+    return find(self, origin, &validity->scalar);
 }
 
 pus_failure_t monitoring_check_event(const pus_monitoring_t* const self, const uint16_t event_id)
@@ -149,12 +153,12 @@ static bool has_sense(const pus_pmon_t* const pmon)
     return (order == PUS_LESS) || (order == PUS_EQUAL);
 }
 
-pus_failure_t monitoring_check_pmon(const pus_monitoring_t* const self, pus_pmon_t* const pmon,
-                                    const uint32_t offset)
+pus_failure_t monitoring_check_pmon(const pus_monitoring_t* const self, const monitoring_origin_t origin,
+                                    pus_pmon_t* const pmon, const uint32_t offset)
 {
-    pus_failure_t failure = find(self, &pmon->scalar);
+    pus_failure_t failure = find(self, origin, &pmon->scalar);
     if (failure.code == PUS_FAILURE_NONE) {
-        failure = monitoring_check_validity(self, &pmon->validity, offset);
+        failure = monitoring_check_validity(self, origin, &pmon->validity, offset);
     }
     if ((failure.code == PUS_FAILURE_NONE) &&
         ((pmon->interval == 0U) || (pmon->repetition == 0U) || (pmon->deltas == 0U) || !has_sense(pmon))) {

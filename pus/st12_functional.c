@@ -203,8 +203,8 @@ static void write_fmon(octet_writer_t* const writer, const pus_fmon_t* const fmo
 }
 
 /// See that a definition fits and makes sense, but for the PMONs it names.
-static pus_failure_t check_fmon(const pus_monitoring_t* const self, candidate_t* const candidate,
-                                const uint32_t offset)
+static pus_failure_t check_fmon(const pus_monitoring_t* const self, const monitoring_origin_t origin,
+                                candidate_t* const candidate, const uint32_t offset)
 {
     pus_fmon_t* const fmon = &candidate->fmon;
     if (candidate->member_count > self->config.fmon_members) {
@@ -215,8 +215,9 @@ static pus_failure_t check_fmon(const pus_monitoring_t* const self, candidate_t*
     }
     fmon->count                 = (uint8_t)candidate->member_count;
     const pus_failure_t failure = monitoring_check_event(self, fmon->event);
-    return (failure.code != PUS_FAILURE_NONE) ? failure
-                                              : monitoring_check_validity(self, &fmon->validity, offset);
+    return (failure.code != PUS_FAILURE_NONE)
+               ? failure
+               : monitoring_check_validity(self, origin, &fmon->validity, offset);
 }
 
 /// Put the ids of the members into the place of the definition to be.
@@ -267,7 +268,7 @@ static pus_failure_t add(pus_monitoring_t* const self, candidate_t* const candid
     if (place == NULL) {
         return pus_failure(PUS_FAILURE_TABLE_FULL, self->config.fmon_capacity);
     }
-    pus_failure_t failure = check_fmon(self, candidate, offset);
+    pus_failure_t failure = check_fmon(self, MONITORING_FROM_ADD, candidate, offset);
     if (failure.code == PUS_FAILURE_NONE) {
         failure = take_members(self, candidate, members_of(self, place));
     }
@@ -303,7 +304,7 @@ status_t monitoring_restore_fmon(pus_monitoring_t* const self, octet_reader_t* c
     if (place == NULL) {
         return STATUS_EXHAUSTED;
     }
-    const pus_failure_t failure = check_fmon(self, &candidate, 0U);
+    const pus_failure_t failure = check_fmon(self, MONITORING_FROM_RECORD, &candidate, 0U);
     if (failure.code == PUS_FAILURE_NONE) {
         // The records of its PMONs may come after it.
         pus_fmon_member_t* const members = members_of(self, place);

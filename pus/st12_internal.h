@@ -23,7 +23,7 @@ typedef enum {
 
 // Definitions of parameter monitoring (st12_definitions.c).
 
-/// Read a definition; handles are not known yet. False: no scalar, or no such check type.
+/// Read a definition. False: no scalar, or no such check type.
 bool monitoring_read_pmon(octet_reader_t* reader, monitoring_origin_t origin, pus_pmon_t* out_pmon);
 /// As an entry of TM[12,9], and a record.
 void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
@@ -31,10 +31,12 @@ void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
 void monitoring_write_transition(octet_writer_t* writer, const pus_transition_t* transition);
 bool monitoring_read_validity(octet_reader_t* reader, pus_validity_t* out_validity);
 void monitoring_write_validity(octet_writer_t* writer, const pus_validity_t* validity);
-/// Find parameters and events, and see that the definition makes sense. `offset`: of it, for the failure.
-pus_failure_t monitoring_check_pmon(const pus_monitoring_t* self, pus_pmon_t* pmon, uint32_t offset);
-pus_failure_t monitoring_check_validity(const pus_monitoring_t* self, pus_validity_t* validity,
-                                        uint32_t offset);
+/// Find events and, for a request, parameters; see that the definition makes sense. `offset`: of it, for the
+/// failure.
+pus_failure_t monitoring_check_pmon(const pus_monitoring_t* self, monitoring_origin_t origin,
+                                    pus_pmon_t* pmon, uint32_t offset);
+pus_failure_t monitoring_check_validity(const pus_monitoring_t* self, monitoring_origin_t origin,
+                                        pus_validity_t* validity, uint32_t offset);
 pus_failure_t monitoring_check_event(const pus_monitoring_t* self, uint16_t event_id);
 
 // Tables and records (st12_monitoring.c).

@@ -126,8 +126,6 @@ status_t monitoring_status(const pus_failure_t* const failure)
         return STATUS_OK;
     case PUS_FAILURE_UNKNOWN_ID:
         return STATUS_NOT_FOUND;
-    case PUS_FAILURE_ACCESS:
-        return STATUS_FORBIDDEN;
     case PUS_FAILURE_TABLE_FULL:
         return STATUS_EXHAUSTED;
     default:
@@ -145,7 +143,7 @@ static status_t restore_pmon(pus_monitoring_t* const self, octet_reader_t* const
     if ((there == NULL) && (self->pmon_count == self->config.pmon_capacity)) {
         return STATUS_EXHAUSTED;
     }
-    const pus_failure_t failure = monitoring_check_pmon(self, &pmon, 0U);
+    const pus_failure_t failure = monitoring_check_pmon(self, MONITORING_FROM_RECORD, &pmon, 0U);
     if (failure.code == PUS_FAILURE_NONE) {
         if (there != NULL) {
             monitoring_uncheck(self, there);
@@ -372,7 +370,7 @@ static pus_failure_t add(pus_monitoring_t* const self, pus_pmon_t* const pmon, c
     if (self->pmon_count == self->config.pmon_capacity) {
         return pus_failure(PUS_FAILURE_TABLE_FULL, self->config.pmon_capacity);
     }
-    pus_failure_t failure = monitoring_check_pmon(self, pmon, offset);
+    pus_failure_t failure = monitoring_check_pmon(self, MONITORING_FROM_ADD, pmon, offset);
     if (failure.code == PUS_FAILURE_NONE) {
         failure = save(self, pmon);
     }
@@ -401,7 +399,7 @@ static pus_failure_t modify(pus_monitoring_t* const self, pus_pmon_t* const pmon
     pmon->validity        = there->validity;
     pmon->interval        = there->interval;
     pmon->members         = there->members;
-    pus_failure_t failure = monitoring_check_pmon(self, pmon, offset);
+    pus_failure_t failure = monitoring_check_pmon(self, MONITORING_FROM_ADD, pmon, offset);
     if (failure.code == PUS_FAILURE_NONE) {
         failure = save(self, pmon);
     }

@@ -8,15 +8,15 @@
 ///   delta           the mean of so many consecutive differences, low <= mean <= high; one verdict for each
 ///                   such block. Thresholds have a sign, whatever the value's type: an unsigned value of
 ///                   8..64 bits has thresholds of the same width in two's complement.
-/// While its validity condition does not hold, (validity parameter & mask) == expected, its status is
-/// "invalid", at once. The condition of parameter id 0 (mask and value are one octet there) always holds.
-/// Otherwise a verdict becomes its status when it has come `repetition` times in a row. A change of status is
-/// a transition: it joins the list of TM[12,12], which is sent when it is full, or the maximum reporting
-/// delay [cycles] after its first entry; and it raises the event of the limit that is crossed, unless that is
-/// 0. The event's auxiliary data, 16 octets: PMON id u16, parameter id u32, check type u8, status u8, value
-/// f64. A status that is set to "unchecked" because its definition or the function is disabled is no
-/// transition. `limit_crossed` is the limit of the new status, or of the one before it, or zero; with
-/// expected values always the expected one.
+/// While its validity condition does not hold, (validity parameter & mask) == expected, or one of both
+/// parameters is not there (its owner's software is not started), its status is "invalid", at once. The
+/// condition of parameter id 0 (mask and value are one octet there) always holds. Otherwise a verdict becomes
+/// its status when it has come `repetition` times in a row. A change of status is a transition: it joins the
+/// list of TM[12,12], which is sent when it is full, or the maximum reporting delay [cycles] after its first
+/// entry; and it raises the event of the limit that is crossed, unless that is 0. The event's auxiliary data,
+/// 16 octets: PMON id u16, parameter id u32, check type u8, status u8, value f64. A status that is set to
+/// "unchecked" because its definition or the function is disabled is no transition. `limit_crossed` is the
+/// limit of the new status, or of the one before it, or zero; with expected values always the expected one.
 ///
 /// An FMON is judged whenever one of its PMONs was sampled or disabled: "invalid" while its validity
 /// condition does not hold, else "failed" while at least `minimum` of its PMONs are unexpected or out of
@@ -170,7 +170,7 @@ void pus_monitoring_init(pus_monitoring_t* self, const pus_monitoring_config_t* 
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_monitoring_service(pus_monitoring_t* self);
 /// Take one record back. STATUS_OK, STATUS_INVALID (malformed, or what a request would be refused for),
-/// STATUS_NOT_FOUND (a parameter or an event), STATUS_FORBIDDEN (not readable), STATUS_EXHAUSTED (no room).
+/// STATUS_NOT_FOUND (an event), STATUS_EXHAUSTED (no room). A parameter may come later.
 MUST_USE status_t pus_monitoring_restore(pus_monitoring_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
 /// Check what is due and report. `cycle` counts minimum sampling intervals and may jump forward; what was

@@ -21,7 +21,8 @@ static status_t find(void* const context, const uint32_t id, uint16_t* const out
     if ((id == SCALAR_ODD) || (id == SCALAR_ARRAY)) {
         return STATUS_OK;
     }
-    if ((type >= VALUE_SCALARS) || (number >= SCALAR_NUMBERS) || ((id >> 21U) != 16U)) {
+    if (scalars.is_withdrawn || (type >= VALUE_SCALARS) || (number >= SCALAR_NUMBERS) ||
+        ((id >> 21U) != 16U)) {
         return STATUS_NOT_FOUND;
     }
     *out_size = (uint16_t)value_size((value_type_t)type);

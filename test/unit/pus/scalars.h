@@ -16,6 +16,7 @@
 typedef struct {
     uint64_t bits[VALUE_SCALARS][SCALAR_NUMBERS];
     unsigned reads;
+    bool is_withdrawn; ///< No parameter is there.
 } scalars_t;
 
 extern scalars_t scalars;

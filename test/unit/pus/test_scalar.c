@@ -33,7 +33,13 @@ static void parameters_are_found(void)
     TEST_ASSERT_EQUAL_HEX32(SCALAR_ID(VALUE_INT16, 5U), scalar.id);
     TEST_ASSERT_EQUAL(VALUE_INT16, scalar.type);
     scalar_set(scalar.id, 0xFEDCU);
-    TEST_ASSERT_EQUAL_HEX64(0xFEDCU, pus_scalar_sample(&port, &scalar));
+    uint64_t bits = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_scalar_sample(&port, &scalar, &bits));
+    TEST_ASSERT_EQUAL_HEX64(0xFEDCU, bits);
+    scalar.id = SCALAR_UNKNOWN; // Withdrawn.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_scalar_sample(&port, &scalar, &bits));
+    TEST_ASSERT_EQUAL_HEX64(0U, bits);
+    scalar.id = SCALAR_ID(VALUE_INT16, 5U);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_scalar_find(&port, SCALAR_UNKNOWN, &scalar));
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, pus_scalar_find(&port, SCALAR_SECRET, &scalar));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_scalar_find(&port, SCALAR_ODD, &scalar));

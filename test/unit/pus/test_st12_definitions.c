@@ -359,9 +359,14 @@ static void records_that_are_no_good_are_told(void)
     record[7] = 0x1FU;
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 1U, record, size));
     record[7] = 0U;
-    record[4] = 0xFFU; // Number of the parameter.
+    record[4] = 0xFFU;                                                            // Number of the parameter.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, 1U, record, size)); // It may come.
+    record[4]  = 0U;
+    record[22] = 0x03U; // Low event: unknown.
+    record[23] = 0xE7U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_monitoring_restore(self, 1U, record, size));
-    record[4] = 0U;
+    record[22] = 0U;
+    record[23] = 0U;
     for (uint16_t i = 1U; i < MONITORS_PMONS; i++) {
         record[0] = (uint8_t)i;
         TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, i, record, size));

@@ -373,6 +373,23 @@ static void without_its_validity_condition_it_is_invalid(void)
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_INVALID, status_of(1U));
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_HIGH, status_of(1U));
+    self->config.pmons[0].validity.scalar.id = SCALAR_UNKNOWN; // Withdrawn.
+    monitors_step(1U);
+    TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_INVALID, status_of(1U));
+}
+
+static void without_its_parameter_it_is_invalid(void)
+{
+    limit_added(1U, LEVEL);
+    function_enabled();
+    scalar_set(LEVEL, 15U);
+    monitors_step(1U);
+    scalars.is_withdrawn = true;
+    monitors_step(1U);
+    TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_INVALID, status_of(1U));
+    scalars.is_withdrawn = false;
+    monitors_step(1U);
+    TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_NOMINAL, status_of(1U));
 }
 
 static void each_is_sampled_in_its_interval(void)
@@ -440,6 +457,7 @@ int main(void)
     RUN_TEST(the_mean_of_consecutive_differences_counts);
     RUN_TEST(a_real_difference_that_is_no_number_is_below);
     RUN_TEST(without_its_validity_condition_it_is_invalid);
+    RUN_TEST(without_its_parameter_it_is_invalid);
     RUN_TEST(each_is_sampled_in_its_interval);
     RUN_TEST(the_cycle_counter_may_wrap);
     RUN_TEST(out_of_limits_are_reported_with_their_transition);
