@@ -155,11 +155,12 @@ $B/obj/%.o: %.c $B/flags | build/setup/run
 SIM_LIBRARIES    := $(foreach d,$(filter sim/% osal/% fsw/framework/base,$(DIRS)),$(call library,$d))
 FLIGHT_LIBRARIES := $(foreach d,$(filter-out sim/%,$(DIRS)),$(call library,$d))
 
+LUA   := $(if $(S390X),,-llua5.4) # No program for another processor runs procedures.
 group = -Wl,--start-group $(filter %.a,$1) -Wl,--end-group
 program_name = $B/bin/$(subst _,-,$(patsubst %_main.c,%,$(notdir $1)))
 libraries_of = $(if $(findstring image,$1),$(LIBRARIES),$(if $(filter sim/%,$1),$(SIM_LIBRARIES),$(FLIGHT_LIBRARIES)))
 externals_of = $(if $(findstring image,$1)$(filter sim/%,$1),-lode -llcm) $(if $(findstring sqlite,$1),-lsqlite3) \
-               $(if $(filter sim/%,$1),,-lexpat) -lpthread -lm
+               $(if $(filter sim/%,$1),,-lexpat $(LUA)) -lpthread -lm
 
 define program_rule
 $(call program_name,$1): $(call objects,$1) $(call libraries_of,$1)
@@ -194,7 +195,7 @@ mirrored   = $(patsubst test/unit/%,%,$(patsubst test/contract/%,%,$(patsubst %/
 test_name  = $(patsubst %.c,$B/%,$1)
 fixtures   = $(filter-out $(dir $1)test_%,$(wildcard $(dir $1)*.c))
 
-TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) -lexpat -lpthread -lm
+TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) -lexpat -lpthread -lm
 
 define test_rule
 $(call test_name,$1): $(call objects,$1 $(call fixtures,$1)) $(SUPPORT_A) $(call layer_libraries,$(call mirrored,$1))
@@ -216,7 +217,7 @@ define bench_rule
 $(patsubst test/bench/%.c,$B/bench/%,$1): $(call objects,$1 $(filter-out test/bench/bench_%,$(wildcard test/bench/*.c))) $(LIBRARIES)
 	@mkdir -p $$(@D)
 	$(Q)$(CC) $(CFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) \
-	    -Wl,--as-needed -lexpat -lode -llcm -lsqlite3 -lpthread -lm
+	    -Wl,--as-needed -lexpat $(LUA) -lode -llcm -lsqlite3 -lpthread -lm
 endef
 $(foreach b,$(BENCHES),$(eval $(call bench_rule,$b)))
 include test/bench/transport.mk
@@ -227,7 +228,7 @@ $B/target/$1: $(call objects,test/fuzz/fuzz_$1.c $(filter-out test/fuzz/fuzz_%,$
               $(LIBRARIES)
 	@mkdir -p $$(@D)
 	$(Q)$(CC) $(CFLAGS) -fsanitize=fuzzer -o $$@ $$(filter %.o,$$^) $$(call group,$$^) \
-	    -Wl,--as-needed -lexpat -lode -llcm -lsqlite3 -lpthread -lm
+	    -Wl,--as-needed -lexpat $(LUA) -lode -llcm -lsqlite3 -lpthread -lm
 endef
 $(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
 -include $(patsubst %.o,%.d,$(call objects,$(FUZZ_SOURCES)))

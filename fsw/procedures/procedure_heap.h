@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Memory of one procedure: a binary buddy system on the caller's octets, for an interpreter that tells the
+/// size of a block when it gives it back. Blocks are 32 octets times a power of two and need no header.
+///
+/// Ownership  The caller places memory and map. Context: one loop. Time: O(log memory), and the copy of a
+///            block that grows. Errors: null when there is no room.
+#ifndef FSW_PROCEDURES_PROCEDURE_HEAP_H
+#define FSW_PROCEDURES_PROCEDURE_HEAP_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define PROCEDURE_BLOCK 32U                                   ///< Smallest block [octets].
+#define PROCEDURE_ORDERS 16U                                  ///< Sizes of blocks; the largest is 1 MiB.
+#define PROCEDURE_BLOCKS(octets) ((octets) / PROCEDURE_BLOCK) ///< Octets of the map.
+
+typedef struct {      // Private, except `peak` and `refused`.
+    uint64_t* memory; // PROCEDURE_BLOCK octets each, blocks of them.
+    uint8_t* map;     // Of each block: the order of the free one that begins here, else 0xFF.
+    uint32_t blocks;
+    uint32_t free[PROCEDURE_ORDERS]; // First free block of each order, + 1; 0 none.
+    size_t used;                     // [octets]
+    size_t peak;                     ///< Most octets in use at a time.
+    uint32_t refused;                ///< Blocks there was no room for.
+} procedure_heap_t;
+
+/// All is free. size: a multiple of PROCEDURE_BLOCK, up to 1 MiB; `map` has PROCEDURE_BLOCKS(size) octets.
+void procedure_heap_init(procedure_heap_t* heap, uint64_t* memory, size_t size, uint8_t* map);
+/// A block of at least `size` octets (>= 1), aligned to 8; null if there is no room.
+void* procedure_heap_take(procedure_heap_t* heap, size_t size);
+/// Give back a block that was taken with this size.
+void procedure_heap_give(procedure_heap_t* heap, void* block, size_t size);
+/// Change the size (both >= 1); the content up to the smaller one stays. Null if there is no room: the block
+/// is then as it was. A block that shrinks never needs room.
+void* procedure_heap_resize(procedure_heap_t* heap, void* block, size_t before, size_t after);
+
+#endif // FSW_PROCEDURES_PROCEDURE_HEAP_H

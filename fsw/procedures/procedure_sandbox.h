@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a procedure sees of the language and of its host. Internal to fsw/procedures.
+#ifndef FSW_PROCEDURES_PROCEDURE_SANDBOX_H
+#define FSW_PROCEDURES_PROCEDURE_SANDBOX_H
+
+#include "fsw/procedures/procedure_engine.h"
+
+#include <lua5.4/lua.h>
+
+/// Slot of a state; null before procedure_sandbox_bind.
+procedure_slot_t* procedure_slot_of(lua_State* state);
+void procedure_slot_bind(lua_State* state, procedure_slot_t* slot);
+/// Replace the globals by the sandbox. May raise errors: call it protected.
+void procedure_sandbox_open(lua_State* state);
+/// Calls to the host (procedure_calls.c): into the table on top of the stack.
+void procedure_calls_open(lua_State* state);
+/// Lines of the library's part in Lua, ended by null; it is run with the globals as its argument.
+const char* const* procedure_prelude(void);
+/// Push the values of `octets` (PUS_ANSWER_VALUES). May raise an error.
+void procedure_push_values(lua_State* state, const uint8_t* octets, size_t size);
+void procedure_push_value(lua_State* state, value_type_t type, uint64_t bits);
+
+#endif // FSW_PROCEDURES_PROCEDURE_SANDBOX_H

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A host for procedures under test: it answers every call at once and notes them as text.
+#ifndef TEST_UNIT_FSW_PROCEDURES_PROCEDURES_H
+#define TEST_UNIT_FSW_PROCEDURES_PROCEDURES_H
+
+#include "fsw/procedures/procedure_engine.h"
+
+#define HOST_SLOTS 2U
+#define HOST_MEMORY (256U * 1024U)
+#define HOST_BUDGET 1000U
+#define HOST_LOG_MAX 8192U
+
+typedef struct {
+    procedure_engine_t engine;
+    pus_procedure_port_t port;
+    procedure_slot_t slots[HOST_SLOTS];
+    pus_call_t call;        ///< The last one.
+    unsigned pauses;        ///< Budgets used up since the start.
+    uint32_t worst;         ///< Most units that were spent of one budget.
+    char log[HOST_LOG_MAX]; ///< Calls, `kind number text;`.
+} host_t;
+
+extern host_t host;
+
+void host_start(void);
+/// Begin a procedure in slot 0, without arguments.
+status_t host_begin(const char* code);
+/// Let it run with its answers, for `budgets` budgets at most; true if it has ended, well or not.
+bool host_run(unsigned budgets);
+/// Begin it and let it run: it must end well, having raised events of exactly these numbers ("1 2 3").
+void expect_events(const char* code, const char* events);
+/// It must fail with a text that has this part.
+void expect_error(const char* code, const char* part);
+
+#endif // TEST_UNIT_FSW_PROCEDURES_PROCEDURES_H
