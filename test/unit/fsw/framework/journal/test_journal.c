@@ -3,7 +3,7 @@
 #include "fsw/framework/journal/journal_record.h"
 
 #include "test/support/assertion.h"
-#include "test/unit/fsw/framework/journal/recorded_media.h"
+#include "test/support/recorded_media.h"
 #include "unity.h"
 
 #include <string.h>

@@ -3,7 +3,7 @@
 // state must be that of the last commit that was acknowledged, or of the one that was under way.
 #include "fsw/framework/journal/journal.h"
 
-#include "test/unit/fsw/framework/journal/recorded_media.h"
+#include "test/support/recorded_media.h"
 #include "unity.h"
 
 #include <stdio.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "test/unit/fsw/framework/journal/recorded_media.h"
+#include "test/support/recorded_media.h"
 
 #include "unity.h"
 

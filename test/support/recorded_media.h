@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Two media in memory that record every write, so that a test can cut the power at any of them: of what was
 /// not synced yet, any part may be missing and any write may be torn. Errors come on demand.
-#ifndef TEST_UNIT_FSW_FRAMEWORK_JOURNAL_RECORDED_MEDIA_H
-#define TEST_UNIT_FSW_FRAMEWORK_JOURNAL_RECORDED_MEDIA_H
+#ifndef TEST_SUPPORT_RECORDED_MEDIA_H
+#define TEST_SUPPORT_RECORDED_MEDIA_H
 
 #include "fsw/framework/base/medium.h"
 
 #include <stdbool.h>
 
-#define MEDIUM_MAX 32768U    ///< Largest medium [octets].
+#define MEDIUM_MAX 131072U   ///< Largest medium [octets].
 #define OPERATIONS_MAX 8192U ///< Recorded since the last recorded_clear.
 
 typedef struct {
@@ -60,4 +60,4 @@ void recorded_durable(image_t images[2]);
 /// Copy both media.
 void recorded_copy(image_t to[2], const image_t from[2]);
 
-#endif // TEST_UNIT_FSW_FRAMEWORK_JOURNAL_RECORDED_MEDIA_H
+#endif // TEST_SUPPORT_RECORDED_MEDIA_H
