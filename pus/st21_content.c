@@ -229,10 +229,27 @@ status_t pus_sequences_restore(sequences_t* const self, const uint32_t key, cons
 
 // Loading.
 
+/// 1..8 printable characters, and NUL behind them.
+static bool is_name(const uint64_t id)
+{
+    bool is_good  = (id >> 56U) != 0U;
+    bool is_ended = false;
+    for (unsigned shift = 64U; shift > 0U; shift -= 8U) {
+        const uint64_t letter = (id >> (shift - 8U)) & 0xFFU;
+        is_good               = is_good &&
+                  ((letter == 0U) || (!is_ended && (letter >= (uint64_t)' ') && (letter <= (uint64_t)'~')));
+        is_ended = is_ended || (letter == 0U);
+    }
+    return is_good;
+}
+
 /// A place for a new sequence, empty. PUS_DONE, PUS_REFUSED.
 static pus_reply_t begin(sequences_t* const self, const uint64_t id, const size_t size,
                          uint16_t* const out_slot)
 {
+    if (!is_name(id)) {
+        return pus_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
+    }
     if (sequences_find(self, id) != NO_SEQUENCE) {
         return pus_refused(PUS_FAILURE_EXISTS, sequences_detail(id));
     }

@@ -9,7 +9,8 @@
 /// of mission time touches. Where the port does not take a request, the sequence waits and its delays run
 /// from when it was taken.
 ///
-/// Refused: loading what is loaded (EXISTS); an embedded request malformed or longer than
+/// Refused: a name that is not 1..8 printable characters padded with NUL (OUT_OF_RANGE, 0);
+/// loading what is loaded (EXISTS); an embedded request malformed or longer than
 /// PUS_SEQUENCE_REQUEST_MAX (EMBEDDED, offset); a negative delay, a count of 0, octets missing or left over
 /// in a file (OUT_OF_RANGE, offset); no room (TABLE_FULL: sequences, octets of one, or blocks); a file that
 /// is not there (UNKNOWN_ID, 0), locked (STATE, 0), of a path or name that is none (OUT_OF_RANGE, 0), or one

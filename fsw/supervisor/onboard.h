@@ -13,6 +13,7 @@
 #include "fsw/framework/descriptor/mission_descriptor.h"
 #include "fsw/framework/message/octet_ring.h"
 #include "fsw/supervisor/onboard_schedules.h"
+#include "fsw/supervisor/onboard_sequences.h"
 #include "pus/packet.h"
 #include "pus/persistence.h"
 #include "pus/service.h"
@@ -57,12 +58,14 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     uint8_t release_storage[ONBOARD_RELEASE_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
     onboard_schedules_t schedules;
+    onboard_sequences_t sequences;
     onboard_forwarding_t forwarding;
 } onboard_t;
 
 extern const onboard_binding_t onboard_time_schedule;
 extern const onboard_binding_t onboard_position_schedule;
 extern const onboard_binding_t onboard_event_action;
+extern const onboard_binding_t onboard_sequences;
 extern const onboard_binding_t onboard_forwarding;
 
 /// Where services keep their lasting records; null if nothing is kept.

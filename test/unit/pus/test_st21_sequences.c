@@ -143,6 +143,22 @@ static void a_sequence_is_loaded_whole_or_not_at_all(void)
     TEST_ASSERT_EQUAL_UINT32(1U, sequenced.service.counters.loaded);
 }
 
+static void a_name_is_printable_and_padded(void)
+{
+    static const char names[][9] = {"", "a\x1f", "a\x7f", "\0b", "a\0b", "\xe4hnlich"};
+    for (size_t i = 0U; i < (sizeof(names) / sizeof(names[0])); i++) {
+        sequenced_begin('a');
+        octet_write_u8(&sequenced.writer, 1U);
+        sequenced_add(1U, 0U, TICKS);
+        memcpy(sequenced.data, names[i], 8U);
+        sequenced_request(1U);
+        EXPECT_MESSAGES(1, 1, 1, 4);
+        expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
+    }
+    memcpy(sequenced.data, " ~345678", 8U);
+    sequenced_expect_done(1U);
+}
+
 static void the_room_is_limited(void)
 {
     sequenced_start(1U, 2U);
@@ -296,6 +312,7 @@ int main(void)
     RUN_TEST(a_step_releases_so_many_at_most);
     RUN_TEST(what_the_port_refuses_waits_and_its_delay_too);
     RUN_TEST(a_sequence_is_loaded_whole_or_not_at_all);
+    RUN_TEST(a_name_is_printable_and_padded);
     RUN_TEST(the_room_is_limited);
     RUN_TEST(what_may_not_be_done_is_refused);
     RUN_TEST(status_and_aborted_are_reported);
