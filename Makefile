@@ -99,6 +99,9 @@ endif
 
 # --- libraries: one per folder -----------------------------------------------------------------------------------
 SOURCES  := $(shell find osal pus fsw sim -name '*.c' 2>/dev/null | LC_ALL=C sort)
+ifdef S390X # Procedures run in the supervisor, which is never a foreign program: no Lua for that processor.
+SOURCES  := $(filter-out fsw/procedures/%,$(SOURCES))
+endif
 TESTS    := $(shell find test/unit test/contract -name 'test_*.c' 2>/dev/null | LC_ALL=C sort)
 BENCHES  := $(wildcard test/bench/bench_*.c)
 FUZZ_SOURCES := $(wildcard test/fuzz/*.c)
@@ -155,7 +158,7 @@ $B/obj/%.o: %.c $B/flags | build/setup/run
 SIM_LIBRARIES    := $(foreach d,$(filter sim/% osal/% fsw/framework/base,$(DIRS)),$(call library,$d))
 FLIGHT_LIBRARIES := $(foreach d,$(filter-out sim/%,$(DIRS)),$(call library,$d))
 
-LUA   := $(if $(S390X),,-llua5.4) # No program for another processor runs procedures.
+LUA   := $(if $(S390X),,-llua5.4)
 group = -Wl,--start-group $(filter %.a,$1) -Wl,--end-group
 program_name = $B/bin/$(subst _,-,$(patsubst %_main.c,%,$(notdir $1)))
 libraries_of = $(if $(findstring image,$1),$(LIBRARIES),$(if $(filter sim/%,$1),$(SIM_LIBRARIES),$(FLIGHT_LIBRARIES)))
