@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""docs/operations.md, executed as it stands against the flight of this session."""
+
+import re
+import shlex
+import signal
+
+import flying
+import pytest
+import station as stations
+
+PAGE = flying.ROOT / "docs" / "operations.md"
+BLOCK = re.compile(r"^```(sh|text)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def _pattern(expected):
+    """What a block of text expects: `...` stands for anything, on a line of its own for any lines."""
+    return re.compile(".*".join(re.escape(part) for part in re.split(r"\.\.\.", expected.strip())), re.DOTALL)
+
+
+def _steps():
+    """(commands, expected output or None) of the page, in order."""
+    steps = []
+    for kind, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+        if kind == "sh":
+            steps.append([text, None])
+        else:
+            steps[-1][1] = text
+    return steps
+
+
+@pytest.fixture
+def real_time(notes, tmp_path):
+    """A flight by the wall clock, as the page says, and a station that hears it."""
+    flight = flying.start(tmp_path / "run", "--scenario", "none", "--time", "real")
+    ground = stations.Station(flight, notes)
+    yield ground
+    ground.close()
+    flight.process.send_signal(signal.SIGINT)
+    flight.wait()
+
+
+def test_every_example_works_as_it_stands(real_time, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    real_time.report(129, 5, apid=16)
+    for commands, expected in _steps():
+        said = ""
+        for line in commands.splitlines():
+            words = shlex.split(line)
+            assert words[0] == "gse/gse", line
+            said += real_time.command(*words[1:])
+        if expected is not None:
+            assert _pattern(expected).search(said), f"{commands}\nsaid:\n{said}\nexpected:\n{expected}"
