@@ -47,7 +47,7 @@ def build(path, *sources):
     sources += sorted((ROOT / "fsw/framework/base").glob("*.c"))
     sources += [ROOT / "osal/posix/mutex.c"]
     options = "-std=c99 -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -D_POSIX_C_SOURCE=200809L".split()
-    subprocess.run(["gcc", *options, f"-I{ROOT}", "-o", path, *sources, "-lm", "-lpthread"], check=True)
+    subprocess.run(["gcc", *options, f"-I{ROOT}", f"-I{ROOT}/build", "-o", path, *sources, "-lm", "-lpthread"], check=True)
     return path
 
 

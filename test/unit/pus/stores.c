@@ -8,10 +8,10 @@
 #define NS_PER_S 1000000000ULL
 #define REPORTS_KNOWN 256U
 
-pus_storage_t storage;
-stores_sent_t sent;
+pus_storage_t stores_storage;
+stores_sent_t stores_sent;
 pus_storage_config_t stores_config;
-octet_writer_t request;
+octet_writer_t stores_request;
 
 static const uint16_t apids[] = {TEST_APID, 17U};
 static medium_t media[STORES];
@@ -48,18 +48,18 @@ static status_t take(void* const context, const uint8_t channel, const uint8_t* 
     pus_tm_t tm;
     pus_tm_t original;
     pus_failure_t failure;
-    TEST_ASSERT_EQUAL_PTR(&sent, context);
-    if (sent.refusals > 0U) {
-        sent.refusals--;
+    TEST_ASSERT_EQUAL_PTR(&stores_sent, context);
+    if (stores_sent.refusals > 0U) {
+        stores_sent.refusals--;
         return STATUS_FULL;
     }
-    TEST_ASSERT_TRUE(sent.count < SENT_MAX);
+    TEST_ASSERT_TRUE(stores_sent.count < SENT_MAX);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, size, &tm, &failure));
     TEST_ASSERT_EQUAL_UINT64(encode(tm.sequence, expected, &original), size);
     TEST_ASSERT_EQUAL_MEMORY(expected, packet, size);
-    sent.packets[sent.count].channel  = channel;
-    sent.packets[sent.count].sequence = tm.sequence;
-    sent.count++;
+    stores_sent.packets[stores_sent.count].channel  = channel;
+    stores_sent.packets[stores_sent.count].sequence = tm.sequence;
+    stores_sent.count++;
     return STATUS_OK;
 }
 
@@ -77,7 +77,7 @@ void stores_begin(void)
     for (size_t i = 0U; i < STORES; i++) {
         media[i] = recorded_medium(i);
     }
-    memset(&sent, 0, sizeof(sent));
+    memset(&stores_sent, 0, sizeof(stores_sent));
     seen          = 0U;
     added_count   = 0U;
     stores_config = (pus_storage_config_t){.process              = &bench.process,
@@ -91,7 +91,7 @@ void stores_begin(void)
                                            .apids                = apids,
                                            .apid_count           = 2U,
                                            .virtual_channels     = STORE_CHANNELS,
-                                           .port                 = {.context = &sent, .send = take},
+                                           .port                 = {.context = &stores_sent, .send = take},
                                            .packets_per_step     = STEP_PACKETS,
                                            .octets_per_step      = 60000U,
                                            .persistence          = records_port()};
@@ -100,21 +100,21 @@ void stores_begin(void)
 
 status_t stores_restart(void)
 {
-    pus_storage_init(&storage, &stores_config);
+    pus_storage_init(&stores_storage, &stores_config);
     for (size_t i = 0U; i < added_count; i++) {
         pus_store_definition_t definition = {.size            = added[i].blocks * PUS_STORE_BLOCK,
                                              .type            = added[i].type,
                                              .virtual_channel = 1U,
                                              .is_enabled      = true};
         memcpy(definition.name, added[i].name, PUS_NAME_SIZE);
-        TEST_ASSERT_EQUAL(STATUS_OK, pus_storage_add(&storage, &definition));
-        TEST_ASSERT_EQUAL(STATUS_OK,
-                          pus_selection_add_process(pus_storage_selection(&storage, (uint8_t)i), TEST_APID));
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_storage_add(&stores_storage, &definition));
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_selection_add_process(
+                                         pus_storage_selection(&stores_storage, (uint8_t)i), TEST_APID));
     }
-    (void)records_replay(PUS_SERVICE_STORAGE, restore, &storage);
-    bench_serve(pus_storage_service(&storage));
+    (void)records_replay(PUS_SERVICE_STORAGE, restore, &stores_storage);
+    bench_serve(pus_storage_service(&stores_storage));
     pus_dispatcher_persist(&bench.dispatcher, records_port());
-    return pus_storage_start(&storage);
+    return pus_storage_start(&stores_storage);
 }
 
 void stores_add(const char* const name, const uint16_t block_count, const uint8_t type)
@@ -142,7 +142,7 @@ void stores_report(const uint16_t sequence, const size_t size, const unsigned se
     pus_tm_t tm;
     TEST_ASSERT_TRUE(sequence < REPORTS_KNOWN);
     sizes[sequence] = size;
-    pus_storage_observe(&storage, &tm, packet, encode(sequence, packet, &tm), second * NS_PER_S);
+    pus_storage_observe(&stores_storage, &tm, packet, encode(sequence, packet, &tm), second * NS_PER_S);
 }
 
 void stores_reports(const uint16_t first, const uint16_t last)
@@ -155,110 +155,110 @@ void stores_reports(const uint16_t first, const uint16_t last)
 void stores_step(const unsigned steps, const unsigned second)
 {
     for (unsigned i = 0U; i < steps; i++) {
-        pus_storage_step(&storage, second * NS_PER_S);
+        pus_storage_step(&stores_storage, second * NS_PER_S);
     }
 }
 
-void expect_sent(const uint16_t first, const uint16_t last)
+void expect_stores_sent(const uint16_t first, const uint16_t last)
 {
     for (uint16_t i = first; i <= last; i++) {
-        TEST_ASSERT_TRUE_MESSAGE(seen < sent.count, "a packet was not sent");
-        TEST_ASSERT_EQUAL_UINT16(i, sent.packets[seen].sequence);
+        TEST_ASSERT_TRUE_MESSAGE(seen < stores_sent.count, "a packet was not stores_sent");
+        TEST_ASSERT_EQUAL_UINT16(i, stores_sent.packets[seen].sequence);
         seen++;
     }
-    TEST_ASSERT_EQUAL_UINT64(seen, sent.count);
+    TEST_ASSERT_EQUAL_UINT64(seen, stores_sent.count);
 }
 
-void expect_none_sent(void)
+void expect_stores_none_sent(void)
 {
-    TEST_ASSERT_EQUAL_UINT64(seen, sent.count);
+    TEST_ASSERT_EQUAL_UINT64(seen, stores_sent.count);
 }
 
-void begin_request(void)
+void stores_begin_request(void)
 {
-    request = octet_writer(octets, sizeof(octets));
+    stores_request = octet_writer(octets, sizeof(octets));
 }
 
-void put_name(const char* const name)
+void stores_put_name(const char* const name)
 {
     uint8_t padded[PUS_NAME_SIZE] = {0};
     memcpy(padded, name, strlen(name));
-    octet_write_octets(&request, padded, sizeof(padded));
+    octet_write_octets(&stores_request, padded, sizeof(padded));
 }
 
-void put_second(const unsigned second)
+void stores_put_second(const unsigned second)
 {
-    pus_time_write(&request, (TEST_EPOCH_S + (uint64_t)second) * NS_PER_S);
+    pus_time_write(&stores_request, (TEST_EPOCH_S + (uint64_t)second) * NS_PER_S);
 }
 
-status_t send_request(const uint8_t subtype)
+status_t stores_send_request(const uint8_t subtype)
 {
     bench_clear();
-    TEST_ASSERT_FALSE(request.failed);
-    return bench_request(subtype, octets, request.position);
+    TEST_ASSERT_FALSE(stores_request.failed);
+    return bench_request(subtype, octets, stores_request.position);
 }
 
-void expect_performed(const uint8_t subtype)
+void expect_stores_performed(const uint8_t subtype)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, send_request(subtype));
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_send_request(subtype));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-void expect_refused(const uint8_t subtype, const uint16_t code, const uint16_t instruction,
-                    const uint32_t detail)
+void expect_stores_refused(const uint8_t subtype, const uint16_t code, const uint16_t instruction,
+                           const uint32_t detail)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, send_request(subtype));
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_send_request(subtype));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, code, instruction, detail);
 }
 
-void request_store(const uint8_t subtype, const char* const name)
+void stores_request_store(const uint8_t subtype, const char* const name)
 {
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name(name);
-    expect_performed(subtype);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name(name);
+    expect_stores_performed(subtype);
 }
 
-void request_all(const uint8_t subtype)
+void stores_request_all(const uint8_t subtype)
 {
-    begin_request();
-    octet_write_u8(&request, 0U);
-    expect_performed(subtype);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 0U);
+    expect_stores_performed(subtype);
 }
 
-uint32_t name_of(const char* const name)
+uint32_t stores_name_of(const char* const name)
 {
     uint8_t padded[PUS_NAME_SIZE] = {0};
     memcpy(padded, name, strlen(name));
     return octets_u32_at(padded);
 }
 
-void create(const char* const name, const uint32_t size, const uint8_t type, const uint8_t channel)
+void stores_create(const char* const name, const uint32_t size, const uint8_t type, const uint8_t channel)
 {
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name(name);
-    octet_write_u32(&request, size);
-    octet_write_u8(&request, type);
-    octet_write_u8(&request, channel);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name(name);
+    octet_write_u32(&stores_request, size);
+    octet_write_u8(&stores_request, type);
+    octet_write_u8(&stores_request, channel);
 }
 
-void create_ring(void)
+void stores_create_ring(void)
 {
-    create("ring", SIZE(3U), PUS_STORE_CIRCULAR, 2U);
-    expect_performed(20U);
+    stores_create("ring", SIZE(3U), PUS_STORE_CIRCULAR, 2U);
+    expect_stores_performed(20U);
 }
 
 /// Source data of the answer to a request, the third of its reports.
-octet_reader_t answer(const uint8_t subtype, const uint8_t expected)
+octet_reader_t stores_answer(const uint8_t subtype, const uint8_t expected)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, send_request(subtype));
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_send_request(subtype));
     EXPECT_MESSAGES(1, 1, 1, 3, 15, expected, 1, 7);
     return bench_data(2U);
 }
 
-void expect_name(octet_reader_t* const reader, const char* const name)
+void expect_stores_name(octet_reader_t* const reader, const char* const name)
 {
     uint8_t padded[PUS_NAME_SIZE] = {0};
     memcpy(padded, name, strlen(name));
@@ -274,15 +274,15 @@ static void expect_time(octet_reader_t* const reader, const unsigned second)
 }
 
 /// TM[15,13] of one store.
-void expect_summary(const char* const name, const unsigned oldest, const unsigned newest, const unsigned tag,
-                    const uint8_t filled, const uint8_t from_tag)
+void expect_stores_summary(const char* const name, const unsigned oldest, const unsigned newest,
+                           const unsigned tag, const uint8_t filled, const uint8_t from_tag)
 {
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name(name);
-    octet_reader_t reader = answer(12U, 13U);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name(name);
+    octet_reader_t reader = stores_answer(12U, 13U);
     TEST_ASSERT_EQUAL_UINT16(1U, octet_read_u16(&reader));
-    expect_name(&reader, name);
+    expect_stores_name(&reader, name);
     expect_time(&reader, oldest);
     expect_time(&reader, newest);
     expect_time(&reader, tag);

@@ -26,8 +26,8 @@ typedef struct {
     } packets[SENT_MAX];
 } stores_sent_t;
 
-extern pus_storage_t storage;
-extern stores_sent_t sent;
+extern pus_storage_t stores_storage;
+extern stores_sent_t stores_sent;
 /// Configuration of the next start.
 extern pus_storage_config_t stores_config;
 
@@ -47,35 +47,36 @@ void stores_reports(uint16_t first, uint16_t last);
 /// Step, once or `steps` times, at this second.
 void stores_step(unsigned steps, unsigned second);
 /// Since the last look exactly the reports of these numbers were sent again, each as it was.
-void expect_sent(uint16_t first, uint16_t last);
-void expect_none_sent(void);
+void expect_stores_sent(uint16_t first, uint16_t last);
+void expect_stores_none_sent(void);
 
 /// Parts of requests.
-extern octet_writer_t request;
-void begin_request(void);
-void put_name(const char* name);
+extern octet_writer_t stores_request;
+void stores_begin_request(void);
+void stores_put_name(const char* name);
 /// Time tag: `second` of the run.
-void put_second(unsigned second);
+void stores_put_second(unsigned second);
 /// Send what was put as a request.
-status_t send_request(uint8_t subtype);
+status_t stores_send_request(uint8_t subtype);
 /// It is performed, or refused with this as a whole or as instruction `instruction`.
-void expect_performed(uint8_t subtype);
-void expect_refused(uint8_t subtype, uint16_t code, uint16_t instruction, uint32_t detail);
+void expect_stores_performed(uint8_t subtype);
+void expect_stores_refused(uint8_t subtype, uint16_t code, uint16_t instruction, uint32_t detail);
 /// A request with a list of one store, or with the store alone.
-void request_store(uint8_t subtype, const char* name);
-void request_all(uint8_t subtype);
+void stores_request_store(uint8_t subtype, const char* name);
+void stores_request_all(uint8_t subtype);
 
-/// Put the request to create a store; create_ring has it performed: three blocks, circular, channel 2.
-void create(const char* name, uint32_t size, uint8_t type, uint8_t channel);
-void create_ring(void);
+/// Put the request to create a store; stores_create_ring has it performed: three blocks,
+/// circular, channel 2.
+void stores_create(const char* name, uint32_t size, uint8_t type, uint8_t channel);
+void stores_create_ring(void);
 /// Source data of the answer `expected` to the request that was put; it must be the only one.
-octet_reader_t answer(uint8_t subtype, uint8_t expected);
-void expect_name(octet_reader_t* reader, const char* name);
+octet_reader_t stores_answer(uint8_t subtype, uint8_t expected);
+void expect_stores_name(octet_reader_t* reader, const char* name);
 /// TM[15,13] of one store; times in seconds of the run, 0 for none.
-void expect_summary(const char* name, unsigned oldest, unsigned newest, unsigned tag, uint8_t filled,
-                    uint8_t from_tag);
+void expect_stores_summary(const char* name, unsigned oldest, unsigned newest, unsigned tag, uint8_t filled,
+                           uint8_t from_tag);
 
 /// The first four octets of a name, as refusals tell it.
-uint32_t name_of(const char* name);
+uint32_t stores_name_of(const char* name);
 
 #endif // TEST_UNIT_PUS_STORES_H

@@ -18,56 +18,56 @@ void tearDown(void)
 /// A selection request for "ring": all of TEST_APID.
 static void select_all(const uint8_t subtype)
 {
-    begin_request();
-    put_name("ring");
-    octet_write_u8(&request, 1U);
-    octet_write_u16(&request, TEST_APID);
-    octet_write_u8(&request, 0U);
-    expect_performed(subtype);
+    stores_begin_request();
+    stores_put_name("ring");
+    octet_write_u8(&stores_request, 1U);
+    octet_write_u16(&stores_request, TEST_APID);
+    octet_write_u8(&stores_request, 0U);
+    expect_stores_performed(subtype);
 }
 
 static octet_reader_t ask(const uint8_t subtype, const uint8_t expected)
 {
-    begin_request();
-    return answer(subtype, expected);
+    stores_begin_request();
+    return stores_answer(subtype, expected);
 }
 
 static void a_created_store_is_idle_and_takes_nothing(void)
 {
     octet_reader_t reader = ask(18U, 19U);
     TEST_ASSERT_EQUAL_UINT16(0U, octet_read_u16(&reader));
-    create_ring();
+    stores_create_ring();
     reader = ask(22U, 23U);
     TEST_ASSERT_EQUAL_UINT16(1U, octet_read_u16(&reader));
-    expect_name(&reader, "ring");
+    expect_stores_name(&reader, "ring");
     TEST_ASSERT_EQUAL_UINT32(SIZE(3U), octet_read_u32(&reader));
     TEST_ASSERT_EQUAL_UINT8(PUS_STORE_CIRCULAR, octet_read_u8(&reader));
     TEST_ASSERT_EQUAL_UINT8(2U, octet_read_u8(&reader));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
     reader = ask(18U, 19U);
     TEST_ASSERT_EQUAL_UINT16(1U, octet_read_u16(&reader));
-    expect_name(&reader, "ring");
+    expect_stores_name(&reader, "ring");
     TEST_ASSERT_EQUAL_UINT8(0U, octet_read_u8(&reader));
     TEST_ASSERT_EQUAL_UINT8(0U, octet_read_u8(&reader));
     TEST_ASSERT_EQUAL_UINT8(0U, octet_read_u8(&reader));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
     select_all(3U);
     stores_reports(1U, 1U); // Not enabled.
-    expect_summary("ring", 0U, 0U, 0U, 0U, 0U);
-    request_store(1U, "ring");
+    expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
+    stores_request_store(1U, "ring");
     stores_reports(2U, 3U);
-    expect_summary("ring", 2U, 3U, 0U, 17U, 17U); // 2 x 4014 of 49152 octets.
-    request_store(2U, "ring");
+    expect_stores_summary("ring", 2U, 3U, 0U, 17U, 17U); // 2 x 4014 of 49152 octets.
+    stores_request_store(2U, "ring");
     stores_reports(4U, 4U);
-    expect_summary("ring", 2U, 3U, 0U, 17U, 17U);
-    TEST_ASSERT_EQUAL_UINT32(0U, storage.counters.lost);
+    expect_stores_summary("ring", 2U, 3U, 0U, 17U, 17U);
+    TEST_ASSERT_EQUAL_UINT32(0U, stores_storage.counters.lost);
 }
 
 static void creation_is_refused(void)
 {
-    create_ring();
-    create("ring", SIZE(3U), 0U, 0U);
-    expect_refused(20U, PUS_FAILURE_EXISTS, 1U, name_of("ring"));
+    stores_create_ring();
+    stores_create("ring", SIZE(3U), 0U, 0U);
+    expect_stores_refused(20U, PUS_FAILURE_EXISTS, 1U, stores_name_of("ring"));
     static const struct {
         const char* name;
         uint32_t size;
@@ -79,257 +79,258 @@ static void creation_is_refused(void)
                  {"x", SIZE(2U), 2U, 0U},    {"x", SIZE(2U), 0U, STORE_CHANNELS},
                  {"x", UINT32_MAX, 0U, 0U}};
     for (size_t i = 0U; i < (sizeof(wrong) / sizeof(wrong[0])); i++) {
-        create(wrong[i].name, wrong[i].size, wrong[i].type, wrong[i].channel);
-        expect_refused(20U, PUS_FAILURE_OUT_OF_RANGE, 1U, 15U);
+        stores_create(wrong[i].name, wrong[i].size, wrong[i].type, wrong[i].channel);
+        expect_stores_refused(20U, PUS_FAILURE_OUT_OF_RANGE, 1U, 15U);
     }
-    begin_request();
-    octet_write_u8(&request, 1U);
-    octet_write_octets(&request, (const uint8_t*)"ab\0\0c\0\0\0", PUS_NAME_SIZE); // Not padded with NUL.
-    octet_write_u32(&request, SIZE(2U));
-    octet_write_u16(&request, 0U);
-    expect_refused(20U, PUS_FAILURE_OUT_OF_RANGE, 1U, 15U);
-    create("eight888", SIZE(STORE_BLOCKS) + 1U, PUS_STORE_BOUNDED, STORE_CHANNELS - 1U);
-    expect_performed(20U);
-    create("third", SIZE(2U), 0U, 0U);
-    expect_refused(20U, PUS_FAILURE_TABLE_FULL, 1U, STORES);
-    begin_request();
-    octet_write_u8(&request, 0U);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, send_request(20U));
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    octet_write_octets(&stores_request, (const uint8_t*)"ab\0\0c\0\0\0",
+                       PUS_NAME_SIZE); // Not padded with NUL.
+    octet_write_u32(&stores_request, SIZE(2U));
+    octet_write_u16(&stores_request, 0U);
+    expect_stores_refused(20U, PUS_FAILURE_OUT_OF_RANGE, 1U, 15U);
+    stores_create("eight888", SIZE(STORE_BLOCKS) + 1U, PUS_STORE_BOUNDED, STORE_CHANNELS - 1U);
+    expect_stores_performed(20U);
+    stores_create("third", SIZE(2U), 0U, 0U);
+    expect_stores_refused(20U, PUS_FAILURE_TABLE_FULL, 1U, STORES);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 0U);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, stores_send_request(20U));
 }
 
 static void unknown_stores_are_refused_alone(void)
 {
     static const uint8_t lists[]   = {1U, 2U, 16U, 17U, 21U};
     static const uint8_t singles[] = {5U, 26U, 27U, 35U, 37U, 39U};
-    create_ring();
+    stores_create_ring();
     for (size_t i = 0U; i < (sizeof(lists) / sizeof(lists[0])); i++) {
-        begin_request();
-        octet_write_u8(&request, 2U);
-        put_name("none");
-        put_name("ring");
-        TEST_ASSERT_EQUAL(STATUS_OK, send_request(lists[i]));
+        stores_begin_request();
+        octet_write_u8(&stores_request, 2U);
+        stores_put_name("none");
+        stores_put_name("ring");
+        TEST_ASSERT_EQUAL(STATUS_OK, stores_send_request(lists[i]));
         EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 1, 8);
-        expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, name_of("none"));
+        expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, stores_name_of("none"));
         expect_failure(3U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U);
     }
     for (size_t i = 0U; i < (sizeof(singles) / sizeof(singles[0])); i++) {
-        begin_request();
-        put_name("none");
-        expect_refused(singles[i], PUS_FAILURE_UNKNOWN_ID, 0U, name_of("none"));
+        stores_begin_request();
+        stores_put_name("none");
+        expect_stores_refused(singles[i], PUS_FAILURE_UNKNOWN_ID, 0U, stores_name_of("none"));
     }
-    begin_request();
-    put_name("none");
-    octet_write_u8(&request, 0U);
-    expect_refused(28U, PUS_FAILURE_UNKNOWN_ID, 0U, name_of("none"));
-    expect_refused(4U, PUS_FAILURE_UNKNOWN_ID, 0U, name_of("none"));
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("none");
-    octet_write_u8(&request, 0U);
-    put_second(1U);
-    put_second(2U);
-    expect_refused(9U, PUS_FAILURE_UNKNOWN_ID, 1U, name_of("none"));
+    stores_begin_request();
+    stores_put_name("none");
+    octet_write_u8(&stores_request, 0U);
+    expect_stores_refused(28U, PUS_FAILURE_UNKNOWN_ID, 0U, stores_name_of("none"));
+    expect_stores_refused(4U, PUS_FAILURE_UNKNOWN_ID, 0U, stores_name_of("none"));
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("none");
+    octet_write_u8(&stores_request, 0U);
+    stores_put_second(1U);
+    stores_put_second(2U);
+    expect_stores_refused(9U, PUS_FAILURE_UNKNOWN_ID, 1U, stores_name_of("none"));
 }
 
 static void summaries_of_some_and_of_all(void)
 {
-    create_ring();
-    create("box", SIZE(2U), PUS_STORE_BOUNDED, 0U);
-    expect_performed(20U);
+    stores_create_ring();
+    stores_create("box", SIZE(2U), PUS_STORE_BOUNDED, 0U);
+    expect_stores_performed(20U);
     octet_reader_t reader;
-    begin_request();
-    octet_write_u8(&request, 0U);
-    reader = answer(12U, 13U);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 0U);
+    reader = stores_answer(12U, 13U);
     TEST_ASSERT_EQUAL_UINT16(2U, octet_read_u16(&reader));
-    begin_request();
-    octet_write_u8(&request, 3U);
-    put_name("box");
-    put_name("none");
-    put_name("box");
-    TEST_ASSERT_EQUAL(STATUS_OK, send_request(12U));
+    stores_begin_request();
+    octet_write_u8(&stores_request, 3U);
+    stores_put_name("box");
+    stores_put_name("none");
+    stores_put_name("box");
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_send_request(12U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 15, 13, 1, 8);
-    expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, name_of("none"));
-    expect_failure(3U, 4U, PUS_FAILURE_DUPLICATE, 3U, name_of("box"));
+    expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, stores_name_of("none"));
+    expect_failure(3U, 4U, PUS_FAILURE_DUPLICATE, 3U, stores_name_of("box"));
     reader = bench_data(4U);
     TEST_ASSERT_EQUAL_UINT16(1U, octet_read_u16(&reader));
-    expect_name(&reader, "box");
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("none");
-    expect_refused(12U, PUS_FAILURE_UNKNOWN_ID, 1U, name_of("none"));
+    expect_stores_name(&reader, "box");
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("none");
+    expect_stores_refused(12U, PUS_FAILURE_UNKNOWN_ID, 1U, stores_name_of("none"));
 }
 
 static void a_full_store_tells_so(void)
 {
     stores_add("box", 2U, PUS_STORE_BOUNDED);
     stores_reports(1U, 8U);
-    expect_summary("box", 1U, 8U, 0U, 99U, 99U);
+    expect_stores_summary("box", 1U, 8U, 0U, 99U, 99U);
     stores_reports(9U, 9U);
-    TEST_ASSERT_EQUAL_UINT32(1U, storage.counters.lost);
-    TEST_ASSERT_EQUAL_UINT32(1U, storage.stores[0].log.counters.refused);
-    begin_request();
-    put_second(6U);
-    octet_write_u8(&request, 1U);
-    put_name("box");
-    expect_performed(14U);
-    expect_summary("box", 1U, 8U, 6U, 99U, 37U);
-    begin_request();
-    put_second(3U);
-    octet_write_u8(&request, 1U);
-    put_name("box");
-    expect_performed(11U);
-    expect_summary("box", 4U, 8U, 6U, 63U, 37U);
-    begin_request();
-    put_second(7U);
-    octet_write_u8(&request, 0U);
-    expect_performed(11U);
-    expect_summary("box", 8U, 8U, 6U, 13U, 13U); // The place of the tag is gone.
+    TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.counters.lost);
+    TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.stores[0].log.counters.refused);
+    stores_begin_request();
+    stores_put_second(6U);
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("box");
+    expect_stores_performed(14U);
+    expect_stores_summary("box", 1U, 8U, 6U, 99U, 37U);
+    stores_begin_request();
+    stores_put_second(3U);
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("box");
+    expect_stores_performed(11U);
+    expect_stores_summary("box", 4U, 8U, 6U, 63U, 37U);
+    stores_begin_request();
+    stores_put_second(7U);
+    octet_write_u8(&stores_request, 0U);
+    expect_stores_performed(11U);
+    expect_stores_summary("box", 8U, 8U, 6U, 13U, 13U); // The place of the tag is gone.
     stores_step(1U, 9U);
     stores_cut();
-    expect_summary("box", 8U, 8U, 6U, 13U, 13U);
+    expect_stores_summary("box", 8U, 8U, 6U, 13U, 13U);
 }
 
 static void changes_need_an_idle_store(void)
 {
     static const uint8_t singles[] = {26U, 27U};
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
-    const uint32_t ring = name_of("ring");
+    const uint32_t ring = stores_name_of("ring");
     for (size_t i = 0U; i < 2U; i++) { // Storage is enabled.
-        begin_request();
-        put_name("ring");
-        expect_refused(singles[i], PUS_FAILURE_STATE, 0U, ring);
+        stores_begin_request();
+        stores_put_name("ring");
+        expect_stores_refused(singles[i], PUS_FAILURE_STATE, 0U, ring);
     }
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("ring");
-    expect_refused(21U, PUS_FAILURE_STATE, 1U, ring);
-    octet_write_u32(&request, SIZE(4U));
-    expect_refused(25U, PUS_FAILURE_STATE, 1U, ring);
-    begin_request();
-    put_name("ring");
-    octet_write_u8(&request, 0U);
-    expect_performed(28U); // That does not matter here.
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    expect_stores_refused(21U, PUS_FAILURE_STATE, 1U, ring);
+    octet_write_u32(&stores_request, SIZE(4U));
+    expect_stores_refused(25U, PUS_FAILURE_STATE, 1U, ring);
+    stores_begin_request();
+    stores_put_name("ring");
+    octet_write_u8(&stores_request, 0U);
+    expect_stores_performed(28U); // That does not matter here.
 }
 
 static void changes_wait_for_the_end_of_a_retrieval(void)
 {
     static const uint8_t singles[] = {26U, 27U};
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
-    const uint32_t ring = name_of("ring");
-    request_store(2U, "ring");
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("ring");
-    octet_write_u8(&request, 3U);
-    expect_performed(15U);
+    const uint32_t ring = stores_name_of("ring");
+    stores_request_store(2U, "ring");
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    octet_write_u8(&stores_request, 3U);
+    expect_stores_performed(15U);
     for (size_t i = 0U; i < 2U; i++) { // A retrieval is in progress.
-        begin_request();
-        put_name("ring");
-        expect_refused(singles[i], PUS_FAILURE_STATE, 0U, ring);
+        stores_begin_request();
+        stores_put_name("ring");
+        expect_stores_refused(singles[i], PUS_FAILURE_STATE, 0U, ring);
     }
-    begin_request();
-    put_name("ring");
-    octet_write_u8(&request, 0U);
-    expect_refused(28U, PUS_FAILURE_STATE, 0U, ring);
-    begin_request();
-    put_second(5U);
-    octet_write_u8(&request, 1U);
-    put_name("ring");
-    expect_refused(11U, PUS_FAILURE_STATE, 1U, ring);
-    expect_refused(14U, PUS_FAILURE_STATE, 1U, ring);
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("ring");
-    expect_refused(21U, PUS_FAILURE_STATE, 1U, ring);
-    octet_write_u8(&request, 0U);
-    put_second(1U);
-    put_second(2U);
-    expect_refused(9U, PUS_FAILURE_STATE, 1U, ring); // The other kind.
-    begin_request();
-    put_second(5U);
-    octet_write_u8(&request, 0U); // None of all to which it applies.
-    expect_performed(11U);
-    request_store(16U, "ring");
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("ring");
-    octet_write_u8(&request, 0U);
-    put_second(1U);
-    put_second(2U);
-    expect_performed(9U);
-    expect_refused(9U, PUS_FAILURE_STATE, 1U, ring); // The same kind.
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("ring");
-    octet_write_u8(&request, 0U);
-    expect_refused(15U, PUS_FAILURE_STATE, 1U, ring);
+    stores_begin_request();
+    stores_put_name("ring");
+    octet_write_u8(&stores_request, 0U);
+    expect_stores_refused(28U, PUS_FAILURE_STATE, 0U, ring);
+    stores_begin_request();
+    stores_put_second(5U);
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    expect_stores_refused(11U, PUS_FAILURE_STATE, 1U, ring);
+    expect_stores_refused(14U, PUS_FAILURE_STATE, 1U, ring);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    expect_stores_refused(21U, PUS_FAILURE_STATE, 1U, ring);
+    octet_write_u8(&stores_request, 0U);
+    stores_put_second(1U);
+    stores_put_second(2U);
+    expect_stores_refused(9U, PUS_FAILURE_STATE, 1U, ring); // The other kind.
+    stores_begin_request();
+    stores_put_second(5U);
+    octet_write_u8(&stores_request, 0U); // None of all to which it applies.
+    expect_stores_performed(11U);
+    stores_request_store(16U, "ring");
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    octet_write_u8(&stores_request, 0U);
+    stores_put_second(1U);
+    stores_put_second(2U);
+    expect_stores_performed(9U);
+    expect_stores_refused(9U, PUS_FAILURE_STATE, 1U, ring); // The same kind.
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    octet_write_u8(&stores_request, 0U);
+    expect_stores_refused(15U, PUS_FAILURE_STATE, 1U, ring);
 }
 
 static void wrong_times_are_refused(void)
 {
-    create_ring();
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("ring");
-    octet_write_u8(&request, 0U);
-    put_second(5U);
-    put_second(4U);
-    expect_refused(9U, PUS_FAILURE_OUT_OF_RANGE, 1U, 26U);
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("ring");
-    octet_write_u8(&request, 0U);
-    octet_write_u64(&request, 0U); // No time of ours.
-    put_second(4U);
-    expect_refused(9U, PUS_FAILURE_OUT_OF_RANGE, 1U, 26U);
-    begin_request();
-    octet_write_u64(&request, 0U);
-    octet_write_u8(&request, 0U);
-    expect_refused(11U, PUS_FAILURE_OUT_OF_RANGE, 0U, 8U);
-    expect_refused(14U, PUS_FAILURE_OUT_OF_RANGE, 0U, 8U);
+    stores_create_ring();
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    octet_write_u8(&stores_request, 0U);
+    stores_put_second(5U);
+    stores_put_second(4U);
+    expect_stores_refused(9U, PUS_FAILURE_OUT_OF_RANGE, 1U, 26U);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    octet_write_u8(&stores_request, 0U);
+    octet_write_u64(&stores_request, 0U); // No time of ours.
+    stores_put_second(4U);
+    expect_stores_refused(9U, PUS_FAILURE_OUT_OF_RANGE, 1U, 26U);
+    stores_begin_request();
+    octet_write_u64(&stores_request, 0U);
+    octet_write_u8(&stores_request, 0U);
+    expect_stores_refused(11U, PUS_FAILURE_OUT_OF_RANGE, 0U, 8U);
+    expect_stores_refused(14U, PUS_FAILURE_OUT_OF_RANGE, 0U, 8U);
 }
 
 static void resize(const uint32_t size)
 {
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("ring");
-    octet_write_u32(&request, size);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    octet_write_u32(&stores_request, size);
 }
 
 static void a_store_is_resized_and_retyped(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_reports(1U, 11U);
-    request_store(2U, "ring");
+    stores_request_store(2U, "ring");
     resize(SIZE(3U) - 1U);
-    expect_refused(25U, PUS_FAILURE_OUT_OF_RANGE, 1U, 13U); // What is stored would not fit.
+    expect_stores_refused(25U, PUS_FAILURE_OUT_OF_RANGE, 1U, 13U); // What is stored would not fit.
     resize(SIZE(STORE_BLOCKS + 1U));
-    expect_refused(25U, PUS_FAILURE_OUT_OF_RANGE, 1U, 13U);
+    expect_stores_refused(25U, PUS_FAILURE_OUT_OF_RANGE, 1U, 13U);
     resize(SIZE(4U));
-    expect_performed(25U);
-    expect_summary("ring", 1U, 11U, 0U, 69U, 69U);
-    begin_request();
-    put_name("ring");
-    expect_performed(27U);
-    request_all(1U);
+    expect_stores_performed(25U);
+    expect_stores_summary("ring", 1U, 11U, 0U, 69U, 69U);
+    stores_begin_request();
+    stores_put_name("ring");
+    expect_stores_performed(27U);
+    stores_request_all(1U);
     stores_reports(12U, 17U);
-    TEST_ASSERT_EQUAL_UINT32(1U, storage.counters.lost);
-    request_all(2U);
-    begin_request();
-    put_name("ring");
-    expect_performed(26U);
-    request_all(1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.counters.lost);
+    stores_request_all(2U);
+    stores_begin_request();
+    stores_put_name("ring");
+    expect_stores_performed(26U);
+    stores_request_all(1U);
     stores_reports(18U, 18U);
-    expect_summary("ring", 5U, 18U, 0U, 82U, 82U);
+    expect_stores_summary("ring", 5U, 18U, 0U, 82U, 82U);
     stores_step(1U, 18U);
     stores_cut();
-    expect_summary("ring", 5U, 18U, 0U, 82U, 82U);
-    TEST_ASSERT_EQUAL_UINT32(SIZE(4U), storage.stores[0].state.size);
-    begin_request();
-    put_name("ring");
-    octet_write_u8(&request, STORE_CHANNELS);
-    expect_refused(28U, PUS_FAILURE_OUT_OF_RANGE, 0U, 9U);
+    expect_stores_summary("ring", 5U, 18U, 0U, 82U, 82U);
+    TEST_ASSERT_EQUAL_UINT32(SIZE(4U), stores_storage.stores[0].state.size);
+    stores_begin_request();
+    stores_put_name("ring");
+    octet_write_u8(&stores_request, STORE_CHANNELS);
+    expect_stores_refused(28U, PUS_FAILURE_OUT_OF_RANGE, 0U, 9U);
 }
 
 static void a_deleted_store_leaves_nothing_behind(void)
@@ -337,23 +338,23 @@ static void a_deleted_store_leaves_nothing_behind(void)
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_reports(1U, 11U);
     stores_step(1U, 11U);
-    request_all(21U); // Is enabled: none.
-    TEST_ASSERT_TRUE(storage.stores[0].state.is_there);
-    request_store(2U, "ring");
-    request_store(21U, "ring");
+    stores_request_all(21U); // Is enabled: none.
+    TEST_ASSERT_TRUE(stores_storage.stores[0].state.is_there);
+    stores_request_store(2U, "ring");
+    stores_request_store(21U, "ring");
     TEST_ASSERT_TRUE(recorded.image[0].size > 0U);
-    TEST_ASSERT_FALSE(pus_storage_is_idle(&storage));
+    TEST_ASSERT_FALSE(pus_storage_is_idle(&stores_storage));
     recorded.calls     = 0U;
     recorded.fail_from = 1U;
     stores_step(2U, 11U); // The first try fails.
     TEST_ASSERT_EQUAL_UINT64(0U, recorded.image[0].size);
-    TEST_ASSERT_TRUE(pus_storage_is_idle(&storage));
+    TEST_ASSERT_TRUE(pus_storage_is_idle(&stores_storage));
     stores_cut();
-    TEST_ASSERT_FALSE(storage.stores[0].state.is_there); // Though the configuration has it.
-    create_ring();
-    request_store(1U, "ring");
+    TEST_ASSERT_FALSE(stores_storage.stores[0].state.is_there); // Though the configuration has it.
+    stores_create_ring();
+    stores_request_store(1U, "ring");
     stores_reports(12U, 12U);
-    expect_summary("ring", 0U, 0U, 0U, 0U, 0U); // Nor is anything selected any more.
+    expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U); // Nor is anything selected any more.
 }
 
 static void a_store_of_the_same_name_is_another(void)
@@ -361,15 +362,15 @@ static void a_store_of_the_same_name_is_another(void)
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_reports(1U, 11U);
     stores_step(1U, 11U);
-    request_store(2U, "ring");
-    request_store(21U, "ring");
-    create_ring(); // Before a step could trim the medium.
+    stores_request_store(2U, "ring");
+    stores_request_store(21U, "ring");
+    stores_create_ring(); // Before a step could trim the medium.
     stores_step(1U, 11U);
     TEST_ASSERT_TRUE(recorded.image[0].size > 0U);
-    expect_summary("ring", 0U, 0U, 0U, 0U, 0U);
+    expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
     stores_cut();
-    expect_summary("ring", 0U, 0U, 0U, 0U, 0U);
-    TEST_ASSERT_EQUAL_UINT16(0U, storage.stores[0].selection.count);
+    expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
+    TEST_ASSERT_EQUAL_UINT16(0U, stores_storage.stores[0].selection.count);
 }
 
 static void selections_by_request(void)
@@ -377,41 +378,41 @@ static void selections_by_request(void)
     static const uint8_t adds[]    = {3U, 29U, 31U, 34U};
     static const uint8_t deletes[] = {4U, 30U, 32U, 33U};
     static const uint8_t asks[]    = {5U, 35U, 37U, 39U};
-    create_ring();
+    stores_create_ring();
     for (size_t i = 0U; i < 4U; i++) {
         select_all(adds[i]);
-        TEST_ASSERT_EQUAL_UINT16(1U, storage.stores[0].selection.count);
-        begin_request();
-        put_name("ring");
-        octet_reader_t reader = answer(asks[i], (uint8_t)(asks[i] + 1U));
-        expect_name(&reader, "ring");
+        TEST_ASSERT_EQUAL_UINT16(1U, stores_storage.stores[0].selection.count);
+        stores_begin_request();
+        stores_put_name("ring");
+        octet_reader_t reader = stores_answer(asks[i], (uint8_t)(asks[i] + 1U));
+        expect_stores_name(&reader, "ring");
         TEST_ASSERT_EQUAL_UINT16(1U, octet_read_u16(&reader));
         TEST_ASSERT_EQUAL_UINT16(TEST_APID, octet_read_u16(&reader));
         TEST_ASSERT_EQUAL_UINT16(0U, octet_read_u16(&reader));
         TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
         select_all(deletes[i]);
-        TEST_ASSERT_EQUAL_UINT16(0U, storage.stores[0].selection.count);
+        TEST_ASSERT_EQUAL_UINT16(0U, stores_storage.stores[0].selection.count);
     }
     select_all(3U);
     stores_cut();
-    TEST_ASSERT_EQUAL_UINT16(1U, storage.stores[0].selection.count);
+    TEST_ASSERT_EQUAL_UINT16(1U, stores_storage.stores[0].selection.count);
 }
 
 static void requests_are_strict(void)
 {
-    begin_request();
-    octet_write_u8(&request, 1U);
-    put_name("ring");
-    octet_write_u8(&request, 0U);
-    put_second(1U);
-    put_second(2U);
-    expect_strict_shape(9U, request.octets, request.position);
-    begin_request();
-    octet_write_u8(&request, 3U);
-    put_second(1U);
-    put_name("ring");
-    put_name("box");
-    expect_strict_shape(24U, request.octets, request.position);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    octet_write_u8(&stores_request, 0U);
+    stores_put_second(1U);
+    stores_put_second(2U);
+    expect_strict_shape(9U, stores_request.octets, stores_request.position);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 3U);
+    stores_put_second(1U);
+    stores_put_name("ring");
+    stores_put_name("box");
+    expect_strict_shape(24U, stores_request.octets, stores_request.position);
     expect_strict_shape(18U, NULL, 0U);
 }
 
