@@ -6,26 +6,34 @@
 
 #include <string.h>
 
+enum { // Reports.
+    HOUSEKEEPING = 25,
+    DIAGNOSTIC   = 26
+};
+
 void pus_hk_init(pus_hk_t* const hk, const pus_hk_config_t* const config)
 {
     FSW_ASSERT((hk != NULL) && (config != NULL) && (config->process != NULL) &&
                (config->parameters.find != NULL) && (config->parameters.read != NULL) &&
-               (config->structures != NULL) && (config->samples != NULL));
+               (config->structures != NULL) && (config->samples != NULL) &&
+               ((config->functional != NULL) || (config->functional_count == 0U)));
     FSW_ASSERT((config->sample_size + HK_ID_SIZE) <= PUS_TM_DATA_MAX);
     (void)memset(hk, 0, sizeof(*hk));
     hk->config = *config;
     pus_hk_clear(hk);
+    for (uint16_t i = 0U; i < config->functional_count; i++) {
+        config->functional[i].in_use = false;
+    }
 }
 
-/// No other loop samples while structures change.
-static void guard(const pus_hk_t* const hk)
+void hk_guard(const pus_hk_t* const hk)
 {
     if (hk->config.guard != NULL) {
         (void)osal_mutex_lock(hk->config.guard); // A holder that dies takes this process with it.
     }
 }
 
-static void release(const pus_hk_t* const hk)
+void hk_release(const pus_hk_t* const hk)
 {
     if (hk->config.guard != NULL) {
         osal_mutex_unlock(hk->config.guard);
@@ -35,20 +43,19 @@ static void release(const pus_hk_t* const hk)
 void pus_hk_clear(pus_hk_t* const hk)
 {
     FSW_ASSERT(hk != NULL);
-    guard(hk);
+    hk_guard(hk);
     for (uint16_t i = 0U; i < hk->config.structure_count; i++) {
         hk->config.structures[i].in_use = false;
     }
-    release(hk);
+    hk_release(hk);
 }
 
-/// The candidate takes its place if nothing speaks against it.
-static void settle(const pus_hk_t* const hk, pus_hk_structure_t* const place)
+void hk_candidate_settle(const pus_hk_t* const hk, pus_hk_structure_t* const place)
 {
     if (hk->verdict.code == PUS_FAILURE_NONE) {
-        guard(hk);
+        hk_guard(hk);
         *place = hk->candidate;
-        release(hk);
+        hk_release(hk);
     }
 }
 
@@ -83,7 +90,7 @@ status_t pus_hk_add(pus_hk_t* const hk, const pus_hk_definition_t* const definit
 {
     FSW_ASSERT((hk != NULL) && (definition != NULL));
     pus_hk_structure_t* place = NULL;
-    hk_candidate_begin(hk, definition->id, definition->interval, &place);
+    hk_candidate_begin(hk, definition->is_diagnostic, definition->id, definition->interval, &place);
     for (uint8_t i = 0U; i < definition->parameter_count; i++) {
         hk_candidate_add(hk, definition->parameters[i]);
     }
@@ -97,7 +104,7 @@ status_t pus_hk_add(pus_hk_t* const hk, const pus_hk_definition_t* const definit
     hk_candidate_lay_out(hk, hk->candidate.entry_count, 0U);
     hk->candidate.is_periodic = definition->is_periodic;
     hk->candidate.loop        = definition->loop;
-    settle(hk, place);
+    hk_candidate_settle(hk, place);
     return status_of(hk->verdict.code);
 }
 
@@ -139,12 +146,12 @@ static void write_collected(const pus_hk_t* const hk, const pus_hk_structure_t* 
     }
 }
 
-/// Begin TM[3,25].
-static octet_writer_t begin_report(const pus_hk_t* const hk, const uint16_t id, const uint16_t destination,
-                                   const uint64_t now_ns)
+/// Begin TM[3,25] or [3,26].
+static octet_writer_t begin_report(const pus_hk_t* const hk, const bool is_diagnostic, const uint16_t id,
+                                   const uint16_t destination, const uint64_t now_ns)
 {
-    octet_writer_t writer =
-        pus_tm_begin(hk->config.process, PUS_SERVICE_HOUSEKEEPING, 25U, destination, now_ns);
+    octet_writer_t writer = pus_tm_begin(hk->config.process, PUS_SERVICE_HOUSEKEEPING,
+                                         is_diagnostic ? DIAGNOSTIC : HOUSEKEEPING, destination, now_ns);
     octet_write_u16(&writer, id);
     return writer;
 }
@@ -158,13 +165,14 @@ static void count(pus_hk_t* const hk, const status_t status)
     }
 }
 
-/// Send TM[3,25], or let the loop of the process send it.
+/// Send a report, or let the loop of the process send it.
 static void hand_over(pus_hk_t* const hk, const pus_hk_structure_t* const structure,
                       const uint8_t* const samples, const uint64_t now_ns,
                       const pus_hk_outlet_t* const outlet)
 {
-    octet_writer_t writer = (outlet == NULL) ? begin_report(hk, structure->id, PUS_USER_GROUND, now_ns)
-                                             : octet_writer(outlet->values, hk->config.sample_size);
+    octet_writer_t writer =
+        (outlet == NULL) ? begin_report(hk, structure->is_diagnostic, structure->id, PUS_USER_GROUND, now_ns)
+                         : octet_writer(outlet->values, hk->config.sample_size);
     write_collected(hk, structure, samples, &writer);
     if (outlet == NULL) {
         count(hk, pus_tm_send(hk->config.process, &writer));
@@ -224,7 +232,7 @@ void pus_hk_forward(pus_hk_t* const hk, const uint16_t id, const uint64_t taken_
                     const uint8_t* const values, const size_t size)
 {
     FSW_ASSERT((hk != NULL) && (values != NULL) && (size <= hk->config.sample_size));
-    octet_writer_t writer = begin_report(hk, id, PUS_USER_GROUND, taken_ns);
+    octet_writer_t writer = begin_report(hk, false, id, PUS_USER_GROUND, taken_ns);
     octet_write_octets(&writer, values, size);
     count(hk, pus_tm_send(hk->config.process, &writer));
 }
@@ -235,100 +243,15 @@ void pus_hk_count_lost(pus_hk_t* const hk, const uint32_t reports)
     hk->counters.dropped += reports;
 }
 
-// Requests.
-
-/// N1 x {parameter}, NFA x {repetitions, N2 x {parameter}}.
-static bool shape_lists(octet_reader_t* const reader)
+void hk_set_periodic(pus_hk_structure_t* const structure, const bool is_periodic)
 {
-    (void)pus_shape_list(reader, 0U, sizeof(uint32_t));
-    const uint8_t set_count = octet_read_u8(reader);
-    for (uint8_t i = 0U; i < set_count; i++) {
-        (void)octet_read_u16(reader);
-        (void)pus_shape_list(reader, 0U, sizeof(uint32_t));
+    if (is_periodic && !structure->is_periodic) {
+        structure->is_collecting = false; // The interval begins with the next step.
     }
-    return true;
+    structure->is_periodic = is_periodic;
 }
 
-static bool shape_create(void* const self, octet_reader_t* const reader)
-{
-    (void)self;
-    (void)octet_read_u16(reader);
-    (void)octet_read_u32(reader);
-    return shape_lists(reader);
-}
-
-static bool shape_append(void* const self, octet_reader_t* const reader)
-{
-    (void)self;
-    (void)octet_read_u16(reader);
-    return shape_lists(reader);
-}
-
-static bool shape_intervals(void* const self, octet_reader_t* const reader)
-{
-    (void)self;
-    return pus_shape_list(reader, 1U, sizeof(uint16_t) + sizeof(uint32_t));
-}
-
-/// Add the parameters and sets of a request to the candidate, which takes its place if all of it is good.
-static pus_reply_t add_requested(pus_hk_t* const hk, octet_reader_t* const reader,
-                                 pus_hk_structure_t* const place)
-{
-    const uint32_t start_offset = (uint32_t)reader->position;
-    const uint8_t simple_count  = octet_read_u8(reader);
-    for (uint8_t i = 0U; i < simple_count; i++) {
-        hk_candidate_add(hk, octet_read_u32(reader));
-    }
-    const uint8_t set_count = octet_read_u8(reader);
-    for (uint8_t i = 0U; i < set_count; i++) {
-        const uint32_t offset      = (uint32_t)reader->position;
-        const uint16_t repetitions = octet_read_u16(reader);
-        const uint8_t entry_count  = octet_read_u8(reader);
-        hk_candidate_add_set(hk, repetitions, entry_count, offset);
-        for (uint8_t k = 0U; k < entry_count; k++) {
-            hk_candidate_add_to_set(hk, octet_read_u32(reader));
-        }
-    }
-    hk_candidate_lay_out(hk, (unsigned)simple_count + set_count, start_offset);
-    settle(hk, place);
-    return (hk->verdict.code == PUS_FAILURE_NONE) ? pus_done()
-                                                  : pus_refused(hk->verdict.code, hk->verdict.detail);
-}
-
-static pus_reply_t create(void* const self, pus_request_t* const request)
-{
-    pus_hk_t* const hk        = self;
-    const uint16_t id         = octet_read_u16(&request->reader);
-    const uint32_t interval   = octet_read_u32(&request->reader);
-    pus_hk_structure_t* place = NULL;
-    hk_candidate_begin(hk, id, interval, &place);
-    return add_requested(hk, &request->reader, place);
-}
-
-static pus_reply_t append(void* const self, pus_request_t* const request)
-{
-    pus_hk_t* const hk                  = self;
-    const uint16_t id                   = octet_read_u16(&request->reader);
-    pus_hk_structure_t* const structure = hk_structure_of(hk, id);
-    if (structure == NULL) {
-        return pus_refused(PUS_FAILURE_UNKNOWN_ID, id);
-    }
-    if (structure->is_periodic) {
-        return pus_refused(PUS_FAILURE_STATE, id);
-    }
-    hk_candidate_extend(hk, structure);
-    return add_requested(hk, &request->reader, structure);
-}
-
-/// What a request does with each structure that it names.
-typedef struct {
-    bool needs_disabled; // Not while its periodic generation is enabled.
-    bool has_interval;   // An interval follows each id.
-    void (*perform)(pus_hk_t*, pus_hk_structure_t*, const pus_request_t*, uint32_t interval);
-} operation_t;
-
-/// Shortest interval that a structure may have: the largest repetition number of its sets.
-static uint32_t interval_min(const pus_hk_structure_t* const structure)
+uint32_t hk_interval_min(const pus_hk_structure_t* const structure)
 {
     uint32_t interval = 1U;
     for (uint8_t i = 0U; i < structure->set_count; i++) {
@@ -338,106 +261,10 @@ static uint32_t interval_min(const pus_hk_structure_t* const structure)
     return interval;
 }
 
-static pus_reply_t for_each(pus_hk_t* const hk, pus_request_t* const request,
-                            const operation_t* const operation)
+void hk_sample_now(pus_hk_t* const hk, const pus_hk_structure_t* const structure, const uint16_t destination,
+                   const uint64_t now_ns)
 {
-    octet_reader_t* const reader = &request->reader;
-    const uint8_t id_count       = octet_read_u8(reader);
-    for (uint16_t i = 1U; i <= id_count; i++) {
-        const uint16_t id                   = octet_read_u16(reader);
-        const uint32_t offset               = (uint32_t)reader->position;
-        const uint32_t interval             = operation->has_interval ? octet_read_u32(reader) : 0U;
-        pus_hk_structure_t* const structure = hk_structure_of(hk, id);
-        if (structure == NULL) {
-            pus_request_refuse(request, i, PUS_FAILURE_UNKNOWN_ID, id);
-        } else if (operation->needs_disabled && structure->is_periodic) {
-            pus_request_refuse(request, i, PUS_FAILURE_STATE, id);
-        } else if (operation->has_interval && (interval < interval_min(structure))) {
-            pus_request_refuse(request, i, PUS_FAILURE_OUT_OF_RANGE, offset);
-        } else {
-            pus_request_perform(request);
-            guard(hk);
-            operation->perform(hk, structure, request, interval);
-            release(hk);
-        }
-    }
-    return pus_done();
-}
-
-static void remove_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request, const uint32_t interval)
-{
-    (void)hk;
-    (void)request;
-    (void)interval;
-    structure->in_use = false;
-}
-
-static void enable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request, const uint32_t interval)
-{
-    (void)hk;
-    (void)request;
-    (void)interval;
-    if (!structure->is_periodic) {
-        structure->is_periodic   = true;
-        structure->is_collecting = false; // The interval begins with the next step.
-    }
-}
-
-static void disable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                        const pus_request_t* const request, const uint32_t interval)
-{
-    (void)hk;
-    (void)request;
-    (void)interval;
-    structure->is_periodic = false;
-}
-
-static void modify_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request, const uint32_t interval)
-{
-    (void)hk;
-    (void)request;
-    structure->interval = interval;
-}
-
-static void write_ids(octet_writer_t* const writer, const pus_hk_entry_t* const entries, const uint8_t count)
-{
-    octet_write_u16(writer, count);
-    for (uint8_t i = 0U; i < count; i++) {
-        octet_write_u32(writer, entries[i].parameter_id);
-    }
-}
-
-static void write_state(octet_writer_t* const writer, const pus_hk_structure_t* const structure)
-{
-    octet_write_u16(writer, structure->id);
-    octet_write_u8(writer, structure->is_periodic ? 1U : 0U);
-    octet_write_u32(writer, structure->interval);
-}
-
-static void report_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request, const uint32_t interval)
-{
-    (void)interval;
-    octet_writer_t writer = pus_answer_begin(request, 10U);
-    write_state(&writer, structure);
-    write_ids(&writer, structure->entries, structure->simple_count);
-    octet_write_u16(&writer, structure->set_count);
-    for (uint8_t i = 0U; i < structure->set_count; i++) {
-        octet_write_u16(&writer, structure->sets[i].repetitions);
-        write_ids(&writer, &structure->entries[structure->sets[i].first], structure->sets[i].count);
-    }
-    (void)pus_tm_post(hk->config.process, &writer); // What is lost here the process counts.
-}
-
-/// Send TM[3,25] with the values of now to the user who asked.
-static void sample_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request, const uint32_t interval)
-{
-    (void)interval;
-    octet_writer_t writer = begin_report(hk, structure->id, request->token.source, request->now_ns);
+    octet_writer_t writer = begin_report(hk, structure->is_diagnostic, structure->id, destination, now_ns);
     read_entries(hk, structure, 0U, structure->simple_count, &writer);
     for (uint8_t i = 0U; i < structure->set_count; i++) {
         const pus_hk_set_t* const set = &structure->sets[i];
@@ -448,75 +275,6 @@ static void sample_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
     count(hk, pus_tm_post(hk->config.process, &writer));
 }
 
-/// That the structure is there is all that matters.
-static void note_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                     const pus_request_t* const request, const uint32_t interval)
-{
-    (void)hk;
-    (void)structure;
-    (void)request;
-    (void)interval;
-}
-
-static pus_reply_t delete_structures(void* const self, pus_request_t* const request)
-{
-    static const operation_t operation = {true, false, remove_one};
-    return for_each(self, request, &operation);
-}
-
-static pus_reply_t enable(void* const self, pus_request_t* const request)
-{
-    static const operation_t operation = {false, false, enable_one};
-    return for_each(self, request, &operation);
-}
-
-static pus_reply_t disable(void* const self, pus_request_t* const request)
-{
-    static const operation_t operation = {false, false, disable_one};
-    return for_each(self, request, &operation);
-}
-
-static pus_reply_t report_structures(void* const self, pus_request_t* const request)
-{
-    static const operation_t operation = {false, false, report_one};
-    return for_each(self, request, &operation);
-}
-
-static pus_reply_t report_once(void* const self, pus_request_t* const request)
-{
-    static const operation_t operation = {false, false, sample_one};
-    return for_each(self, request, &operation);
-}
-
-static pus_reply_t modify_intervals(void* const self, pus_request_t* const request)
-{
-    static const operation_t operation = {true, true, modify_one};
-    return for_each(self, request, &operation);
-}
-
-static pus_reply_t report_properties(void* const self, pus_request_t* const request)
-{
-    static const operation_t operation = {false, false, note_one};
-    pus_hk_t* const hk                 = self;
-    const octet_reader_t list          = request->reader;
-    (void)for_each(hk, request, &operation);
-    if (request->performed == 0U) {
-        return pus_done();
-    }
-    octet_writer_t writer = pus_answer_begin(request, 35U);
-    octet_write_u16(&writer, request->performed);
-    request->reader        = list;
-    const uint8_t id_count = octet_read_u8(&request->reader);
-    for (uint8_t i = 0U; i < id_count; i++) {
-        const pus_hk_structure_t* const structure = hk_structure_of(hk, octet_read_u16(&request->reader));
-        if (structure != NULL) {
-            write_state(&writer, structure);
-        }
-    }
-    (void)pus_tm_post(hk->config.process, &writer); // What is lost here the process counts.
-    return pus_done();
-}
-
 static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)
 {
     pus_hk_step(self, now_ns, cycle);
@@ -524,19 +282,7 @@ static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)
 
 pus_service_t pus_hk_service(pus_hk_t* const hk)
 {
-    static const pus_subtype_t subtypes[] = {
-        {1U, shape_create, create, NULL},
-        {3U, pus_shape_list_u16, delete_structures, NULL},
-        {5U, pus_shape_list_u16, enable, NULL},
-        {6U, pus_shape_list_u16, disable, NULL},
-        {9U, pus_shape_list_u16, report_structures, NULL},
-        {27U, pus_shape_list_u16, report_once, NULL},
-        {29U, shape_append, append, NULL},
-        {31U, shape_intervals, modify_intervals, NULL},
-        {33U, pus_shape_list_u16, report_properties, NULL},
-    };
-    pus_service_t service =
-        pus_service_of(PUS_SERVICE_HOUSEKEEPING, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), hk);
-    service.step = step;
+    pus_service_t service = hk_requests(hk);
+    service.step          = step;
     return service;
 }

@@ -1,6 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[03] housekeeping: reports of parameter values, once or periodically, from structures that come from the
-/// configuration or by request. TC 1, 3, 5, 6, 9, 27, 29, 31, 33; TM 10, 25, 35. No diagnostic structures.
+/// configuration or by request; housekeeping structures (TM[3,25]) and diagnostic ones (TM[3,26]), which
+/// differ in nothing but their own space of ids. All 32 messages.
+///
+/// A functional reporting definition (TC[3,37] to [3,44]) is a named set of structures of this process with
+/// the properties that they get when it is applied: whether they are generated periodically, and how often;
+/// applied exclusively, all other structures are disabled. Definitions of structures of another APID are
+/// refused (PUS_FAILURE_UNKNOWN_ID, APID), and so is a whole request for one faulty entry; structures that
+/// are not there, or cannot be so fast, when a definition is applied are counted in TM[1,8]. Definitions
+/// outlive a power cut by their records (key: definition id); structures do not: the configuration brings
+/// them.
 ///
 /// A structure has simply commutated parameters (once per collection interval) and super-commutated sets
 /// (`rep` samples, equally spaced over the interval). The interval counts cycles, the minimum sampling
@@ -36,6 +45,7 @@
 
 #define PUS_HK_PARAMETERS_MAX 64U ///< Parameters of one structure, in all its lists together.
 #define PUS_HK_SETS_MAX 8U        ///< Super-commutated sets of one structure.
+#define PUS_HK_MEMBERS_MAX 32U    ///< Structures of one functional reporting definition.
 
 /// A structure as the configuration defines it; borrowed during the call only.
 typedef struct {
@@ -46,6 +56,7 @@ typedef struct {
 
 typedef struct {
     uint16_t id;
+    bool is_diagnostic;
     uint32_t interval; ///< [cycles], >= 1.
     bool is_periodic;  ///< Periodic generation enabled from the start.
     uint8_t loop;      ///< 0 the loop of the process.
@@ -72,6 +83,7 @@ typedef struct { // Private.
 
 typedef struct { // Private.
     bool in_use;
+    bool is_diagnostic;
     bool is_periodic;
     bool is_collecting; // An interval has begun.
     uint8_t loop;
@@ -86,19 +98,37 @@ typedef struct { // Private.
     pus_hk_entry_t entries[PUS_HK_PARAMETERS_MAX];
 } pus_hk_structure_t;
 
+typedef struct { // Private: a structure of a functional reporting definition.
+    bool is_diagnostic;
+    bool is_periodic;
+    uint16_t id;
+    uint32_t interval;
+} pus_hk_member_t;
+
+typedef struct { // Private.
+    bool in_use;
+    uint8_t count;
+    uint16_t id;
+    pus_hk_member_t members[PUS_HK_MEMBERS_MAX];
+} pus_hk_functional_t;
+
 typedef struct {
     pus_process_t* process;
     pus_parameter_port_t parameters; ///< `write` is not used.
     pus_hk_structure_t* structures;
     uint16_t structure_count;
-    uint8_t* samples;     ///< structure_count * sample_size octets.
-    uint16_t sample_size; ///< Largest report's values [octets], <= PUS_TM_DATA_MAX - 2.
-    osal_mutex_t* guard;  ///< Null: there is no loop but that of the process.
+    uint8_t* samples;                ///< structure_count * sample_size octets.
+    uint16_t sample_size;            ///< Largest report's values [octets], <= PUS_TM_DATA_MAX - 2.
+    osal_mutex_t* guard;             ///< Null: there is no loop but that of the process.
+    pus_hk_functional_t* functional; ///< Room for functional reporting definitions.
+    uint16_t functional_count;
+    const pus_persistence_t* persistence; ///< Null: nothing is kept.
 } pus_hk_config_t;
 
 typedef struct { // Where a loop's finished reports go.
     void* context;
-    /// The values of structure `id`, taken at now_ns.
+    /// The values of structure `id`, taken at now_ns. Structures of other loops than that of the process come
+    /// from the configuration, and are housekeeping ones.
     void (*put)(void* context, uint16_t id, uint64_t now_ns, const uint8_t* values, size_t size);
     uint8_t* values; ///< Room for one report's values: sample_size octets, of this loop alone.
 } pus_hk_outlet_t;
@@ -106,10 +136,11 @@ typedef struct { // Where a loop's finished reports go.
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_hk_config_t config;
     pus_hk_structure_t candidate;
-    pus_failure_t verdict; // On the candidate: the first failure stays.
+    pus_failure_t verdict;          // On the candidate: the first failure stays.
+    pus_hk_functional_t functional; // Being changed.
     struct {
-        uint32_t reports; ///< TM[3,25] sent.
-        uint32_t dropped; ///< TM[3,25] the port refused, or that did not come from their loop.
+        uint32_t reports; ///< TM[3,25] and [3,26] sent.
+        uint32_t dropped; ///< Those the port refused, or that did not come from their loop.
     } counters;
 } pus_hk_t;
 
@@ -120,6 +151,9 @@ pus_service_t pus_hk_service(pus_hk_t* hk);
 /// too many parameters, sets or octets), STATUS_NOT_FOUND (a parameter), STATUS_FORBIDDEN (not readable),
 /// STATUS_INVALID (no parameter, same one twice, interval or repetitions out of range).
 MUST_USE status_t pus_hk_add(pus_hk_t* hk, const pus_hk_definition_t* definition);
+/// Take back a record: a functional reporting definition. STATUS_OK, STATUS_EXHAUSTED (no room),
+/// STATUS_INVALID (no such record).
+MUST_USE status_t pus_hk_restore(void* self, uint32_t key, const uint8_t* octets, size_t size);
 /// Delete all structures: the configuration is revoked.
 void pus_hk_clear(pus_hk_t* hk);
 /// Sample what is due and send the reports that are complete. `cycle` may jump forward; what was missed is

@@ -3,11 +3,11 @@
 
 #include <string.h>
 
-pus_hk_structure_t* hk_structure_of(const pus_hk_t* const hk, const uint16_t id)
+pus_hk_structure_t* hk_structure_of(const pus_hk_t* const hk, const bool is_diagnostic, const uint16_t id)
 {
     for (uint16_t i = 0U; i < hk->config.structure_count; i++) {
         pus_hk_structure_t* const structure = &hk->config.structures[i];
-        if (structure->in_use && (structure->id == id)) {
+        if (structure->in_use && (structure->is_diagnostic == is_diagnostic) && (structure->id == id)) {
             return structure;
         }
     }
@@ -141,16 +141,17 @@ static pus_hk_structure_t* free_structure(const pus_hk_t* const hk)
     return NULL;
 }
 
-void hk_candidate_begin(pus_hk_t* const hk, const uint16_t id, const uint32_t interval,
-                        pus_hk_structure_t** const out_place)
+void hk_candidate_begin(pus_hk_t* const hk, const bool is_diagnostic, const uint16_t id,
+                        const uint32_t interval, pus_hk_structure_t** const out_place)
 {
     (void)memset(&hk->candidate, 0, sizeof(hk->candidate));
-    hk->candidate.in_use   = true;
-    hk->candidate.id       = id;
-    hk->candidate.interval = interval;
-    hk->verdict            = pus_failure(PUS_FAILURE_NONE, 0U);
-    *out_place             = free_structure(hk);
-    if (hk_structure_of(hk, id) != NULL) {
+    hk->candidate.in_use        = true;
+    hk->candidate.id            = id;
+    hk->candidate.is_diagnostic = is_diagnostic;
+    hk->candidate.interval      = interval;
+    hk->verdict                 = pus_failure(PUS_FAILURE_NONE, 0U);
+    *out_place                  = free_structure(hk);
+    if (hk_structure_of(hk, is_diagnostic, id) != NULL) {
         (void)fail(hk, PUS_FAILURE_EXISTS, id);
     } else if (interval == 0U) {
         (void)fail(hk, PUS_FAILURE_OUT_OF_RANGE, HK_ID_SIZE);

@@ -42,6 +42,7 @@
 #include "pus/st20_parameters.h"
 
 #define COMPONENT_STRUCTURES 16U      ///< HK structures, from descriptor and by request.
+#define COMPONENT_FUNCTIONAL 8U       ///< Functional reporting definitions.
 #define COMPONENT_SAMPLE_OCTETS 1024U ///< Values of one HK report.
 #define COMPONENT_LINKS 8U
 #define COMPONENT_TICKETS 8U    ///< Function commands under way.
@@ -77,15 +78,15 @@ typedef struct {
     bool is_descriptor_valid; ///< False: stay in OFFLINE / INVALID; only apid and name of the descriptor
                               ///< count.
     const subsystem_callbacks_t* callbacks;
-    void* self;                           ///< First argument of the callbacks.
-    uint32_t mission_epoch_s;             ///< Mission time 0 [s of TAI since 1958].
-    uint32_t start_count;                 ///< 1 for the first start of this component in the run.
-    pus_port_t port;                      ///< Where its packets go.
-    const link_resolver_t* links;         ///< Null: no real-time links.
-    uint8_t link_methods;                 ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
-    bool has_supervisor;                  ///< False for the supervisor itself.
-    bool has_loop_tasks;                  ///< Each loop of services has a task of its own.
-    const pus_service_t* services;        ///< Further services (0..16).
+    void* self;                    ///< First argument of the callbacks.
+    uint32_t mission_epoch_s;      ///< Mission time 0 [s of TAI since 1958].
+    uint32_t start_count;          ///< 1 for the first start of this component in the run.
+    pus_port_t port;               ///< Where its packets go.
+    const link_resolver_t* links;  ///< Null: no real-time links.
+    uint8_t link_methods;          ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
+    bool has_supervisor;           ///< False for the supervisor itself.
+    bool has_loop_tasks;           ///< Each loop of services has a task of its own.
+    const pus_service_t* services; ///< Further services (0..16).
     size_t service_count;
     component_services_t optional;        ///< Services that the descriptor lists.
     const pus_persistence_t* persistence; ///< Where records of services are kept; null: nothing is.
@@ -166,6 +167,7 @@ struct subsystem { // Private; component_t is another name. What most of the cod
     pus_test_t test;
     pus_hk_t housekeeping;
     pus_hk_structure_t structures[COMPONENT_STRUCTURES];
+    pus_hk_functional_t functional[COMPONENT_FUNCTIONAL];
     uint8_t samples[COMPONENT_STRUCTURES * COMPONENT_SAMPLE_OCTETS];
     pus_events_t events;
     pus_event_definition_t event_definitions[DESCRIPTOR_EVENTS_MAX];

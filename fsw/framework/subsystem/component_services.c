@@ -465,6 +465,9 @@ status_t component_restore(component_t* const component, const uint8_t table, co
                            const uint8_t* const octets, const size_t size)
 {
     FSW_ASSERT((component != NULL) && (octets != NULL));
+    if (table == PUS_SERVICE_HOUSEKEEPING) {
+        return pus_hk_restore(&component->housekeeping, key, octets, size);
+    }
     for (size_t i = 0U; i < component->optional_count; i++) {
         const component_optional_t* const optional = &component->optional[i];
         if ((optional->service.type == table) && (optional->restore != NULL)) {
@@ -495,10 +498,16 @@ static void add_further(component_t* const component)
 void component_register_services(component_t* const component)
 {
     const pus_parameter_port_t values      = component_parameter_port(component);
-    const pus_hk_config_t hk               = {&component->process,   values,
-                                              component->structures, COMPONENT_STRUCTURES,
-                                              component->samples,    COMPONENT_SAMPLE_OCTETS,
-                                              &component->loop_guard};
+    const pus_hk_config_t hk               = {.process          = &component->process,
+                                              .parameters       = values,
+                                              .structures       = component->structures,
+                                              .structure_count  = COMPONENT_STRUCTURES,
+                                              .samples          = component->samples,
+                                              .sample_size      = COMPONENT_SAMPLE_OCTETS,
+                                              .guard            = &component->loop_guard,
+                                              .functional       = component->functional,
+                                              .functional_count = COMPONENT_FUNCTIONAL,
+                                              .persistence      = component->config.persistence};
     const pus_management_port_t management = {component, component_request_state,
                                               component_select_configuration, reload_descriptor, read_status};
     const pus_rtlink_port_t links          = component_link_port(component);
