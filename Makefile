@@ -28,6 +28,7 @@
 ##   make bench      measure, print a table, write build/bench.json         ONLY=<part of a name>  CHECK=1
 ##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<one that is there>
 ##   make foreign    the subsystems' programs for the big-endian s390x: build/s390x/bin/
+##   make yamcs      run Yamcs at a mission that flies on this machine     MISSION=  PORT=<its ground port>  HTTP=8090
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
 ##   make gse        set up the ground segment's command line and show how to call it
 ##   make format     clang-format all C sources in place
@@ -266,7 +267,7 @@ foreign-programs: $(FOREIGN_PROGRAMS)
 benches: $(patsubst test/bench/%.c,$B/bench/%,$(call selected,$(BENCHES))) $(TRANSPORTS:%=$B/bench/transport/%)
 	@:
 
-build/setup/%: gse/setup/setup.sh gse/setup/unity.sh gse/setup/expat_s390x.sh gse/setup/packages.txt gse/requirements.txt test/requirements.txt
+build/setup/%: gse/setup/setup.sh gse/setup/unity.sh gse/setup/expat_s390x.sh gse/setup/yamcs.sh gse/yamcs/pom.xml gse/setup/packages.txt gse/requirements.txt test/requirements.txt
 	@sh gse/setup/setup.sh $*
 setup: build/setup/full
 doctor:
@@ -336,6 +337,10 @@ gse: build/setup/run $(GENERATED)
 	@echo 'or put it into the path of this shell:'
 	@echo '    . build/venv/bin/activate'
 
+.PHONY: yamcs
+yamcs: build/setup/full $(GENERATED)
+	@$(PYTHON) gse/yamcs/run.py $(call option,mission,MISSION) $(call option,ground-port,PORT) $(call option,http-port,HTTP)
+
 new-subsystem:
 	@$(PYTHON) gse/scaffold/new_subsystem.py $(call option,name,NAME) $(call option,apid,APID) \
 	    $(call option,mission,MISSION)
@@ -389,7 +394,7 @@ check-misra-all: build/setup/check $(GENERATED)
 check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 osal pus fsw sim gse && echo 'check: no function is too complex'
 .PHONY: check-flights
-check-flights: build/setup/vm all foreign # The long ones: many deaths at random moments.
+check-flights: build/setup/vm build/setup/full all foreign # The long ones: many deaths at random moments, Yamcs.
 	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile test/mission test/hil test/conformance && echo 'check: every flight ends as it should'
 check-layers:
 	@$(PYTHON) test/lint/check_layers.py

@@ -4,7 +4,8 @@
 Groups that repeat are arrays of aggregates where all groups have one size; else a container of one group that is entered
 as often as the count says. Within it, readers know how long something is only from itself, and what is there only from
 conditions: a count within has its bits as parameters, each for as many entries as it weighs; of values whose parameter
-stands before them, there is one parameter for each scalar type, entered by the layout within the id."""
+stands before them, there is one parameter for each scalar type, entered by the layout within the id. What only serves to
+find the rest has a name with two underscores."""
 
 import xtce_types as xt
 from xtce_types import element
@@ -51,8 +52,8 @@ def kind_type(system, what, catalogue, service, field):
         return bits(root, what, kind["size"])
     makers = {
         "time": lambda made: xt.cuc_time(what, made),
-        "reltime": lambda made: xt.fraction(what, made, 56, 2.0**-24, "s"),
-        "position": lambda made: xt.fraction(what, made, 48, 2.0**-16, "orbits"),
+        "reltime": lambda made: xt.fraction(what, made, 56, 24, "s"),
+        "position": lambda made: xt.fraction(what, made, 48, 16, "orbits"),
         "name": lambda made: xt.label(what, made, 8),
         "id": lambda made: xt.enumeration(what, made, catalogue["parameters"], ID_BITS),
         "layout": lambda made: xt.enumeration(what, made, catalogue["layouts"], 8),
@@ -168,7 +169,7 @@ class Message:
         self.offset = None if self.offset is None or size is None else self.offset + size
         if is_id and kind["coding"] == "id":
             self.shift = -(NUMBER_BITS + LAYOUT_BITS)
-            self.layouts[name] = (path, self.parameter(f"{name}_layout", bits(self.system.root, "Parameter", LAYOUT_BITS)))
+            self.layouts[name] = (path, self.parameter(f"{name}__layout", bits(self.system.root, "Parameter", LAYOUT_BITS)))
             self.shift = NUMBER_BITS
 
     def variable(self, coding, name):
@@ -180,14 +181,14 @@ class Message:
             return
         root = self.system.root
         if coding == "packet":  # Its length field is one less than what follows.
-            self.parameter(f"{name}_head", root.type("Parameter", "octets4", lambda made: xt.binary("Parameter", made, 4)))
+            self.parameter(f"{name}__head", root.type("Parameter", "octets4", lambda made: xt.binary("Parameter", made, 4)))
             self.parameter(name, root.type("Parameter", "sized_octets", lambda made: xt.octets("Parameter", made)))
-            self.parameter(f"{name}_end", xt.scalar(root, "Parameter", "UINT8"))
+            self.parameter(f"{name}__end", xt.scalar(root, "Parameter", "UINT8"))
         elif self.is_group:
             make = xt.text if coding == "text" else xt.octets
             self.parameter(name, root.type("Parameter", f"sized_{coding}", lambda made: make("Parameter", made)))
         else:
-            length = self.parameter(f"{name}_length", xt.scalar(root, "Parameter", "UINT16"))
+            length = self.parameter(f"{name}__length", xt.scalar(root, "Parameter", "UINT16"))
             self.sized(name, lambda made: (xt.text_of if coding == "text" else xt.octets_of)(made, length))
         self.offset = None
 
@@ -213,7 +214,7 @@ class Message:
         group.fields(inner)
         if group.shift:
             nothing = self.system.root.type("Parameter", "nothing", lambda made: xt.binary("Parameter", made, 0))
-            group.parameter("end", nothing)
+            group.parameter("__end", nothing)
         path = self.name(f"{name}_group")
         self.system.containers.append(container(path, group.entries))
         self.enter_groups(f"{self.system.path}/{path}", field["repeat"], count)
@@ -226,7 +227,7 @@ class Message:
             return
         self.shift = -COUNT_BITS
         one = bits(self.system.root, "Parameter", 1)
-        weights = [(1 << bit, self.parameter(f"{word}_bit{bit}", one)) for bit in reversed(range(COUNT_BITS))]
+        weights = [(1 << bit, self.parameter(f"{word}__bit{bit}", one)) for bit in reversed(range(COUNT_BITS))]
         for weight, bit in weights:
             repeat = element("RepeatEntry", element("Count", element("FixedValue", str(weight))))
             self.enter("ContainerRefEntry", repeat, extra=((bit, 1),), containerRef=path)

@@ -138,8 +138,12 @@ def real(what, name, bits, unit="", low=None, high=None):
     return element(f"Float{what}Type", _unit(unit), encoding, _range(what, low, high), name=name, sizeInBits=bits)
 
 
-def fraction(what, name, bits, coefficient, unit):
-    """Real number as a binary fraction."""
+def fraction(what, name, bits, exponent, unit):
+    """Real number as a binary fraction of 2^-exponent; an argument is the number of these, since Yamcs 5.13 makes 0 of
+    negative reals there."""
+    if what == "Argument":
+        return integer(what, name, bits, True, f"2^-{exponent} {unit}")
+    coefficient = 2.0**-exponent
     return element(f"Float{what}Type", _unit(unit), _scaled(bits, coefficient), name=name, sizeInBits=64)
 
 

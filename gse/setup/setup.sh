@@ -75,6 +75,9 @@ run | docs) ;;
     sh "$here/expat_s390x.sh"
     ;;
 esac
+if [ "$level" = full ]; then
+    sh "$here/yamcs.sh"
+fi
 for done_level in $levels; do
     touch "build/setup/$done_level"
 done

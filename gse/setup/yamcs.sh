@@ -1,0 +1,17 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Fetch Yamcs from Maven Central, by gse/yamcs/pom.xml, into build/yamcs/lib. Quick when it is there.
+set -eu
+
+pom=gse/yamcs/pom.xml
+place=build/yamcs
+if cmp -s "$pom" "$place/pom.xml"; then
+    exit 0
+fi
+echo 'setup: Yamcs from Maven Central'
+mkdir -p "$place"
+rm -rf "$place/lib.part"
+mvn -q -B -f "$pom" dependency:copy-dependencies -DincludeScope=runtime -DoutputDirectory="$(pwd)/$place/lib.part"
+rm -rf "$place/lib"
+mv "$place/lib.part" "$place/lib"
+cp "$pom" "$place/pom.xml"
