@@ -5,12 +5,14 @@
 ///     complete   progress step 7, then completion, of the function that was started last
 ///     raise      raise event 3 with data 010203
 ///     ask        send a request [17,1] to APID 17 as the on-board user of APID 16
+///     cuc, cds   report the time as a spacecraft time packet of that format, a report every 4 s
 ///
 /// Each report or request is printed as a line of hexadecimal digits; a line "." ends the answer to a line.
 #include "pus/requester.h"
 #include "pus/st01_verification.h"
 #include "pus/st05_events.h"
 #include "pus/st08_functions.h"
+#include "pus/st09_time.h"
 #include "pus/st17_test.h"
 #include "pus/st20_parameters.h"
 
@@ -91,6 +93,15 @@ static void ask(void)
     }
 }
 
+static void report_time(const pus_time_format_t format)
+{
+    static pus_time_t service;
+    const pus_time_config_t config = {
+        .epoch_s = EPOCH_S, .format = format, .exponent = 2U, .status = 1U, .port = {.send = print}};
+    pus_time_init(&service, &config);
+    pus_time_step(&service, NOW_NS);
+}
+
 int main(void)
 {
     static pus_process_t process;
@@ -126,6 +137,10 @@ int main(void)
             (void)pus_event_raise(&events, 3U, (const uint8_t*)"\x01\x02\x03", 3U, NOW_NS);
         } else if (strcmp(line, "ask\n") == 0) {
             ask();
+        } else if (strcmp(line, "cuc\n") == 0) {
+            report_time(PUS_TIME_CUC);
+        } else if (strcmp(line, "cds\n") == 0) {
+            report_time(PUS_TIME_CDS);
         } else {
             static uint8_t packet[PUS_PACKET_MAX + 64U];
             (void)pus_dispatch(&dispatcher, packet, read_hex(line, packet, sizeof(packet)), NOW_NS);

@@ -3,12 +3,16 @@
 requests and its readers take our reports; pusdump reads what it makes, and refuses what it is right to refuse."""
 
 import json
+import os
 import pathlib
 import random
 import struct
 import subprocess
 
 import pytest
+from spacepackets import SpacePacketHeader
+from spacepackets.ccsds.spacepacket import PacketType
+from spacepackets.ccsds.time import CdsShortTimestamp
 from spacepackets.ecss import PusTc, PusTm
 from spacepackets.ecss.pus_1_verification import Service1Tm, UnpackParams
 from spacepackets.ecss.pus_verificator import PusVerificator, StatusField
@@ -42,12 +46,14 @@ class Process:
 
 
 def build(path, *sources):
-    """Build a program with sanitizers from sources, our library and its base."""
-    sources = [*sources, ROOT / "test/support/assertion.c", *sorted((ROOT / "pus").glob("*.c"))]
-    sources += sorted((ROOT / "fsw/framework/base").glob("*.c"))
-    sources += [ROOT / "osal/posix/mutex.c"]
+    """Build a program with sanitizers from sources and our libraries as `make test` has built them, or does now."""
+    libraries = [f"build/sanitize/lib/lib{name}.a" for name in ("pus", "fsw_framework_resource", "fsw_framework_base", "osal_posix")]
+    quiet = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
+    subprocess.run(["make", "-s", "SANITIZE=1", *libraries], cwd=ROOT, env=quiet, check=True, stdout=subprocess.DEVNULL)
+    sources = [*sources, ROOT / "test/support/assertion.c"]
     options = "-std=c99 -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -D_POSIX_C_SOURCE=200809L".split()
-    subprocess.run(["gcc", *options, f"-I{ROOT}", f"-I{ROOT}/build", "-o", path, *sources, "-lm", "-lpthread"], check=True)
+    group = ["-Wl,--start-group", *(ROOT / library for library in libraries), "-Wl,--end-group"]
+    subprocess.run(["gcc", *options, f"-I{ROOT}", "-o", path, *sources, *group, "-lm", "-lpthread"], check=True)
     return path
 
 
@@ -100,6 +106,31 @@ def test_our_reports_are_read_by_the_peer(process):
         assert tm.pus_tm_sec_header.dest_id == 0x1234
         seconds, fraction = struct.unpack(">xI3s", tm.timestamp)
         assert seconds * 10**9 + int.from_bytes(fraction, "big") * 10**9 // 2**24 == NOW_NS
+
+
+def check_time_packet(octets):
+    """A spacecraft time packet by its header as the peer reads it: APID 0, no secondary header; its time field."""
+    header = SpacePacketHeader.unpack(octets)
+    assert header.packet_type == PacketType.TM and header.apid == 0 and not header.sec_header_flag
+    assert header.seq_count == 0 and len(octets) == header.data_len + 7 == 18 and crc(octets) == 0
+    assert octets[6] == 2 and octets[15] == 1
+    return octets[7:15]
+
+
+def test_the_time_as_cuc_is_that_of_a_report(process):
+    (packet,) = process.say("cuc")
+    reference = PusTm.unpack(process.send(request(17, 1))[0], TIME_SIZE)
+    assert check_time_packet(packet) == bytes(reference.timestamp)
+
+
+def test_the_time_as_cds_is_read_by_the_peer(process):
+    (packet,) = process.say("cds")
+    field = check_time_packet(packet)
+    stamp = CdsShortTimestamp.unpack(bytes([CdsShortTimestamp.empty().pfield[0]]) + field[:6])
+    assert stamp.pack()[1:] == field[:6]
+    ns = stamp.ccsds_days * 86400 * 10**9 + stamp.ms_of_day * 10**6 + int.from_bytes(field[6:], "big") * 1000
+    assert ns == NOW_NS
+    assert CdsShortTimestamp(stamp.ccsds_days, stamp.ms_of_day) == stamp
 
 
 def test_the_peers_verificator_follows_a_request_to_its_end(process):
