@@ -52,15 +52,20 @@ static uint64_t period_ns(const pus_time_t* const time)
     return NS_PER_S << time->exponent;
 }
 
+static bool is_due(const pus_time_t* const time, const uint64_t now_ns)
+{
+    return (time->exponent <= PUS_TIME_EXPONENT_MAX) &&
+           ((absolute_ns(time, now_ns) / period_ns(time)) != time->period);
+}
+
 uint64_t pus_time_due_ns(const pus_time_t* const time, const uint64_t now_ns)
 {
     FSW_ASSERT(time != NULL);
-    if (time->exponent == PUS_TIME_NO_REPORTS) {
+    if (time->exponent > PUS_TIME_EXPONENT_MAX) {
         return UINT64_MAX;
     }
     const uint64_t passed_ns = absolute_ns(time, now_ns) % period_ns(time);
-    const bool is_due        = (absolute_ns(time, now_ns) / period_ns(time)) != time->period;
-    return is_due ? now_ns : (now_ns + (period_ns(time) - passed_ns));
+    return is_due(time, now_ns) ? now_ns : (now_ns + (period_ns(time) - passed_ns));
 }
 
 /// Milliseconds and microseconds of the day; a CUC time would be rounded to 2^-24 s, this one to 1 us.
@@ -74,7 +79,8 @@ static void write_cds(octet_writer_t* const writer, const uint64_t time_ns)
 
 void pus_time_step(pus_time_t* const time, const uint64_t now_ns)
 {
-    if (pus_time_due_ns(time, now_ns) != now_ns) {
+    FSW_ASSERT(time != NULL);
+    if (!is_due(time, now_ns)) {
         return;
     }
     uint8_t packet[PUS_TIME_PACKET_SIZE];
