@@ -100,13 +100,13 @@ pus_failure_t pus_failure_read(octet_reader_t* const reader)
 
 /// Checks common to both directions that need no header field to be right but the length.
 static status_t check_frame(const uint8_t* const octets, const size_t size, const size_t least,
-                            pus_failure_t* const out_failure)
+                            const size_t most, pus_failure_t* const out_failure)
 {
     *out_failure = pus_failure(PUS_FAILURE_LENGTH, (uint32_t)size);
     if (size < least) {
         return STATUS_TRUNCATED;
     }
-    if (size > PUS_PACKET_MAX) {
+    if (size > most) {
         return STATUS_TOO_LARGE;
     }
     if (size_told(octets) != size) {
@@ -145,8 +145,9 @@ static pus_failure_t check_header(const header_t* const header, const uint16_t t
     return pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
-status_t pus_tc_decode(const uint8_t* const octets, const size_t size, pus_tc_t* const out_tc,
-                       pus_failure_t* const out_failure)
+/// Decode a request of at most `most` octets.
+static status_t decode_tc(const uint8_t* const octets, const size_t size, const size_t most,
+                          pus_tc_t* const out_tc, pus_failure_t* const out_failure)
 {
     FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_tc != NULL) && (out_failure != NULL));
     octet_reader_t reader = octet_reader(octets, size);
@@ -162,7 +163,7 @@ status_t pus_tc_decode(const uint8_t* const octets, const size_t size, pus_tc_t*
     out_tc->data       = NULL;
     out_tc->size       = 0U;
 
-    const status_t status = check_frame(octets, size, PUS_TC_MIN, out_failure);
+    const status_t status = check_frame(octets, size, PUS_TC_MIN, most, out_failure);
     if (status != STATUS_OK) {
         return status;
     }
@@ -173,6 +174,18 @@ status_t pus_tc_decode(const uint8_t* const octets, const size_t size, pus_tc_t*
     out_tc->size = size - PUS_TC_MIN;
     out_tc->data = octet_read_octets(&reader, out_tc->size);
     return STATUS_OK;
+}
+
+status_t pus_tc_decode(const uint8_t* const octets, const size_t size, pus_tc_t* const out_tc,
+                       pus_failure_t* const out_failure)
+{
+    return decode_tc(octets, size, PUS_PACKET_MAX, out_tc, out_failure);
+}
+
+status_t pus_tc_decode_large(const uint8_t* const octets, const size_t size, pus_tc_t* const out_tc,
+                             pus_failure_t* const out_failure)
+{
+    return decode_tc(octets, size, PUS_LARGE_MAX, out_tc, out_failure);
 }
 
 status_t pus_tm_decode(const uint8_t* const octets, const size_t size, pus_tm_t* const out_tm,
@@ -193,7 +206,7 @@ status_t pus_tm_decode(const uint8_t* const octets, const size_t size, pus_tm_t*
     out_tm->data               = NULL;
     out_tm->size               = 0U;
 
-    const status_t status = check_frame(octets, size, PUS_TM_MIN, out_failure);
+    const status_t status = check_frame(octets, size, PUS_TM_MIN, PUS_PACKET_MAX, out_failure);
     if (status != STATUS_OK) {
         return status;
     }

@@ -48,37 +48,46 @@ static pus_message_counter_t* counter_of(pus_process_t* const process, const uin
     return NULL;
 }
 
-/// Number a built packet, add the checksum, and offer it to the port. `packet` has room for the checksum.
-static status_t transmit(pus_process_t* const process, uint8_t* const packet, const size_t size)
+/// Number a built packet and add the checksum, for which there is room.
+static void number(const pus_process_t* const process, uint8_t* const packet, const size_t size,
+                   const pus_message_counter_t* const counter)
 {
-    pus_message_counter_t* const counter = counter_of(process, packet);
     octets_put_u16(&packet[OFFSET_SEQUENCE], (uint16_t)((PUS_UNSEGMENTED << 14U) | process->sequence));
     octets_put_u16(&packet[OFFSET_COUNTER], (counter != NULL) ? counter->count : 0U);
     octets_put_u16(&packet[size], crc16_ccitt(packet, size));
-    if (process->port.send(process->port.context, packet, size + PUS_CRC_SIZE) != STATUS_OK) {
-        process->counters.refused++;
-        return STATUS_FULL;
-    }
-    process->sequence = (uint16_t)((process->sequence + 1U) % PUS_SEQUENCE_COUNT);
+}
+
+/// Note that a report has been numbered for good.
+static void count(pus_process_t* const process, pus_message_counter_t* const counter)
+{
     if (counter != NULL) {
         counter->count++;
     } else {
         process->counters.uncounted++;
     }
+}
+
+/// Number a built packet, add the checksum, and offer it to the port. `packet` has room for the checksum.
+static status_t transmit(pus_process_t* const process, uint8_t* const packet, const size_t size)
+{
+    pus_message_counter_t* const counter = counter_of(process, packet);
+    number(process, packet, size, counter);
+    if (process->port.send(process->port.context, packet, size + PUS_CRC_SIZE) != STATUS_OK) {
+        process->counters.refused++;
+        return STATUS_FULL;
+    }
+    process->sequence = (uint16_t)((process->sequence + 1U) % PUS_SEQUENCE_COUNT);
+    count(process, counter);
     process->counters.sent++;
     return STATUS_OK;
 }
 
-octet_writer_t pus_tm_begin(pus_process_t* const process, const uint8_t service, const uint8_t subtype,
-                            const uint16_t destination, const uint64_t now_ns)
+octet_writer_t pus_tm_begin_large(const pus_process_t* const process, uint8_t* const octets,
+                                  const size_t capacity, const uint8_t service, const uint8_t subtype,
+                                  const uint16_t destination, const uint64_t now_ns)
 {
-    FSW_ASSERT((process != NULL) && (service != 0U));
-    if (process->is_building) {
-        process->counters.discarded++;
-    }
-    process->is_building = true;
-
-    octet_writer_t writer = octet_writer(process->building, PUS_PACKET_MAX - PUS_CRC_SIZE);
+    FSW_ASSERT((process != NULL) && (octets != NULL) && (capacity >= PUS_TM_MIN) && (service != 0U));
+    octet_writer_t writer = octet_writer(octets, capacity - PUS_CRC_SIZE);
     uint8_t* const header = octet_write_space(&writer, OFFSET_TIME); // It fits.
     // Sequence, length and counter are written when the report is finished.
     octets_put_u16(header, (uint16_t)(0x0800U | process->apid));
@@ -88,6 +97,24 @@ octet_writer_t pus_tm_begin(pus_process_t* const process, const uint8_t service,
     octets_put_u16(&header[OFFSET_DESTINATION], destination);
     pus_time_write(&writer, process->epoch_ns + now_ns);
     return writer;
+}
+
+octet_writer_t pus_tm_begin(pus_process_t* const process, const uint8_t service, const uint8_t subtype,
+                            const uint16_t destination, const uint64_t now_ns)
+{
+    FSW_ASSERT(process != NULL);
+    if (process->is_building) {
+        process->counters.discarded++;
+    }
+    process->is_building = true;
+    return pus_tm_begin_large(process, process->building, PUS_PACKET_MAX, service, subtype, destination,
+                              now_ns);
+}
+
+static void write_length(uint8_t* const packet, const size_t size)
+{
+    octets_put_u16(&packet[OFFSET_LENGTH],
+                   (uint16_t)((size + PUS_CRC_SIZE) - (PUS_PRIMARY_HEADER_SIZE + 1U)));
 }
 
 /// Close the report that is being built. STATUS_OK, STATUS_TOO_LARGE, STATUS_INVALID.
@@ -106,8 +133,7 @@ static status_t close_report(pus_process_t* const process, octet_writer_t* const
         return STATUS_TOO_LARGE;
     }
     FSW_ASSERT((writer->octets == process->building) && (writer->position >= PUS_TM_HEADER_SIZE));
-    octets_put_u16(&process->building[OFFSET_LENGTH],
-                   (uint16_t)((writer->position + PUS_CRC_SIZE) - (PUS_PRIMARY_HEADER_SIZE + 1U)));
+    write_length(process->building, writer->position);
     return STATUS_OK;
 }
 
@@ -167,6 +193,24 @@ status_t pus_tm_forward(pus_process_t* const process, const uint8_t* const packe
     process->counters.discarded += process->is_building ? 1U : 0U;
     process->is_building = true;
     return pus_tm_post(process, &writer);
+}
+
+status_t pus_tm_close_large(pus_process_t* const process, octet_writer_t* const writer,
+                            size_t* const out_size)
+{
+    FSW_ASSERT((process != NULL) && (writer != NULL) && (out_size != NULL));
+    const size_t size = writer->position;
+    *out_size         = 0U;
+    if (writer->failed || ((size + PUS_CRC_SIZE) > PUS_LARGE_MAX)) {
+        process->counters.oversized++;
+        return STATUS_TOO_LARGE;
+    }
+    pus_message_counter_t* const counter = counter_of(process, writer->octets);
+    write_length(writer->octets, size);
+    number(process, writer->octets, size, counter);
+    count(process, counter);
+    *out_size = size + PUS_CRC_SIZE;
+    return STATUS_OK;
 }
 
 void pus_tm_cancel(pus_process_t* const process)

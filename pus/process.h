@@ -74,6 +74,13 @@ status_t pus_tm_post(pus_process_t* process, octet_writer_t* writer);
 /// Send, or keep, a report that another process of the same APID has built: it gets this one's numbers and
 /// keeps its time. `packet` is whole, checksum included. Statuses of pus_tm_post but STATUS_INVALID.
 status_t pus_tm_forward(pus_process_t* process, const uint8_t* packet, size_t size);
+/// Begin a report that may be larger than a packet in a buffer of the caller's, beside the one that is being
+/// built. capacity >= PUS_TM_MIN.
+octet_writer_t pus_tm_begin_large(const pus_process_t* process, uint8_t* octets, size_t capacity,
+                                  uint8_t service, uint8_t subtype, uint16_t destination, uint64_t now_ns);
+/// Finish it there; it is not sent. It is counted, and carries the sequence count of the next packet that is
+/// sent. STATUS_OK, STATUS_TOO_LARGE (writer failed, or longer than PUS_LARGE_MAX).
+MUST_USE status_t pus_tm_close_large(pus_process_t* process, octet_writer_t* writer, size_t* out_size);
 /// Discard the report begun.
 void pus_tm_cancel(pus_process_t* process);
 /// Try to send the backlog; call once per step. STATUS_OK (empty now), STATUS_FULL.

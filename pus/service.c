@@ -167,13 +167,16 @@ static const pus_subtype_t* subtype_of(const pus_service_t* const service, const
 }
 
 /// Decode a packet, find its service and subtype, and check its shape. The failure's code is PUS_FAILURE_NONE
+typedef status_t (*decode_t)(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
+                             pus_failure_t* out_failure);
+
 /// if all is well; else *out_tc is what the packet can be named by.
 static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const uint8_t* const packet,
-                          const size_t size, pus_tc_t* const out_tc, const pus_service_t** const out_service,
-                          const pus_subtype_t** const out_subtype)
+                          const size_t size, const decode_t decode, pus_tc_t* const out_tc,
+                          const pus_service_t** const out_service, const pus_subtype_t** const out_subtype)
 {
     pus_failure_t failure = {0};
-    if (pus_tc_decode(packet, size, out_tc, &failure) != STATUS_OK) {
+    if (decode(packet, size, out_tc, &failure) != STATUS_OK) {
         return failure;
     }
     if (out_tc->apid != dispatcher->process->apid) {
@@ -265,8 +268,8 @@ void pus_perform(pus_process_t* const process, const pus_service_t* const servic
     (void)execute(&request, service, subtype, data, size, NULL);
 }
 
-status_t pus_dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const packet, const size_t size,
-                      const uint64_t now_ns)
+static status_t dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const packet, const size_t size,
+                         const decode_t decode, const uint64_t now_ns)
 {
     FSW_ASSERT((dispatcher != NULL) && ((packet != NULL) || (size == 0U)));
     if (size < REQUEST_ID_SIZE) {
@@ -276,7 +279,7 @@ status_t pus_dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const p
     pus_tc_t tc                  = {0};
     const pus_service_t* service = NULL;
     const pus_subtype_t* subtype = NULL;
-    const pus_failure_t failure  = find(dispatcher, packet, size, &tc, &service, &subtype);
+    const pus_failure_t failure  = find(dispatcher, packet, size, decode, &tc, &service, &subtype);
     pus_request_t request = {.token = pus_token_of(&tc), .now_ns = now_ns, .process = dispatcher->process};
     if (failure.code != PUS_FAILURE_NONE) {
         dispatcher->counters.rejected++;
@@ -298,6 +301,18 @@ status_t pus_dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const p
     }
     dispatcher->counters.refused += (reply.kind == PUS_REFUSED) ? 1U : 0U;
     return STATUS_OK;
+}
+
+status_t pus_dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const packet, const size_t size,
+                      const uint64_t now_ns)
+{
+    return dispatch(dispatcher, packet, size, pus_tc_decode, now_ns);
+}
+
+status_t pus_dispatch_large(pus_dispatcher_t* const dispatcher, const uint8_t* const packet,
+                            const size_t size, const uint64_t now_ns)
+{
+    return dispatch(dispatcher, packet, size, pus_tc_decode_large, now_ns);
 }
 
 void pus_dispatcher_step(pus_dispatcher_t* const dispatcher, const uint64_t now_ns, const uint32_t cycle)

@@ -143,6 +143,9 @@ void pus_perform(pus_process_t* process, const pus_service_t* service, const pus
 /// Verify one packet and pass it on. STATUS_OK (accepted; verification tells the rest), STATUS_INVALID
 /// (rejected with TM[1,2]), STATUS_TRUNCATED (too short to name its request: ignored, counted).
 status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size, uint64_t now_ns);
+/// The same with a request that may be larger than a packet, as ST[13] has put it together.
+status_t pus_dispatch_large(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size,
+                            uint64_t now_ns);
 /// Send the process's backlog, then step each service; call once per cycle. `cycle` counts minimum sampling
 /// intervals and may jump forward.
 void pus_dispatcher_step(pus_dispatcher_t* dispatcher, uint64_t now_ns, uint32_t cycle);

@@ -7,6 +7,7 @@
 
 /// Packet structure [octets].
 #define PUS_PACKET_MAX 4096U ///< Largest packet, headers and CRC included.
+#define PUS_LARGE_MAX 65542U  ///< Largest that its length field can tell; more than a packet goes by ST[13].
 #define PUS_PRIMARY_HEADER_SIZE 6U
 #define PUS_TC_HEADER_SIZE 11U ///< Primary and secondary header of a request.
 #define PUS_TM_HEADER_SIZE 21U ///< Primary and secondary header of a report, time included.
@@ -58,6 +59,7 @@
 #define PUS_SERVICE_TIME 9U
 #define PUS_SERVICE_TIME_SCHEDULE 11U
 #define PUS_SERVICE_MONITORING 12U
+#define PUS_SERVICE_LARGE_PACKETS 13U
 #define PUS_SERVICE_FORWARDING 14U
 #define PUS_SERVICE_STORAGE 15U
 #define PUS_SERVICE_TEST 17U

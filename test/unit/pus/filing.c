@@ -121,24 +121,24 @@ void filing_step(void)
     pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, filing.cycle);
 }
 
-void expect_done(void)
+void filing_done(void)
 {
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-void expect_refused(const uint16_t code, const uint32_t detail)
+void filing_refused(const uint16_t code, const uint32_t detail)
 {
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, code, 0U, detail);
 }
 
-void expect_failed(const uint16_t code, const uint32_t detail)
+void filing_failed(const uint16_t code, const uint32_t detail)
 {
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, code, 0U, detail);
 }
 
-void expect_text(octet_reader_t* const reader, const char* const expected)
+void filing_text_is(octet_reader_t* const reader, const char* const expected)
 {
     const uint16_t size        = octet_read_u16(reader);
     const uint8_t* const found = octet_read_octets(reader, size);

@@ -47,10 +47,10 @@ void filing_rename(const char* path, const char* name, const char* new_name);
 void filing_step(void);
 
 /// The request was performed at once, refused with TM[1,4], or ended with TM[1,8].
-void expect_done(void);
-void expect_refused(uint16_t code, uint32_t detail);
-void expect_failed(uint16_t code, uint32_t detail);
+void filing_done(void);
+void filing_refused(uint16_t code, uint32_t detail);
+void filing_failed(uint16_t code, uint32_t detail);
 /// The next text of a report.
-void expect_text(octet_reader_t* reader, const char* expected);
+void filing_text_is(octet_reader_t* reader, const char* expected);
 
 #endif // TEST_UNIT_PUS_FILING_H

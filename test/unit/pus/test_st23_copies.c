@@ -95,69 +95,69 @@ static void an_empty_file_is_copied(void)
 static void what_cannot_be_copied_is_refused(void)
 {
     filing_order(14U, 1U, "a", "no", "", "x");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
     filing_order(14U, 1U, "a", "b", "", "x");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
     filing_order(14U, 1U, "a", "one", "no", "x");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 10U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 10U);
     filing_order(14U, 1U, "a", "one", "a/one", "x");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 10U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 10U);
     filing_order(14U, 1U, "a", "one", "a", "one");
-    expect_refused(PUS_FAILURE_EXISTS, 13U);
+    filing_refused(PUS_FAILURE_EXISTS, 13U);
     filing_order(14U, 1U, "a", "one", "a", "b");
-    expect_refused(PUS_FAILURE_EXISTS, 13U);
+    filing_refused(PUS_FAILURE_EXISTS, 13U);
     filing_order(14U, 1U, "a/", "one", "a", "x");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 2U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 2U);
     filing_order(14U, 1U, "a", "one", "a", "x?");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 13U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 13U);
     filing_order(14U, 1U, "a", "one", "a", "x");
     EXPECT_MESSAGES(1, 1, 1, 3);
     filing_order(14U, 1U, "a", "one", "a", "y");
-    expect_refused(PUS_FAILURE_EXISTS, 1U);
+    filing_refused(PUS_FAILURE_EXISTS, 1U);
     filing_order(14U, 2U, "a", "one", "a", "x");
-    expect_refused(PUS_FAILURE_EXISTS, 13U);
+    filing_refused(PUS_FAILURE_EXISTS, 13U);
     filing_order(14U, 2U, "a", "one", "a", "y");
     filing_order(14U, 3U, "a", "one", "a", "z");
     EXPECT_MESSAGES(1, 1, 1, 3);
     filing_order(14U, 4U, "a", "one", "a", "w");
-    expect_refused(PUS_FAILURE_TABLE_FULL, COPIES);
+    filing_refused(PUS_FAILURE_TABLE_FULL, COPIES);
     disk.fail_call = disk.calls + 3U; // The look at the target.
     filing_order(14U, 4U, "a", "one", "a", "w");
-    expect_failed(PUS_FAILURE_IO, STATUS_IO);
+    filing_failed(PUS_FAILURE_IO, STATUS_IO);
 }
 
 static void what_is_being_copied_stays_as_it_is(void)
 {
     filing_order(14U, 1U, "a", "one", "a/b", "x");
     filing_request(2U, "a", "one");
-    expect_refused(PUS_FAILURE_STATE, 3U);
+    filing_refused(PUS_FAILURE_STATE, 3U);
     filing_request(10U, "a", "b");
-    expect_refused(PUS_FAILURE_STATE, 3U);
+    filing_refused(PUS_FAILURE_STATE, 3U);
     filing_order(15U, 2U, "a", "one", "", "y");
-    expect_refused(PUS_FAILURE_STATE, 5U);
+    filing_refused(PUS_FAILURE_STATE, 5U);
     filing_create("a/b", "x", 0U, 0U);
-    expect_refused(PUS_FAILURE_EXISTS, 5U);
+    filing_refused(PUS_FAILURE_EXISTS, 5U);
     filing_request(9U, "a/b", "x");
-    expect_refused(PUS_FAILURE_EXISTS, 5U);
+    filing_refused(PUS_FAILURE_EXISTS, 5U);
     filing_rename("a", "b", "z");
-    expect_refused(PUS_FAILURE_STATE, 3U);
+    filing_refused(PUS_FAILURE_STATE, 3U);
     disk_directory("c");
     filing_order(14U, 2U, "a", "one", "", "d");
     filing_rename("", "c", "d");
-    expect_refused(PUS_FAILURE_EXISTS, 5U);
+    filing_refused(PUS_FAILURE_EXISTS, 5U);
 }
 
 static void a_file_is_moved_at_once(void)
 {
     filing_order(15U, 1U, "a", "one", "a/b", "moved");
-    expect_done();
+    filing_done();
     TEST_ASSERT_NULL(disk_find("a/one"));
     TEST_ASSERT_EQUAL_UINT64(10U, disk_find("a/b/moved")->size);
     filing_order(15U, 1U, "a", "one", "a/b", "x");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
     disk.fail_call = disk.calls + 4U; // The renaming.
     filing_order(15U, 1U, "a/b", "moved", "a", "one");
-    expect_failed(PUS_FAILURE_IO, STATUS_IO);
+    filing_failed(PUS_FAILURE_IO, STATUS_IO);
 }
 
 /// Each call of the store fails once: the copy ends with a failure, and nothing is left.
@@ -210,14 +210,14 @@ static void copies_are_suspended_resumed_and_aborted(void)
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 1U, 1U);
     filing_change(16U, 1U);
-    expect_done();
+    filing_done();
     TEST_ASSERT_FALSE(pus_files_is_busy(&filing.files));
     filing_step();
     TEST_ASSERT_NULL(disk_find(".copy-1"));
     filing_change(16U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 1U, 1U);
     filing_change(17U, 1U);
-    expect_done();
+    filing_done();
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_PENDING, filing.copies[0].status);
     filing_step();
     filing_change(16U, 1U);
@@ -252,26 +252,26 @@ static void copies_of_a_path_are_changed(void)
     (void)disk_file("top", 1U, 1U);
     filing_order(14U, 3U, "", "top", "ab", "y");
     filing_change_path(19U, "/a");
-    expect_done();
+    filing_done();
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_ON_HOLD, filing.copies[0].status);
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_ON_HOLD, filing.copies[1].status);
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_PENDING, filing.copies[2].status);
     filing_change_path(19U, "/");
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_ON_HOLD, filing.copies[2].status);
     filing_change_path(20U, "a/b");
-    expect_done();
+    filing_done();
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_ON_HOLD, filing.copies[0].status);
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_PENDING, filing.copies[1].status);
     filing_change_path(21U, "ab");
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8, 1, 8, 1, 7);
     filing_change_path(21U, "ab");
-    expect_done();
+    filing_done();
     filing_change_path(21U, "no");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 0U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 0U);
     filing_change_path(20U, "a/one");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 0U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 0U);
     filing_change_path(19U, "a/../b");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
     TEST_ASSERT_EQUAL_UINT32(2U, filing.files.counters.aborted);
 }
 
@@ -287,7 +287,7 @@ static void a_power_cut_leaves_nothing_of_a_copy(void)
     TEST_ASSERT_TRUE(pus_files_is_busy(&filing.files));
     filing_order(14U, 3U, "a", "one", "", "x");
     filing_order(14U, 4U, "a", "one", "", "y"); // Two of three are still taken.
-    expect_refused(PUS_FAILURE_TABLE_FULL, COPIES);
+    filing_refused(PUS_FAILURE_TABLE_FULL, COPIES);
     filing_change(18U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 1U);
     filing_step();
@@ -305,7 +305,7 @@ static void a_copy_that_cannot_be_noted_is_not_begun(void)
 {
     records.put_status = STATUS_FULL;
     filing_order(14U, 1U, "a", "one", "", "x");
-    expect_failed(PUS_FAILURE_IO, STATUS_FULL);
+    filing_failed(PUS_FAILURE_IO, STATUS_FULL);
     TEST_ASSERT_FALSE(pus_files_is_busy(&filing.files));
 }
 
@@ -315,9 +315,9 @@ static void without_records_all_works_but_nothing_is_kept(void)
     filing_restart();
     bench.dispatcher.persistence = NULL;
     filing_create("a", "x", 0U, 1U);
-    expect_done();
+    filing_done();
     filing_request(6U, "a", "x");
-    expect_done();
+    filing_done();
     filing_order(14U, 1U, "a", "one", "", "x");
     filing_step();
     expect_copied("a/one", "x");
@@ -337,9 +337,9 @@ static void copies_are_reported_at_an_interval(void)
 {
     (void)disk_file("large", SLICE * 4U, 7U);
     report_every(0U);
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
     report_every(3U);
-    expect_done();
+    filing_done();
     filing_order(14U, 1U, "", "large", "a", "x");
     filing_order(14U, 2U, "", "large", "a/b", "x");
     filing_change(16U, 2U);
@@ -378,9 +378,9 @@ static void copies_are_reported_at_an_interval(void)
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(0U).size); // No copies.
     filing_begin();
     filing_send(24U);
-    expect_done();
+    filing_done();
     filing_send(24U);
-    expect_done();
+    filing_done();
     for (unsigned i = 0U; i < 10U; i++) {
         filing_step();
         EXPECT_MESSAGES(0);
@@ -391,7 +391,7 @@ static void an_interval_that_cannot_be_kept_does_not_count(void)
 {
     records.put_status = STATUS_IO;
     report_every(1U);
-    expect_failed(PUS_FAILURE_IO, STATUS_IO);
+    filing_failed(PUS_FAILURE_IO, STATUS_IO);
     filing_step();
     filing_step();
     EXPECT_MESSAGES(0);
@@ -400,7 +400,7 @@ static void an_interval_that_cannot_be_kept_does_not_count(void)
     records.erase_status = STATUS_IO;
     filing_begin();
     filing_send(24U);
-    expect_failed(PUS_FAILURE_IO, STATUS_IO);
+    filing_failed(PUS_FAILURE_IO, STATUS_IO);
     filing_step();
     filing_step();
     EXPECT_MESSAGES(23, 23);

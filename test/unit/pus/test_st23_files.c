@@ -24,32 +24,32 @@ void tearDown(void)
 static void files_are_created_and_deleted(void)
 {
     filing_create("/a", "new", 5000U, 0U);
-    expect_done();
+    filing_done();
     TEST_ASSERT_NOT_NULL(disk_find("a/new"));
     TEST_ASSERT_EQUAL_UINT64(5000U, disk.room);
     filing_create("a", "new", 0U, 0U);
-    expect_refused(PUS_FAILURE_EXISTS, 3U);
+    filing_refused(PUS_FAILURE_EXISTS, 3U);
     filing_create("", "top", SIZE_MAX_OF_FILE, 0U);
-    expect_done();
+    filing_done();
     filing_create("", "top2", SIZE_MAX_OF_FILE + 1U, 0U);
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 8U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 8U);
     filing_create("", "top2", 0U, 2U);
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 12U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 12U);
     filing_create("no", "x", 0U, 0U);
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 4U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 4U);
     filing_create("..", "x", 0U, 0U);
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
     filing_create("a", "..", 0U, 0U);
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
     filing_request(2U, "/a", "new");
-    expect_done();
+    filing_done();
     TEST_ASSERT_NULL(disk_find("a/new"));
     filing_request(2U, "a", "new");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
     filing_request(2U, "a", "b");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
     filing_request(2U, "a", "*");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
     TEST_ASSERT_EQUAL_UINT32(9U, filing.files.counters.refused);
 }
 
@@ -60,13 +60,13 @@ static void what_the_store_cannot_do_is_told(void)
         disk.failure   = failures[i];
         disk.fail_call = disk.calls + 1U;
         filing_create("a", "new", 1U, 0U);
-        expect_failed(PUS_FAILURE_IO, (uint32_t)failures[i]);
+        filing_failed(PUS_FAILURE_IO, (uint32_t)failures[i]);
         TEST_ASSERT_NULL(disk_find("a/new"));
     }
     disk.failure   = STATUS_INVALID;
     disk.fail_call = disk.calls + 1U;
     filing_request(9U, "a", "x");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
 }
 
 static void attributes_are_reported(void)
@@ -74,8 +74,8 @@ static void attributes_are_reported(void)
     filing_request(3U, "/a/b", "two");
     EXPECT_MESSAGES(1, 1, 1, 3, 23, 4, 1, 7);
     octet_reader_t reader = bench_data(2U);
-    expect_text(&reader, "/a/b");
-    expect_text(&reader, "two");
+    filing_text_is(&reader, "/a/b");
+    filing_text_is(&reader, "two");
     TEST_ASSERT_EQUAL_UINT32(20U, octet_read_u32(&reader));
     TEST_ASSERT_EQUAL_UINT8(0U, octet_read_u8(&reader));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
@@ -83,14 +83,14 @@ static void attributes_are_reported(void)
     filing_request(5U, "", "large");
     filing_request(3U, "", "large");
     reader = bench_data(2U);
-    expect_text(&reader, "/");
-    expect_text(&reader, "large");
+    filing_text_is(&reader, "/");
+    filing_text_is(&reader, "large");
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, octet_read_u32(&reader));
     TEST_ASSERT_EQUAL_UINT8(1U, octet_read_u8(&reader));
     filing_request(3U, "a", "b");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
     filing_request(3U, "a", "");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
 }
 
 // --- locks -------------------------------------------------------------------------------------------------
@@ -98,52 +98,52 @@ static void attributes_are_reported(void)
 static void a_locked_file_stays_as_it_is(void)
 {
     filing_request(5U, "a", "one");
-    expect_done();
+    filing_done();
     filing_request(5U, "/a", "one");
-    expect_refused(PUS_FAILURE_STATE, 4U);
+    filing_refused(PUS_FAILURE_STATE, 4U);
     filing_request(2U, "a", "one");
-    expect_refused(PUS_FAILURE_STATE, 3U);
+    filing_refused(PUS_FAILURE_STATE, 3U);
     filing_order(15U, 1U, "a", "one", "", "moved");
-    expect_refused(PUS_FAILURE_STATE, 5U);
+    filing_refused(PUS_FAILURE_STATE, 5U);
     filing_rename("", "a", "z");
-    expect_refused(PUS_FAILURE_STATE, 2U);
+    filing_refused(PUS_FAILURE_STATE, 2U);
     filing_order(14U, 1U, "a", "one", "", "copied"); // It is only read.
     EXPECT_MESSAGES(1, 1, 1, 3);
     filing_step();
     EXPECT_MESSAGES(1, 5, 1, 5, 1, 5, 1, 7);
     filing_request(6U, "a", "one");
-    expect_done();
+    filing_done();
     filing_request(6U, "a", "one");
-    expect_refused(PUS_FAILURE_STATE, 3U);
+    filing_refused(PUS_FAILURE_STATE, 3U);
     filing_request(2U, "a", "one");
-    expect_done();
+    filing_done();
     filing_request(6U, "a", "one");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
     filing_request(5U, "a", "one");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
     filing_request(5U, "a", "b");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
     filing_request(5U, "a", ".");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
     filing_request(6U, "a", ".");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
 }
 
 static void locks_are_counted(void)
 {
     filing_create("a", "x", 0U, 1U);
-    expect_done();
+    filing_done();
     filing_request(5U, "a", "one");
     filing_request(5U, "a/b", "two");
     filing_create("a", "y", 0U, 1U);
-    expect_refused(PUS_FAILURE_TABLE_FULL, LOCKS);
+    filing_refused(PUS_FAILURE_TABLE_FULL, LOCKS);
     TEST_ASSERT_NULL(disk_find("a/y"));
     (void)disk_file("a/y", 1U, 1U);
     filing_request(5U, "a", "y");
-    expect_refused(PUS_FAILURE_TABLE_FULL, LOCKS);
+    filing_refused(PUS_FAILURE_TABLE_FULL, LOCKS);
     filing_request(6U, "a", "one");
     filing_request(5U, "a", "y");
-    expect_done();
+    filing_done();
 }
 
 static void locks_outlast_a_power_cut(void)
@@ -154,29 +154,29 @@ static void locks_outlast_a_power_cut(void)
     filing_request(6U, "a", "one");
     filing_power_cut();
     filing_request(2U, "a", "one");
-    expect_done();
+    filing_done();
     filing_request(2U, "a", "x");
-    expect_refused(PUS_FAILURE_STATE, 3U);
+    filing_refused(PUS_FAILURE_STATE, 3U);
     filing_request(2U, "a/b", "two");
-    expect_refused(PUS_FAILURE_STATE, 5U);
+    filing_refused(PUS_FAILURE_STATE, 5U);
 }
 
 static void a_lock_that_cannot_be_kept_is_not_taken(void)
 {
     records.put_status = STATUS_FULL;
     filing_request(5U, "a", "one");
-    expect_failed(PUS_FAILURE_IO, STATUS_FULL);
+    filing_failed(PUS_FAILURE_IO, STATUS_FULL);
     filing_create("a", "x", 0U, 1U);
-    expect_failed(PUS_FAILURE_IO, STATUS_FULL);
+    filing_failed(PUS_FAILURE_IO, STATUS_FULL);
     TEST_ASSERT_NULL(disk_find("a/x"));
     records.put_status = STATUS_OK;
     filing_request(5U, "a", "one");
-    expect_done();
+    filing_done();
     records.erase_status = STATUS_IO;
     filing_request(6U, "a", "one");
-    expect_failed(PUS_FAILURE_IO, STATUS_IO);
+    filing_failed(PUS_FAILURE_IO, STATUS_IO);
     filing_request(2U, "a", "one");
-    expect_refused(PUS_FAILURE_STATE, 3U);
+    filing_refused(PUS_FAILURE_STATE, 3U);
 }
 
 static void bad_records_are_refused(void)
@@ -202,32 +202,32 @@ static void bad_records_are_refused(void)
 static void directories_are_created_renamed_and_deleted(void)
 {
     filing_request(9U, "/a", "c");
-    expect_done();
+    filing_done();
     filing_request(9U, "a", "c");
-    expect_refused(PUS_FAILURE_EXISTS, 3U);
+    filing_refused(PUS_FAILURE_EXISTS, 3U);
     filing_request(9U, "no", "c");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 4U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 4U);
     filing_request(9U, "a", "c/d");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
     filing_request(10U, "a", "b");
-    expect_refused(PUS_FAILURE_STATE, 3U);
+    filing_refused(PUS_FAILURE_STATE, 3U);
     filing_request(10U, "a", "one");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
     filing_request(10U, "a", "");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
     filing_request(10U, "a", "c");
-    expect_done();
+    filing_done();
     filing_rename("a", "b", "z");
-    expect_done();
+    filing_done();
     TEST_ASSERT_NOT_NULL(disk_find("a/z/two"));
     filing_rename("a", "z", "one");
-    expect_refused(PUS_FAILURE_EXISTS, 6U);
+    filing_refused(PUS_FAILURE_EXISTS, 6U);
     filing_rename("a", "b", "y");
-    expect_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 3U);
     filing_rename("a", "z", "..");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 6U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 6U);
     filing_rename("a", "", "z");
-    expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
+    filing_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
 }
 
 static void every_request_has_a_strict_shape(void)
