@@ -49,8 +49,8 @@ bool monitoring_is_valid(const pus_monitoring_t* const self, const pus_validity_
 /// Send the transitions, as far as the port takes them.
 static void send_transitions(pus_monitoring_t* const self, const uint64_t now_ns)
 {
-    pus_transition_t* const list = self->config.transitions;
-    status_t status              = STATUS_OK;
+    pus_check_transition_t* const list = self->config.transitions;
+    status_t status                    = STATUS_OK;
     while ((self->transition_count > 0U) && (status == STATUS_OK)) {
         octet_writer_t writer =
             pus_tm_begin(self->config.process, PUS_SERVICE_MONITORING, 12U, PUS_USER_GROUND, now_ns);
@@ -70,7 +70,7 @@ static void send_transitions(pus_monitoring_t* const self, const uint64_t now_ns
     }
 }
 
-static void list_transition(pus_monitoring_t* const self, const pus_transition_t* const transition,
+static void list_transition(pus_monitoring_t* const self, const pus_check_transition_t* const transition,
                             const uint64_t now_ns)
 {
     self->counters.transitions++;
@@ -88,7 +88,7 @@ static void list_transition(pus_monitoring_t* const self, const pus_transition_t
     self->transition_count++;
 }
 
-static void raise_event(const pus_monitoring_t* const self, const pus_transition_t* const transition,
+static void raise_event(const pus_monitoring_t* const self, const pus_check_transition_t* const transition,
                         const uint16_t event_id, const uint64_t now_ns)
 {
     uint8_t octets[EVENT_SIZE];
@@ -118,15 +118,15 @@ static uint64_t limit_of(const pus_pmon_t* const pmon, const uint8_t status)
 static void change(pus_monitoring_t* const self, pus_pmon_t* const pmon, const uint8_t status,
                    const uint64_t value, const uint64_t now_ns)
 {
-    pmon->last   = (pus_transition_t){.pmon_id      = pmon->id,
-                                      .parameter_id = pmon->scalar.id,
-                                      .check_type   = pmon->check_type,
-                                      .previous     = pmon->status,
-                                      .current      = status,
-                                      .mask         = pmon->low,
-                                      .value        = value,
-                                      .limit        = limit_of(pmon, status),
-                                      .time_ns      = self->config.process->epoch_ns + now_ns};
+    pmon->last   = (pus_check_transition_t){.pmon_id      = pmon->id,
+                                            .parameter_id = pmon->scalar.id,
+                                            .check_type   = pmon->check_type,
+                                            .previous     = pmon->status,
+                                            .current      = status,
+                                            .mask         = pmon->low,
+                                            .value        = value,
+                                            .limit        = limit_of(pmon, status),
+                                            .time_ns      = self->config.process->epoch_ns + now_ns};
     pmon->status = status;
     list_transition(self, &pmon->last, now_ns);
     const uint16_t event = (status == (uint8_t)PUS_CHECK_HIGH) ? pmon->high_event : pmon->low_event;

@@ -90,7 +90,7 @@ void monitoring_write_pmon(octet_writer_t* const writer, const pus_pmon_t* const
     }
 }
 
-void monitoring_write_transition(octet_writer_t* const writer, const pus_transition_t* const transition)
+void monitoring_write_transition(octet_writer_t* const writer, const pus_check_transition_t* const transition)
 {
     const value_type_t type = pus_scalar_type(transition->parameter_id);
     octet_write_u16(writer, transition->pmon_id);

@@ -28,7 +28,7 @@ bool monitoring_read_pmon(octet_reader_t* reader, monitoring_origin_t origin, pu
 /// As an entry of TM[12,9], and a record.
 void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
 /// As an entry of TM[12,11] and TM[12,12].
-void monitoring_write_transition(octet_writer_t* writer, const pus_transition_t* transition);
+void monitoring_write_transition(octet_writer_t* writer, const pus_check_transition_t* transition);
 bool monitoring_read_validity(octet_reader_t* reader, pus_validity_t* out_validity);
 void monitoring_write_validity(octet_writer_t* writer, const pus_validity_t* validity);
 /// Find events and, for a request, parameters; see that the definition makes sense. `offset`: of it, for the

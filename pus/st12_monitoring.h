@@ -79,7 +79,7 @@ typedef struct { // Private.
     uint64_t value;
     uint64_t limit;
     uint64_t time_ns; // Since 1958.
-} pus_transition_t;
+} pus_check_transition_t;
 
 typedef struct { // Private.
     uint16_t id;
@@ -100,7 +100,7 @@ typedef struct { // Private.
     uint16_t differences; // Of the present block of deltas.
     bool has_first;       // The block has its first value.
     uint64_t first;
-    pus_transition_t last;
+    pus_check_transition_t last;
     uint16_t members; // First FMON member that names it, + 1; 0 none.
 } pus_pmon_t;
 
@@ -133,8 +133,8 @@ typedef struct {
     pus_due_t* due;
     pus_fmon_t* fmons; ///< fmon_capacity.
     uint16_t* touched;
-    pus_fmon_member_t* members;    ///< fmon_capacity * fmon_members, less than 65535.
-    pus_transition_t* transitions; ///< transition_capacity, >= 1.
+    pus_fmon_member_t* members;          ///< fmon_capacity * fmon_members, less than 65535.
+    pus_check_transition_t* transitions; ///< transition_capacity, >= 1.
     uint16_t pmon_capacity;
     uint16_t fmon_capacity;
     uint16_t transition_capacity;

@@ -10,17 +10,28 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Offer:
-    """What a service is called, and for each attribute: type of the entries, most of them, and how many without it."""
+    """What a service is called, and for each attribute: type of the entries, most of them, and how many without it.
+
+    Where a service needs several arrays for an attribute, `room` names them: attribute -> (member, type, entries for each),
+    and it is given a <name>_room_t with pointers to them and both numbers."""
 
     name: str
     capacity: tuple
     functional: tuple = None
+    room: dict = None
 
 
 # fsw/framework/descriptor/subsystem_builder.c says the same.
 OFFERS = {
     2: Offer("device", ("pus_device_operation_t", 16, 4)),
+    4: Offer("statistics", (None, 256, 16), None, {
+        "capacity": (("statistics", "pus_statistic_t", 1), ("due", "pus_due_t", 1), ("places", "uint16_t", 1)),
+    }),
     6: Offer("memory", ("pus_memory_operation_t", 16, 4)),
+    12: Offer("monitoring", (None, 2000, 32), (None, 200, 4), {
+        "capacity": (("pmons", "pus_pmon_t", 1), ("order", "uint16_t", 1), ("places", "uint16_t", 1), ("due", "pus_due_t", 1)),
+        "functional": (("fmons", "pus_fmon_t", 1), ("touched", "uint16_t", 1), ("members", "pus_fmon_member_t", 16)),
+    }),
 }
 
 
@@ -65,7 +76,16 @@ def header(subsystem, source):
     for service, offer in offers:
         arguments = ""
         lines.append(f"    {offer.name}_service_t {offer.name};")
-        for attribute in ("capacity", "functional"):
+        room = []
+        for attribute, arrays in (offer.room or {}).items():
+            count = getattr(service, attribute)
+            for member, kind, each in arrays:
+                lines.append(f"    {kind} {offer.name}_{member}[{count * each}];")
+                room.append(f".{member} = own->{offer.name}_{member}")
+            room.append(f".{attribute} = {count}U")
+        if room:
+            arguments = f", &(const {offer.name}_room_t){{{', '.join(room)}}}"
+        for attribute in () if room else ("capacity", "functional"):
             if getattr(offer, attribute):
                 place = f"{offer.name}_{attribute}"
                 count = getattr(service, attribute)

@@ -21,7 +21,7 @@ static pus_due_t due[MONITORS];
 static pus_fmon_t fmons[1];
 static uint16_t touched[1];
 static pus_fmon_member_t members[1];
-static pus_transition_t transitions[TRANSITIONS];
+static pus_check_transition_t transitions[TRANSITIONS];
 static uint32_t values[MONITORS];
 static uint32_t cycle;
 static volatile unsigned sink; // Keeps the compiler from dropping the work.

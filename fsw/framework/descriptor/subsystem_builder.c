@@ -204,7 +204,7 @@ typedef struct { // What a service may have room for; gse/generator/services.py 
     uint16_t functional;
 } offer_t;
 
-#define OFFERED "2 6"
+#define OFFERED "2 4 6 12"
 
 /// The number that an attribute gives, from 1 to `most`.
 static uint16_t capacity_of(source_t* const source, const char* const attribute, const uint16_t most,
@@ -230,7 +230,10 @@ static uint16_t capacity_of(source_t* const source, const char* const attribute,
 
 void subsystem_builder_service(source_t* const source)
 {
-    static const offer_t offers[]       = {{2U, 16U, 4U, 0U, 0U}, {6U, 16U, 4U, 0U, 0U}}; // In the order of OFFERED.
+    static const offer_t offers[]       = {{2U, 16U, 4U, 0U, 0U},
+                                           {4U, 256U, 16U, 0U, 0U},
+                                           {6U, 16U, 4U, 0U, 0U},
+                                           {12U, 2000U, 32U, 200U, 4U}}; // As OFFERED.
     descriptor_service_t* const service = source->item;
     const uint32_t place                = source_word(source, "type", OFFERED);
     if (source->status != STATUS_OK) {

@@ -14,7 +14,7 @@ static pus_due_t due[MONITORS_PMONS];
 static pus_fmon_t fmons[MONITORS_FMONS];
 static uint16_t touched[MONITORS_FMONS];
 static pus_fmon_member_t members[MONITORS_FMONS * MONITORS_MEMBERS];
-static pus_transition_t transitions[MONITORS_TRANSITIONS];
+static pus_check_transition_t transitions[MONITORS_TRANSITIONS];
 static uint8_t octets[PUS_TC_DATA_MAX];
 
 static bool is_known(void* const context, const uint16_t event_id)

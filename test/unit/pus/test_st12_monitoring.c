@@ -130,7 +130,7 @@ static void refused_transitions_wait_and_what_finds_no_room_is_counted(void)
 
 static void transitions_go_over_several_packets(void)
 {
-    static pus_transition_t many[250];
+    static pus_check_transition_t many[250];
     limit_added(1U, LEVEL);
     function_enabled();
     self->config.transitions         = many;

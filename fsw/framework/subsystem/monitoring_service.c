@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/subsystem/monitoring_service.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/subsystem/optional_services.h"
+
+static bool is_event(void* const context, const uint16_t event_id)
+{
+    const component_t* const component = context;
+    return descriptor_find_event(component->descriptor, event_id) != NULL;
+}
+
+static void raise_event(void* const context, const uint16_t event_id, const uint8_t* const auxiliary,
+                        const size_t size, const uint64_t now_ns)
+{
+    component_t* const component          = context;
+    const descriptor_event_t* const event = descriptor_find_event(component->descriptor, event_id);
+    const bool is_theirs                  = (event != NULL) && (event->octets == size);
+    (void)now_ns; // The component's own time.
+    (void)subsystem_raise(component, event_id, is_theirs ? auxiliary : NULL, is_theirs ? size : 0U);
+}
+
+static status_t restore(void* const self, const uint32_t key, const uint8_t* const octets, const size_t size)
+{
+    return pus_monitoring_restore(self, key, octets, size);
+}
+
+void monitoring_service_add(component_t* const component, monitoring_service_t* const service,
+                            const monitoring_room_t* const room)
+{
+    FSW_ASSERT((component != NULL) && (service != NULL) && (room != NULL));
+    const pus_monitoring_config_t config = {.process             = component_process(component),
+                                            .parameters          = component_parameter_port(component),
+                                            .events              = {component, is_event, raise_event},
+                                            .persistence         = component_persistence(component),
+                                            .pmons               = room->pmons,
+                                            .pmon_order          = room->order,
+                                            .pmon_places         = room->places,
+                                            .due                 = room->due,
+                                            .fmons               = room->fmons,
+                                            .touched             = room->touched,
+                                            .members             = room->members,
+                                            .transitions         = service->transitions,
+                                            .pmon_capacity       = room->capacity,
+                                            .fmon_capacity       = room->functional,
+                                            .transition_capacity = MONITORING_TRANSITIONS,
+                                            .fmon_members        = MONITORING_FMON_MEMBERS,
+                                            .reporting_delay     = MONITORING_DELAY_CYCLES};
+    pus_monitoring_init(&service->monitoring, &config);
+    const pus_service_t entry = pus_monitoring_service(&service->monitoring);
+    component_add_service(component, &entry, restore);
+}

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[12] of a subsystem (`<Service type="12" capacity="64" functional="8"/>` of its descriptor): monitoring
+/// of its own scalar parameters, raising its own events. Capacity counts parameter monitoring definitions,
+/// functional the functional ones. Where an event has no auxiliary data of the size that
+/// pus/st12_monitoring.h tells, it is raised with what its definition samples.
+///
+/// Ownership  The program places it (generated). Context: the component's own loop.
+#ifndef FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
+#define FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
+
+#include "fsw/framework/subsystem/component.h"
+#include "pus/st12_monitoring.h"
+
+#define MONITORING_FMON_MEMBERS 16U ///< Parameter monitoring definitions that a functional one names.
+#define MONITORING_TRANSITIONS 32U  ///< In one TM[12,12].
+#define MONITORING_DELAY_CYCLES 1000U
+
+typedef struct { // Private, except `monitoring.counters`.
+    pus_monitoring_t monitoring;
+    pus_check_transition_t transitions[MONITORING_TRANSITIONS];
+} monitoring_service_t;
+
+/// The arrays, as the generator places them.
+typedef struct {
+    pus_pmon_t* pmons; ///< `capacity` of each of these.
+    uint16_t* order;
+    uint16_t* places;
+    pus_due_t* due;
+    uint16_t capacity;
+    pus_fmon_t* fmons; ///< `functional` of each of these, and MONITORING_FMON_MEMBERS times as many members.
+    uint16_t* touched;
+    pus_fmon_member_t* members;
+    uint16_t functional;
+} monitoring_room_t;
+
+/// Add the service to a component. `room` is read during the call only.
+void monitoring_service_add(component_t* component, monitoring_service_t* service,
+                            const monitoring_room_t* room);
+
+#endif // FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/subsystem/statistics_service.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/subsystem/optional_services.h"
+
+#define SAMPLING_NS 1000000U
+
+static status_t restore(void* const self, const uint32_t key, const uint8_t* const octets, const size_t size)
+{
+    return pus_statistics_restore(self, key, octets, size);
+}
+
+/// The component's cycles are longer or shorter by configuration; an interval of time is not.
+static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)
+{
+    (void)cycle;
+    pus_statistics_step(self, now_ns, (uint32_t)(now_ns / SAMPLING_NS));
+}
+
+void statistics_service_add(component_t* const component, statistics_service_t* const service,
+                            const statistics_room_t* const room)
+{
+    FSW_ASSERT((component != NULL) && (service != NULL) && (room != NULL));
+    const pus_statistics_config_t config = {.process     = component_process(component),
+                                            .parameters  = component_parameter_port(component),
+                                            .persistence = component_persistence(component),
+                                            .statistics  = room->statistics,
+                                            .due         = room->due,
+                                            .places      = room->places,
+                                            .capacity    = room->capacity,
+                                            .cycle_ns    = SAMPLING_NS};
+    pus_statistics_init(&service->statistics, &config);
+    pus_service_t entry = pus_statistics_service(&service->statistics);
+    entry.step          = step;
+    component_add_service(component, &entry, restore);
+}

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[04] of a subsystem (`<Service type="4" capacity="32"/>` of its descriptor): statistics of its own
+/// scalar parameters. Capacity counts parameters. Sampling intervals are multiples of 1 ms; a component whose
+/// cycle is longer samples in each of its cycles at most.
+///
+/// Ownership  The program places it (generated). Context: the component's own loop.
+#ifndef FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
+#define FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
+
+#include "fsw/framework/subsystem/component.h"
+#include "pus/st04_statistics.h"
+
+typedef struct { // Private, except `statistics.counters`.
+    pus_statistics_t statistics;
+} statistics_service_t;
+
+typedef struct { // The arrays, as the generator places them: `capacity` of each.
+    pus_statistic_t* statistics;
+    pus_due_t* due;
+    uint16_t* places;
+    uint16_t capacity;
+} statistics_room_t;
+
+/// Add the service to a component. `room` is read during the call only.
+void statistics_service_add(component_t* component, statistics_service_t* service,
+                            const statistics_room_t* room);
+
+#endif // FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
