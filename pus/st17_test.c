@@ -2,12 +2,11 @@
 #include "pus/st17_test.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "generated/pus/st17_shapes.h"
 
 enum {
-    ARE_YOU_ALIVE = 1,
-    ALIVE         = 2,
-    CONNECT       = 3,
-    CONNECTED     = 4
+    ALIVE     = 2,
+    CONNECTED = 4
 };
 
 void pus_test_init(pus_test_t* const test, const pus_test_port_t* const port)
@@ -52,8 +51,8 @@ static pus_reply_t connect(void* const self, pus_request_t* const request)
 pus_service_t pus_test_service(pus_test_t* const test)
 {
     static const pus_subtype_t subtypes[] = {
-        {ARE_YOU_ALIVE, pus_shape_empty, answer_alive, NULL},
-        {CONNECT, pus_shape_u16, connect, NULL},
+        PUS_REQUEST(17, 1, answer_alive),
+        PUS_REQUEST(17, 3, connect),
     };
     return pus_service_of(PUS_SERVICE_TEST, subtypes, (test->port.connect != NULL) ? 2U : 1U, test);
 }

@@ -6,6 +6,8 @@
 
 #include "pus/service.h"
 
+#define PUS_TEST_ARE_YOU_ALIVE 1U ///< Subtype of the request that is answered at once.
+
 typedef struct {
     void* context;
     /// Begin a connection test with `apid`. PUS_LATER: end it with pus_test_connected and

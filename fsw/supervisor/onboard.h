@@ -18,6 +18,7 @@
 #include "pus/persistence.h"
 #include "pus/service.h"
 #include "pus/st14_forwarding.h"
+#include "pus/st17_test.h"
 
 #define ONBOARD_SERVICES 12U          ///< Bindings at most.
 #define ONBOARD_RELEASE_OCTETS 65536U ///< Released requests that wait to be routed.
@@ -50,6 +51,22 @@ typedef struct { // Private to fsw/supervisor.
     pus_selection_entry_t candidate[ONBOARD_FORWARDING_ENTRIES];
 } onboard_forwarding_t;
 
+#define ONBOARD_CONNECTIONS 4U ///< On-board connection tests at once.
+#define ONBOARD_CONNECTION_TIMEOUT_NS 1000000000ULL
+
+typedef struct { // Private to fsw/supervisor: a connection test under way.
+    bool is_used;
+    bool is_answered;
+    uint16_t apid;
+    uint64_t deadline_ns;
+    pus_token_t token;
+} onboard_connection_t;
+
+typedef struct { // Private to fsw/supervisor.
+    pus_test_t service;
+    onboard_connection_t tests[ONBOARD_CONNECTIONS];
+} onboard_connections_t;
+
 typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
     pus_persistence_t persistence; // Of the journal.
     uint32_t refused;              // Records that nobody took back.
@@ -60,6 +77,7 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     onboard_schedules_t schedules;
     onboard_sequences_t sequences;
     onboard_forwarding_t forwarding;
+    onboard_connections_t connections;
 } onboard_t;
 
 extern const onboard_binding_t onboard_time_schedule;
@@ -67,6 +85,7 @@ extern const onboard_binding_t onboard_position_schedule;
 extern const onboard_binding_t onboard_event_action;
 extern const onboard_binding_t onboard_sequences;
 extern const onboard_binding_t onboard_forwarding;
+extern const onboard_binding_t onboard_connection;
 
 /// Where services keep their lasting records; null if nothing is kept.
 const pus_persistence_t* onboard_persistence(struct supervisor* supervisor);

@@ -9,7 +9,6 @@
 #include <string.h>
 
 #define STATUS_INTERVAL_NS 1000000000ULL
-#define SUPERVISOR_APID 1U
 #define AUXILIARY_MAX 256U
 #define IDLE_PERIOD_NS 10000000ULL ///< Where the descriptor has none.
 

@@ -59,6 +59,7 @@
 #define COMPONENT_LOOP_HEADER 10U    ///< Of a report in a mailbox [octets].
 #define COMPONENT_LOOP_REPORTS 16U   ///< Taken from one mailbox in one step, at most.
 #define COMPONENT_NEVER UINT64_MAX
+#define COMPONENT_SUPERVISOR_APID 1U
 /// A subsystem that has not heard of the supervisor for this long considers it lost [ns].
 #define COMPONENT_SUPERVISOR_TIMEOUT_NS 3000000000ULL
 /// Cycles that a MEDIUM error waits for the supervisor's order.

@@ -53,7 +53,7 @@ static void put_housekeeping(void* const context, const uint16_t id, const uint6
 /// The loop that performs a request; null: the component's own.
 static component_loop_t* loop_for(component_t* const component, const pus_token_t* const token)
 {
-    const bool is_test = (token->service == PUS_SERVICE_TEST);
+    const bool is_test = (token->service == PUS_SERVICE_TEST) && (token->subtype == PUS_TEST_ARE_YOU_ALIVE);
     const bool is_values =
         (token->service == PUS_SERVICE_PARAMETERS) && (token->subtype == PUS_PARAMETERS_REPORT);
     const unsigned wanted =

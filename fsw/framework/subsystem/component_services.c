@@ -419,6 +419,19 @@ static pus_reply_t reload_descriptor(void* const context, const pus_token_t* con
     return (status == STATUS_OK) ? pus_done() : pus_failed(PUS_FAILURE_IO, (uint32_t)status);
 }
 
+// ---- Connection test: ST[17] ----
+
+/// A subsystem talks to nobody but the supervisor, by whom the request itself has come.
+static pus_reply_t connect(void* const context, const uint16_t apid, const pus_token_t* const token,
+                           const uint64_t now_ns)
+{
+    (void)token;
+    (void)now_ns;
+    const component_t* const component = (const component_t*)context;
+    const bool is_reached = (apid == component->process.apid) || (apid == COMPONENT_SUPERVISOR_APID);
+    return is_reached ? pus_done() : pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
+}
+
 // ---- Services beside the standard ones ----
 
 static void add(component_t* const component, const pus_service_t* const service)
@@ -482,9 +495,15 @@ static void add_further(component_t* const component)
 {
     const component_services_t* const optional = &component->config.optional;
     bool has_own_links                         = false;
+    bool has_own_test                          = false;
     for (size_t i = 0U; i < component->config.service_count; i++) {
         add(component, &component->config.services[i]);
         has_own_links |= (component->config.services[i].type == PUS_SERVICE_RTLINK);
+        has_own_test |= (component->config.services[i].type == PUS_SERVICE_TEST);
+    }
+    if (!has_own_test) { // The supervisor's asks any application.
+        const pus_service_t test = pus_test_service(&component->test);
+        add(component, &test);
     }
     if (!has_own_links) { // The supervisor brings its own: it is the manager of the links.
         const pus_service_t links = pus_rtlink_service(&component->rtlink);
@@ -511,20 +530,19 @@ void component_register_services(component_t* const component)
     const pus_management_port_t management = {component, component_request_state,
                                               component_select_configuration, reload_descriptor, read_status};
     const pus_rtlink_port_t links          = component_link_port(component);
+    const pus_test_port_t connection       = {component, connect};
     tabulate_functions(component);
     tabulate_events(component);
-    pus_test_init(&component->test, NULL);
+    pus_test_init(&component->test, &connection);
     pus_hk_init(&component->housekeeping, &hk);
     init_tabulated(component);
     pus_parameters_init(&component->parameters, &values);
     pus_management_init(&component->management, &management);
     pus_rtlink_init(&component->rtlink, &links);
-    const pus_service_t own[] = {pus_test_service(&component->test),
-                                 pus_hk_service(&component->housekeeping),
-                                 pus_events_service(&component->events),
-                                 pus_functions_service(&component->functions),
-                                 pus_parameters_service(&component->parameters),
-                                 pus_management_service(&component->management)};
+    const pus_service_t own[] = {
+        pus_hk_service(&component->housekeeping), pus_events_service(&component->events),
+        pus_functions_service(&component->functions), pus_parameters_service(&component->parameters),
+        pus_management_service(&component->management)};
     (void)memcpy(component->services, own, sizeof own);
     component->service_count = sizeof own / sizeof own[0];
     add_further(component);

@@ -12,3 +12,10 @@ def test_unknown_service_and_subtype_are_told(station):
     assert outcome.failure.code == 0x0110, "nothing permits it"
     outcome = station.settle(station.send_data(16, 3, 99, b""))
     assert (outcome.failure.code, outcome.failure.detail) == (0x0106, 3 << 8 | 99)
+
+
+def test_applications_on_board_are_connected(station):
+    for subsystem, apid in (("SUPERVISOR", 16), ("SUPERVISOR", 1), ("MANIPULATOR", 16), ("MANIPULATOR", 1)):
+        assert station.ask(subsystem, 17, 3, apid=apid)["apid"] == apid
+    station.refuse(0x0201, "SUPERVISOR", 17, 3, apid=99)
+    station.refuse(0x0201, "MANIPULATOR", 17, 3, apid=17)

@@ -117,6 +117,15 @@ static void what_is_not_kept_is_not_acknowledged(void)
     TEST_ASSERT_TRUE(bed_has("1.8 #"));
 }
 
+static void a_subsystem_reaches_itself_and_the_supervisor(void)
+{
+    (void)bed_command(17U, 3U, "\0\20", 2U);
+    (void)bed_command(17U, 3U, "\0\1", 2U);
+    (void)bed_command(17U, 3U, "\0\21", 2U);
+    bed_expect(
+        "1.1 #0\n1.3 #0\n17.4 0010\n1.7 #0\n1.1 #1\n1.3 #1\n17.4 0001\n1.7 #1\n1.1 #2\n1.4 #2 0201 11\n");
+}
+
 // ST[02].
 
 static status_t check_device(void* context, const pus_device_action_t* action)
@@ -263,6 +272,7 @@ int main(void)
     RUN_TEST(they_are_stepped_in_every_cycle_in_offline_too);
     RUN_TEST(records_go_to_the_service_they_are_of);
     RUN_TEST(what_is_not_kept_is_not_acknowledged);
+    RUN_TEST(a_subsystem_reaches_itself_and_the_supervisor);
     RUN_TEST(devices_are_reached_by_the_port_of_the_subsystem);
     RUN_TEST(parameters_are_loaded_and_dumped_as_objects);
     RUN_TEST(parameters_are_reached_by_address_across_their_borders);

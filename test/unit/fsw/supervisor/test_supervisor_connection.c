@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// TC[17,3] to the supervisor: it asks another application, and tells what became of it.
+#include "fsw/supervisor/supervisor.h"
+
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#define SUPERVISOR_USER (PUS_USER_ONBOARD | 1U)
+
+void setUp(void)
+{
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static void test_connection(const uint16_t apid)
+{
+    const uint8_t data[2] = {(uint8_t)(apid >> 8U), (uint8_t)apid};
+    (void)bed_tc(1U, PUS_SERVICE_TEST, 3U, data, sizeof data);
+}
+
+/// A report of ARM.
+static void answer(const uint8_t service, const uint8_t subtype, const uint16_t destination)
+{
+    octet_writer_t writer =
+        pus_tm_begin(&bed.members[BED_ARM].process, service, subtype, destination, bed.now_ns);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&bed.members[BED_ARM].process, &writer));
+}
+
+static void the_supervisor_reaches_itself(void)
+{
+    test_connection(1U);
+    bed_run(1U);
+    bed_expect("G 1.1 #0\nG 1.3 #0\nG 17.4 0001\nG 1.7 #0\n");
+}
+
+static void an_application_that_answers_is_reached(void)
+{
+    test_connection(ARM);
+    bed_run(1U);
+    bed_expect("G 1.1 #0\nG 1.3 #0\n16 TC 17.1 from 8001\n");
+    answer(PUS_SERVICE_TEST, 2U, PUS_USER_GROUND); // Not what was asked for.
+    answer(PUS_SERVICE_TEST, 4U, SUPERVISOR_USER);
+    answer(PUS_SERVICE_EVENTS, 2U, SUPERVISOR_USER);
+    bed_run(3U);
+    TEST_ASSERT_FALSE(bed_has("G 17.4"));
+    answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER);
+    bed_forget();
+    bed_run(3U);
+    bed_expect("G 17.4 0010\nG 1.7 #0\n");
+}
+
+static void an_application_that_is_silent_is_told_after_a_while(void)
+{
+    test_connection(ARM);
+    test_connection(HAND);
+    bed_run(50U);
+    answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("G 17.4 0010"));
+    bed_forget();
+    bed_run(60U);
+    TEST_ASSERT_TRUE(bed_has("G 1.8 #1 0406 3E8"));
+    bed_forget();
+    bed_run(60U);
+    TEST_ASSERT_FALSE(bed_has("G 1.8 #0"));
+}
+
+static void applications_that_are_not_there_are_refused(void)
+{
+    test_connection(99U);
+    bed_run(1U);
+    bed_expect("G 1.1 #0\nG 1.4 #0 0201 63\n");
+}
+
+static void only_some_are_tested_at_once(void)
+{
+    for (unsigned i = 0U; i <= ONBOARD_CONNECTIONS; i++) {
+        test_connection(ARM);
+    }
+    bed_run(4U);
+    TEST_ASSERT_TRUE(bed_has("G 1.4 #4 0205 4"));
+    answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER); // It is there: all that ask for it know.
+    bed_forget();
+    bed_run(3U);
+    TEST_ASSERT_TRUE(bed_has("G 1.7 #0"));
+    TEST_ASSERT_TRUE(bed_has("G 1.7 #3"));
+}
+
+static void an_application_without_room_is_not_asked(void)
+{
+    bed.members[BED_ARM].is_deaf = true;
+    for (unsigned i = 0U; i < 300U; i++) {
+        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        bed_step();
+    }
+    bed_forget();
+    test_connection(ARM);
+    bed_step();
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has("G 1.8 #300 0002 10"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_supervisor_reaches_itself);
+    RUN_TEST(an_application_that_answers_is_reached);
+    RUN_TEST(an_application_that_is_silent_is_told_after_a_while);
+    RUN_TEST(applications_that_are_not_there_are_refused);
+    RUN_TEST(only_some_are_tested_at_once);
+    RUN_TEST(an_application_without_room_is_not_asked);
+    return UNITY_END();
+}
