@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/file_store.h"
 #include "fsw/app/member.h"
 #include "fsw/app/program.h"
 #include "fsw/app/record_store.h"
@@ -13,6 +14,7 @@ typedef struct {
     subsystem_descriptor_t descriptor;
     descriptor_loader_t loader;
     record_store_t records;
+    osal_directory_t files;
     journal_slot_t slots[JOURNAL_SLOTS(RECORDS_MAX)];
 } supervisor_program_t;
 
@@ -91,6 +93,7 @@ static void close_program(void* const context)
     supervisor_program_t* const program = (supervisor_program_t*)context;
     supervisor_close(&program->supervisor);
     record_store_close(&program->records);
+    osal_directory_close(&program->files);
 }
 
 static void no_link(void* const context, const uint8_t* const frame, const size_t size)
@@ -117,9 +120,26 @@ static bool load(seat_t* const seat)
     return is_loaded;
 }
 
+/// The folder of ST[23], which nothing leads out of.
+static bool open_files(seat_t* const seat)
+{
+    char path[RUN_PATH_MAX];
+    text_t text = text_in(path, sizeof path);
+    text_add(&text, seat->run->storage);
+    text_add(&text, "/files");
+    if (!text.cut && (osal_directory_create(path) == STATUS_OK) &&
+        (osal_directory_open(&storage.files, path) == STATUS_OK)) {
+        return true;
+    }
+    text = text_in(seat->error, sizeof seat->error);
+    text_add(&text, "cannot open the folder of files ");
+    text_add(&text, path);
+    return false;
+}
+
 bool supervisor_open(seat_t* const seat, program_t* const out_program)
 {
-    if (!load(seat) ||
+    if (!load(seat) || !open_files(seat) ||
         (record_store_open(&storage.records, seat, storage.slots, RECORDS_MAX, true) != STATUS_OK)) {
         return false;
     }
@@ -131,6 +151,7 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         .platform            = {seat, start_process, stop_process, is_running, is_stop_requested, finished},
         .log_folder          = seat->run->folder,
         .start_count         = seat->run->components[seat->component].start_count,
+        .files               = file_store(&storage.files),
         .journal             = &storage.records.journal};
     const status_t status = supervisor_init(&storage.supervisor, &config);
     if (status != STATUS_OK) {

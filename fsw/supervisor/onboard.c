@@ -5,13 +5,9 @@
 #include "fsw/supervisor/supervisor_internal.h"
 
 /// All bindings, in the order in which they are stepped, and null behind the last.
-static const onboard_binding_t* const bindings[] = {&onboard_time_schedule,
-                                                    &onboard_position_schedule,
-                                                    &onboard_event_action,
-                                                    &onboard_sequences,
-                                                    &onboard_forwarding,
-                                                    &onboard_connection,
-                                                    NULL};
+static const onboard_binding_t* const bindings[] = {
+    &onboard_time_schedule, &onboard_position_schedule, &onboard_event_action, &onboard_sequences,
+    &onboard_files,         &onboard_forwarding,        &onboard_connection,   NULL};
 
 size_t onboard_open(struct supervisor* const supervisor, pus_service_t* const services)
 {

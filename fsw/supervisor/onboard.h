@@ -12,6 +12,7 @@
 
 #include "fsw/framework/descriptor/mission_descriptor.h"
 #include "fsw/framework/message/octet_ring.h"
+#include "fsw/supervisor/onboard_files.h"
 #include "fsw/supervisor/onboard_schedules.h"
 #include "fsw/supervisor/onboard_sequences.h"
 #include "pus/packet.h"
@@ -77,6 +78,7 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     onboard_schedules_t schedules;
     onboard_sequences_t sequences;
     onboard_forwarding_t forwarding;
+    onboard_files_t files;
     onboard_connections_t connections;
 } onboard_t;
 
@@ -84,6 +86,7 @@ extern const onboard_binding_t onboard_time_schedule;
 extern const onboard_binding_t onboard_position_schedule;
 extern const onboard_binding_t onboard_event_action;
 extern const onboard_binding_t onboard_sequences;
+extern const onboard_binding_t onboard_files;
 extern const onboard_binding_t onboard_forwarding;
 extern const onboard_binding_t onboard_connection;
 

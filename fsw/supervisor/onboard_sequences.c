@@ -12,6 +12,7 @@ static pus_service_t open_sequences(supervisor_t* const supervisor)
     const pus_sequences_config_t config = {.process        = component_process(&supervisor->component),
                                            .release        = {supervisor, onboard_release},
                                            .persistence    = onboard_persistence(supervisor),
+                                           .files          = onboard_file_port(supervisor),
                                            .sequences      = sequences->sequences,
                                            .nodes          = sequences->nodes,
                                            .sequence_count = ONBOARD_SEQUENCES,
