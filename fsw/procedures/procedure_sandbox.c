@@ -111,7 +111,6 @@ static int format(lua_State* const state)
     luaL_argcheck(state, !converts(luaL_checkstring(state, 1), 'p'), 1, "no addresses");
     for (int i = 2; i <= count; i++) {
         luaL_argexpected(state, lua_type(state, i) <= LUA_TSTRING, i, "nil, boolean, number or string");
-        luaL_argcheck(state, lua_type(state, i) != LUA_TLIGHTUSERDATA, i, "no address");
     }
     lua_pushvalue(state, lua_upvalueindex(1));
     lua_insert(state, 1);
