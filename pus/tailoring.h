@@ -7,7 +7,7 @@
 
 /// Packet structure [octets].
 #define PUS_PACKET_MAX 4096U ///< Largest packet, headers and CRC included.
-#define PUS_LARGE_MAX 65542U  ///< Largest that its length field can tell; more than a packet goes by ST[13].
+#define PUS_LARGE_MAX 65542U ///< Largest that its length field can tell; more than a packet goes by ST[13].
 #define PUS_PRIMARY_HEADER_SIZE 6U
 #define PUS_TC_HEADER_SIZE 11U ///< Primary and secondary header of a request.
 #define PUS_TM_HEADER_SIZE 21U ///< Primary and secondary header of a report, time included.
