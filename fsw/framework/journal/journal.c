@@ -106,10 +106,11 @@ static status_t copy_live(journal_t* const journal, const medium_t* const medium
     return STATUS_OK;
 }
 
-/// Begin a generation on a medium that is empty, and stays so if the power is cut now.
+/// Begin a generation on a medium that holds nothing, and nothing either if the power is cut now. One octet
+/// of it stays: so a medium whose size is 0 was never used, and needs no sync.
 static status_t begin_generation(const medium_t* const medium, const uint32_t generation)
 {
-    status_t status = medium->resize(medium->context, 0U);
+    status_t status = medium->resize(medium->context, 1U);
     if (status == STATUS_OK) {
         status = medium->sync(medium->context);
     }
@@ -350,12 +351,19 @@ static status_t cut_tail(journal_t* const journal)
     return (status == STATUS_OK) ? medium->sync(medium->context) : status;
 }
 
-/// Begin an empty journal. STATUS_OK, STATUS_FULL, STATUS_IO.
+/// Begin an empty journal. The sync of the first commit makes its head sure too; what an earlier life has
+/// left must be sure to be gone before. STATUS_OK, STATUS_FULL, STATUS_IO.
 static status_t begin_journal(journal_t* const journal)
 {
-    const journal_place_t tail = journal_first_place(1U);
+    const journal_place_t tail   = journal_first_place(1U);
+    const medium_t* const medium = medium_of(journal, 0U);
+    uint64_t size                = 0U;
+    const status_t status        = medium->size(medium->context, &size);
     go_on(journal, 0U, 1U, &tail);
-    return begin_generation(medium_of(journal, 0U), 1U);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    return (size > 0U) ? begin_generation(medium, 1U) : journal_write_head(medium, 1U);
 }
 
 status_t journal_open(journal_t* const journal, const journal_configuration_t* const configuration)

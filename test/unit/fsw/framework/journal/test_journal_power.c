@@ -321,9 +321,41 @@ static void every_cut_leaves_a_whole_transaction(void)
     UNITY_PRINT_EOL();
 }
 
+/// A medium holds octets that would make sense behind a record which is missing. Emptying it fails, and then
+/// succeeds; that record is written, and the power is cut: it is not believed with what was behind it.
+static void what_was_emptied_in_vain_is_emptied_again(void)
+{
+    uint8_t octets[64];
+    const size_t size = content(1U, octets);
+    memset(chosen, 0, sizeof(chosen));
+    recorded_clear(chosen);
+    open_journal();
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 0U, 1U, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 0U, 2U, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
+    recorded_copy(chosen, recorded.image);
+    memset(&chosen[0].octets[JOURNAL_HEAD_SIZE], 0, JOURNAL_RECORD_SIZE(size));
+    recorded_clear(chosen);
+    recorded.fail_from = 6U; // Two heads, a record, the size, the emptying; its sync.
+    const journal_configuration_t configuration = journal.configuration;
+    TEST_ASSERT_EQUAL(STATUS_IO, journal_open(&journal, &configuration));
+    TEST_ASSERT_EQUAL(OPERATION_LOST, recorded.operations[recorded.count - 1U].kind);
+    open_journal();
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 0U, 1U, octets, size));
+    recorded_durable(images);
+    for (size_t i = recorded.count - 2U; i < recorded.count; i++) { // Head and record.
+        TEST_ASSERT_EQUAL(OPERATION_WRITE, recorded.operations[i].kind);
+        recorded_apply(&recorded.operations[i], recorded.operations[i].size, images);
+    }
+    recorded_clear(images);
+    replay();
+    TEST_ASSERT_EQUAL_UINT64(0U, replayed.count);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_cut_leaves_a_whole_transaction);
+    RUN_TEST(what_was_emptied_in_vain_is_emptied_again);
     return UNITY_END();
 }
