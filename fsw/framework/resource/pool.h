@@ -7,7 +7,7 @@
 /// Context    One loop. Not thread-safe: blocks never cross a component border.
 /// Time       O(1), never blocks; except pool_init: O(block_count).
 /// Errors     Each function lists every status it can return. A null argument or a wrong size is a coding
-///            error and fails FSW_ASSERT.
+///            error and fails FSW_ASSERT; but a null block that is retained or released is STATUS_NOT_OURS.
 ///
 ///     static uint64_t    storage[POOL_STORAGE_WORDS(256U, 32U)];
 ///     static pool_slot_t slots[32];
