@@ -17,7 +17,7 @@
 typedef struct { // All storage that the program itself needs, beside its component's.
     seat_t seat;
     mission_descriptor_t mission;
-    subsystem_descriptor_t scratch;
+    subsystem_descriptor_t own;
     descriptor_loader_t loader;
     osal_shm_t run_shm;
     osal_shm_t calendar_shm;
@@ -57,11 +57,14 @@ static const char* take_seat(run_block_t* const run, const unsigned component,
                              osal_calendar_t* const calendar)
 {
     descriptor_loader_init(&storage.loader);
-    if (descriptor_load_mission(&storage.loader, run->mission_path, &storage.mission, &storage.scratch) !=
-        STATUS_OK) {
+    const uint16_t apid      = run->components[component].apid;
+    const bool is_supervisor = (apid == 1U); // The launcher has looked at all for the others.
+    if (descriptor_load_mission_for(&storage.loader, run->mission_path, apid, is_supervisor, &storage.mission,
+                                    &storage.own) != STATUS_OK) {
         return descriptor_error(&storage.loader);
     }
-    return (seat_take(&storage.seat, run, &storage.mission, component, calendar, NULL) == STATUS_OK)
+    return (seat_take(&storage.seat, run, &storage.mission, &storage.own, component, calendar, NULL) ==
+            STATUS_OK)
                ? NULL
                : storage.seat.error;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The image: all flight components and the simulator in one address space, run in order by one loop, messages
 // by octet rings. The launcher starts it in place of the processes.
+#include "fsw/app/member.h"
 #include "fsw/app/program.h"
 #include "fsw/framework/base/text.h"
 #include "fsw/framework/descriptor/descriptor.h"
@@ -22,10 +23,10 @@ typedef struct { // Everything the image holds beside its components' own storag
     osal_shm_t calendar_shm;
     osal_calendar_t* calendar;
     mission_descriptor_t mission;
-    subsystem_descriptor_t scratch;
     descriptor_loader_t loader;
     ring_carrier_t hub;
     seat_t seats[MISSION_SUBSYSTEMS_MAX];
+    subsystem_descriptor_t own[MISSION_SUBSYSTEMS_MAX];
     program_t programs[MISSION_SUBSYSTEMS_MAX];
     simulator_t* simulator;
     door_t door;
@@ -77,7 +78,7 @@ static const char* attach(image_t* const self, const char* const run_name_text)
     }
     self->calendar = osal_calendar_attach(osal_shm_address(&self->calendar_shm));
     descriptor_loader_init(&self->loader);
-    if (descriptor_load_mission(&self->loader, self->run->mission_path, &self->mission, &self->scratch) !=
+    if (descriptor_load_mission(&self->loader, self->run->mission_path, &self->mission, &self->own[0]) !=
         STATUS_OK) {
         return descriptor_error(&self->loader);
     }
@@ -88,8 +89,13 @@ static const char* seat_all(image_t* const self)
 {
     ring_carrier_init(&self->hub, (delivery_notice_t){self, delivered});
     for (unsigned i = 0U; i < self->run->component_count; i++) {
-        if (seat_take(&self->seats[i], self->run, &self->mission, i, self->calendar, &self->hub) !=
-            STATUS_OK) {
+        char path[RUN_PATH_MAX];
+        if (!descriptor_path(self->run, self->mission.subsystems[i].descriptor, path, sizeof path) ||
+            (descriptor_load_subsystem(&self->loader, path, &self->own[i]) != STATUS_OK)) {
+            return descriptor_error(&self->loader);
+        }
+        if (seat_take(&self->seats[i], self->run, &self->mission, &self->own[i], i, self->calendar,
+                      &self->hub) != STATUS_OK) {
             return self->seats[i].error;
         }
         const program_open_t open = program_find(self->mission.subsystems[i].executable);

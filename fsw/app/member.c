@@ -18,12 +18,9 @@ bool descriptor_path(const run_block_t* const run, const char* const relative, c
     return !text.cut;
 }
 
-static status_t load(member_t* const member, subsystem_descriptor_t* const descriptor)
+static status_t check(member_t* const member, const subsystem_descriptor_t* const descriptor)
 {
-    const status_t status = descriptor_load_subsystem(&member->loader, member->path, descriptor);
-    return (status == STATUS_OK)
-               ? descriptor_check_interface(&member->loader, member->path, descriptor, member->interface_hash)
-               : status;
+    return descriptor_check_interface(&member->loader, member->path, descriptor, member->interface_hash);
 }
 
 bool member_load(member_t* const member, seat_t* const seat, const uint64_t interface_hash)
@@ -32,11 +29,12 @@ bool member_load(member_t* const member, seat_t* const seat, const uint64_t inte
     const mission_subsystem_t* const subsystem = mission_find_subsystem(seat->mission, seat->apid);
     FSW_ASSERT(subsystem != NULL);
     member->seat           = seat;
-    member->in_force       = 0U;
+    member->in_force       = seat->own;
+    member->spare          = &member->second;
     member->interface_hash = interface_hash;
     descriptor_loader_init(&member->loader);
     if (!descriptor_path(seat->run, subsystem->descriptor, member->path, sizeof member->path) ||
-        (load(member, &member->descriptors[0]) != STATUS_OK)) {
+        (check(member, seat->own) != STATUS_OK)) {
         text_t text = text_in(seat->error, sizeof seat->error);
         text_add(&text, descriptor_error(&member->loader));
         return false;
@@ -49,11 +47,15 @@ bool member_load(member_t* const member, seat_t* const seat, const uint64_t inte
 static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
 {
     member_t* const member = (member_t*)context;
-    const unsigned other   = 1U - member->in_force;
-    const status_t status  = load(member, &member->descriptors[other]);
+    status_t status        = descriptor_load_subsystem(&member->loader, member->path, member->spare);
     if (status == STATUS_OK) {
-        member->in_force = other;
-        *out_descriptor  = &member->descriptors[other];
+        status = check(member, member->spare);
+    }
+    if (status == STATUS_OK) {
+        subsystem_descriptor_t* const old = member->in_force;
+        member->in_force                  = member->spare;
+        member->spare                     = old;
+        *out_descriptor                   = member->in_force;
     }
     return status;
 }
@@ -74,7 +76,7 @@ void member_begin(member_t* const member, const subsystem_callbacks_t* const cal
     seat_t* const seat = member->seat;
     member->persistence =
         (pus_persistence_t){&member->records.journal, journal_put, journal_erase, journal_commit};
-    const component_config_t config = {.descriptor          = &member->descriptors[member->in_force],
+    const component_config_t config = {.descriptor          = member->in_force,
                                        .is_descriptor_valid = true,
                                        .callbacks           = callbacks,
                                        .self                = self,

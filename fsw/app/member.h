@@ -13,8 +13,9 @@
 typedef struct { // Private, except `component`.
     seat_t* seat;
     component_t component;
-    subsystem_descriptor_t descriptors[2]; // In force, and the one being read.
-    unsigned in_force;
+    subsystem_descriptor_t* in_force;
+    subsystem_descriptor_t* spare; // What is read anew goes there.
+    subsystem_descriptor_t second;
     descriptor_loader_t loader;
     uint64_t interface_hash;
     char path[RUN_PATH_MAX];
@@ -25,8 +26,8 @@ typedef struct { // Private, except `component`.
     uint32_t records_refused; // Lasting records that no service took back.
 } member_t;
 
-/// Read and check the component's descriptor, and open its lasting records. False: seat->error says file,
-/// line, value and what was expected.
+/// Check that the seat's descriptor is the one the program was made for, and open its lasting records. False:
+/// seat->error says file, line, value and what was expected.
 bool member_load(member_t* member, seat_t* seat, uint64_t interface_hash);
 /// Begin life in OFFLINE with the loaded descriptor, and the services that it lists with their lasting
 /// records.

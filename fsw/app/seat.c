@@ -234,12 +234,15 @@ static status_t open_messages(seat_t* const seat, ring_carrier_t* const hub)
 }
 
 status_t seat_take(seat_t* const seat, run_block_t* const run, const mission_descriptor_t* const mission,
-                   const unsigned index, osal_calendar_t* const calendar, ring_carrier_t* const hub)
+                   subsystem_descriptor_t* const own, const unsigned index, osal_calendar_t* const calendar,
+                   ring_carrier_t* const hub)
 {
-    FSW_ASSERT((seat != NULL) && (run != NULL) && (mission != NULL) && (index < run->component_count));
+    FSW_ASSERT((seat != NULL) && (run != NULL) && (mission != NULL) && (own != NULL) &&
+               (index < run->component_count));
     (void)memset(seat, 0, offsetof(seat_t, inbox));
     seat->run                       = run;
     seat->mission                   = mission;
+    seat->own                       = own;
     seat->component                 = index;
     seat->apid                      = run->components[index].apid;
     seat->message_socket.descriptor = -1;

@@ -25,6 +25,7 @@ typedef struct { // Private, except the members named below.
     const mission_descriptor_t* mission;
     unsigned component; ///< Index in run->components.
     uint16_t apid;
+    subsystem_descriptor_t* own; ///< The component's descriptor, read with the mission; it may read it anew.
     osal_clock_t clock;
     osal_deliveries_t deliveries; // Where the calendar is out of reach.
     message_endpoint_t endpoint;
@@ -43,12 +44,12 @@ typedef struct { // Private, except the members named below.
     uint8_t inbox[SEAT_INBOX_OCTETS]; // Not cleared: nothing is read that did not arrive.
 } seat_t;
 
-/// Take the seat of component `index` of the run. `calendar` null: real time, or, where the run is stepped, a
-/// clock whose grants are brought (osal_clock_take_grant). `hub` null: messages by UDP or TIPC, as the run
-/// says.
-/// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
+/// Take the seat of component `index` of the run, whose descriptor is `own`. `calendar` null: real time, or,
+/// where the run is stepped, a clock whose grants are brought (osal_clock_take_grant). `hub` null: messages
+/// by UDP or TIPC, as the run says. STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t seat_take(seat_t* seat, run_block_t* run, const mission_descriptor_t* mission,
-                            unsigned index, osal_calendar_t* calendar, ring_carrier_t* hub);
+                            subsystem_descriptor_t* own, unsigned index, osal_calendar_t* calendar,
+                            ring_carrier_t* hub);
 /// Sockets that wake this component, for the program's wait. Returns their number.
 size_t seat_sockets(seat_t* seat, osal_socket_t** out_sockets, size_t capacity);
 /// Take in datagrams. Stepped: exactly the `messages` that were announced with the grant (waiting for those

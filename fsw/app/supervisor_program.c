@@ -11,7 +11,6 @@
 typedef struct {
     seat_t* seat;
     supervisor_t supervisor;
-    subsystem_descriptor_t descriptor;
     descriptor_loader_t loader;
     record_store_t records;
     osal_directory_t files;
@@ -103,21 +102,19 @@ static void no_link(void* const context, const uint8_t* const frame, const size_
     (void)size;
 }
 
-static bool load(seat_t* const seat)
+static bool is_fitting(seat_t* const seat)
 {
     char path[RUN_PATH_MAX];
     const mission_subsystem_t* const subsystem = mission_find_subsystem(seat->mission, seat->apid);
     descriptor_loader_init(&storage.loader);
-    const bool is_loaded =
-        descriptor_path(seat->run, subsystem->descriptor, path, sizeof path) &&
-        (descriptor_load_subsystem(&storage.loader, path, &storage.descriptor) == STATUS_OK) &&
-        (descriptor_check_interface(&storage.loader, path, &storage.descriptor, SUPERVISOR_INTERFACE_HASH) ==
-         STATUS_OK);
-    if (!is_loaded) {
+    const bool fits = descriptor_path(seat->run, subsystem->descriptor, path, sizeof path) &&
+                      (descriptor_check_interface(&storage.loader, path, seat->own,
+                                                  SUPERVISOR_INTERFACE_HASH) == STATUS_OK);
+    if (!fits) {
         text_t text = text_in(seat->error, sizeof seat->error);
         text_add(&text, descriptor_error(&storage.loader));
     }
-    return is_loaded;
+    return fits;
 }
 
 /// The folder of ST[23], which nothing leads out of.
@@ -139,13 +136,13 @@ static bool open_files(seat_t* const seat)
 
 bool supervisor_open(seat_t* const seat, program_t* const out_program)
 {
-    if (!load(seat) || !open_files(seat) ||
+    if (!is_fitting(seat) || !open_files(seat) ||
         (record_store_open(&storage.records, seat, storage.slots, RECORDS_MAX, true) != STATUS_OK)) {
         return false;
     }
     const supervisor_config_t config = {
         .mission             = seat->mission,
-        .descriptor          = &storage.descriptor,
+        .descriptor          = seat->own,
         .is_descriptor_valid = true,
         .endpoint            = &seat->endpoint,
         .platform            = {seat, start_process, stop_process, is_running, is_stop_requested, finished},

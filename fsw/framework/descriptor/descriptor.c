@@ -104,37 +104,61 @@ static bool join(char* const out_path, const size_t capacity, const char* const 
 }
 
 static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t* const builder,
-                            const char* const mission_path, subsystem_descriptor_t* const scratch)
+                            const uint16_t index, subsystem_descriptor_t* const out_descriptor)
 {
-    const mission_descriptor_t* const mission = builder->mission;
-    for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
-        const mission_subsystem_t* const subsystem = &mission->subsystems[i];
-        if (!join(loader->path, sizeof loader->path, mission_path, subsystem->descriptor)) {
-            source_fail(&builder->source, subsystem->line, "the path of the descriptor is too long");
-            return STATUS_INVALID;
-        }
-        status_t status = descriptor_load_subsystem(loader, loader->path, scratch);
-        if (status == STATUS_OK) {
-            status = mission_builder_take(builder, i, loader->path, scratch);
-        }
-        if (status != STATUS_OK) {
-            return status;
-        }
+    const mission_subsystem_t* const subsystem = &builder->mission->subsystems[index];
+    if (!join(loader->path, sizeof loader->path, builder->source.path, subsystem->descriptor)) {
+        source_fail(&builder->source, subsystem->line, "the path of the descriptor is too long");
+        return STATUS_INVALID;
     }
-    return mission_builder_resolve(builder);
+    const status_t status = descriptor_load_subsystem(loader, loader->path, out_descriptor);
+    return (status == STATUS_OK) ? mission_builder_take(builder, index, loader->path, out_descriptor)
+                                 : status;
 }
 
-status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* const path,
-                                 mission_descriptor_t* const out_mission,
-                                 subsystem_descriptor_t* const scratch)
+/// One after the other; `own` comes last, so that its model stays.
+static status_t load_all(descriptor_loader_t* const loader, mission_builder_t* const builder,
+                         const uint16_t own, const bool is_whole, subsystem_descriptor_t* const out_own)
 {
-    FSW_ASSERT((loader != NULL) && (path != NULL) && (out_mission != NULL) && (scratch != NULL));
+    const mission_descriptor_t* const mission = builder->mission;
+    uint16_t last                             = mission->subsystem_count;
+    status_t status                           = STATUS_OK;
+    for (uint16_t i = 0U; (i < mission->subsystem_count) && (status == STATUS_OK); i++) {
+        if (mission->subsystems[i].apid == own) {
+            last = i;
+        } else if (is_whole) {
+            status = load_listed(loader, builder, i, out_own);
+        } else {
+            // What others say is not asked for.
+        }
+    }
+    if ((status == STATUS_OK) && (last < mission->subsystem_count)) {
+        status = load_listed(loader, builder, last, out_own);
+    }
+    return (status == STATUS_OK) ? mission_builder_resolve(builder) : status;
+}
+
+/// Subsystem `own`, unless that is MISSION_ANY_TARGET, must be there; unless `is_whole`, only its descriptor
+/// is read.
+static status_t load_mission(descriptor_loader_t* const loader, const char* const path, const uint16_t own,
+                             const bool is_whole, mission_descriptor_t* const out_mission,
+                             subsystem_descriptor_t* const out_own)
+{
+    FSW_ASSERT((loader != NULL) && (path != NULL) && (out_mission != NULL) && (out_own != NULL));
     text_t error = text_in(loader->error, sizeof loader->error);
     mission_builder_t builder;
     mission_builder_begin(&builder, out_mission, path, &error);
     status_t status = parse(loader, &builder.source, NULL, 0U);
+    if ((status == STATUS_OK) && (own != MISSION_ANY_TARGET) &&
+        (mission_find_subsystem(out_mission, own) == NULL)) {
+        source_refuse(&builder.source, 1U, "no subsystem has id #", NULL, NULL, own);
+        status = builder.source.status;
+    }
     if (status == STATUS_OK) {
-        status = load_listed(loader, &builder, path, scratch);
+        if (!is_whole) {
+            mission_builder_narrow(&builder, own);
+        }
+        status = load_all(loader, &builder, own, is_whole, out_own);
     }
     if (status != STATUS_OK) {
         (void)memset(out_mission, 0, sizeof *out_mission);
@@ -142,6 +166,21 @@ status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* 
         out_mission->ground_address = "";
     }
     return status;
+}
+
+status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* const path,
+                                 mission_descriptor_t* const out_mission,
+                                 subsystem_descriptor_t* const scratch)
+{
+    return load_mission(loader, path, MISSION_ANY_TARGET, true, out_mission, scratch);
+}
+
+status_t descriptor_load_mission_for(descriptor_loader_t* const loader, const char* const path,
+                                     const uint16_t apid, const bool is_whole,
+                                     mission_descriptor_t* const out_mission,
+                                     subsystem_descriptor_t* const out_own)
+{
+    return load_mission(loader, path, apid, is_whole, out_mission, out_own);
 }
 
 status_t descriptor_check_interface(descriptor_loader_t* const loader, const char* const path,

@@ -21,6 +21,7 @@
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "fsw/framework/xml/xml.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -50,6 +51,15 @@ MUST_USE status_t descriptor_parse_subsystem(descriptor_loader_t* loader, const 
 /// the mission's file). Statuses of descriptor_load_subsystem.
 MUST_USE status_t descriptor_load_mission(descriptor_loader_t* loader, const char* path,
                                           mission_descriptor_t* out_mission, subsystem_descriptor_t* scratch);
+
+/// The same for the program of one subsystem, whose own model stays in `out_own`, so that it reads no file
+/// twice. Not whole, as all but the supervisor need it: no descriptor but its own is read. Then the mission
+/// has no permissions and no recovery plans, its hashes are 0, and of other subsystems there is only what the
+/// mission's file says: ports at their end of links are 0. APID 1..2046.
+/// Statuses as above; STATUS_INVALID: the mission has no such subsystem.
+MUST_USE status_t descriptor_load_mission_for(descriptor_loader_t* loader, const char* path, uint16_t apid,
+                                              bool is_whole, mission_descriptor_t* out_mission,
+                                              subsystem_descriptor_t* out_own);
 
 /// Compare the interface read with the compiled one. STATUS_OK, or STATUS_CHECKSUM with an error text that
 /// gives file, compiled and found hash and says "run make".

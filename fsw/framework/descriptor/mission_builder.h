@@ -10,6 +10,7 @@
 typedef struct {
     source_t source;
     mission_descriptor_t* mission;
+    uint16_t only;                                ///< APID whose descriptor alone is taken in; 0: all are.
     uint16_t power_seen;                          ///< Bit n: power of state n of the subsystem being read.
     const char* rule_words[MISSION_RULES_MAX];    ///< Function or configuration still to be found, or NULL.
     const char* link_words[MISSION_LINKS_MAX][2]; ///< Ports still to be found: producer, consumer.
@@ -20,10 +21,12 @@ typedef struct {
 void mission_builder_begin(mission_builder_t* builder, mission_descriptor_t* mission, const char* path,
                            text_t* error);
 
+/// The mission's document is read: only subsystem `apid` will be taken in, and what needs others is dropped.
+void mission_builder_narrow(mission_builder_t* builder, uint16_t apid);
 /// Take in the descriptor of subsystem `index`, read from `path`. STATUS_OK, or the error of the source.
 MUST_USE status_t mission_builder_take(mission_builder_t* builder, uint16_t index, const char* path,
                                        const subsystem_descriptor_t* descriptor);
-/// All descriptors are taken in: every name must have been found. Statuses as above.
+/// The descriptors are taken in: every name must have been found. Statuses as above.
 MUST_USE status_t mission_builder_resolve(mission_builder_t* builder);
 
 // Lists whose names attributes give: mission_elements.c

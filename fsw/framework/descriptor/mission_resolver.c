@@ -176,16 +176,34 @@ status_t mission_builder_take(mission_builder_t* const builder, const uint16_t i
     return source->status;
 }
 
-/// Port of SUBSYSTEM.PORT on the side wanted, or NULL after an error.
-static const mission_port_t* resolve_end(source_t* const source, const mission_descriptor_t* const mission,
-                                         const mission_link_t* const link, const char* const words,
-                                         const bool is_provided, uint16_t* const out_apid)
+void mission_builder_narrow(mission_builder_t* const builder, const uint16_t apid)
 {
-    const size_t length = strcspn(words, ".");
+    mission_descriptor_t* const mission = builder->mission;
+    builder->only                       = apid;
+    mission->rule_count                 = 0U;
+    mission->plan_count                 = 0U;
+    mission->action_count               = 0U;
+    mission->configuration_hash         = 0U;
+}
+
+/// Port of a subsystem that is not taken in.
+static const mission_port_t unknown_port = {.name = ""};
+
+/// Port of SUBSYSTEM.PORT on the side wanted, or NULL after an error.
+static const mission_port_t* resolve_end(mission_builder_t* const builder, const mission_link_t* const link,
+                                         const char* const words, const bool is_provided,
+                                         uint16_t* const out_apid)
+{
+    const mission_descriptor_t* const mission = builder->mission;
+    const size_t length                       = strcspn(words, ".");
     for (uint16_t s = 0U; (words[length] == '.') && (s < mission->subsystem_count); s++) {
         const mission_subsystem_t* const subsystem = &mission->subsystems[s];
         if ((strncmp(subsystem->name, words, length) != 0) || (subsystem->name[length] != '\0')) {
             continue;
+        }
+        if ((builder->only != 0U) && (builder->only != subsystem->apid)) {
+            *out_apid = subsystem->apid;
+            return &unknown_port;
         }
         const mission_port_t* const port = descriptor_named(subsystem->ports, subsystem->port_count,
                                                             sizeof subsystem->ports[0], &words[length + 1U]);
@@ -194,7 +212,7 @@ static const mission_port_t* resolve_end(source_t* const source, const mission_d
             return port;
         }
     }
-    refuse_name(source, link->line, is_provided ? "from" : "to", words,
+    refuse_name(&builder->source, link->line, is_provided ? "from" : "to", words,
                 is_provided ? "Link>: expected SUBSYSTEM.PORT that it provides"
                             : "Link>: expected SUBSYSTEM.PORT that it requires");
     return NULL;
@@ -202,19 +220,20 @@ static const mission_port_t* resolve_end(source_t* const source, const mission_d
 
 static void resolve_link(mission_builder_t* const builder, const uint16_t index)
 {
-    source_t* const source         = &builder->source;
-    mission_link_t* const link     = &builder->mission->links[index];
-    const char* const* const words = builder->link_words[index];
-    const mission_port_t* const producer =
-        resolve_end(source, builder->mission, link, words[0], true, &link->producer_apid);
-    const mission_port_t* const consumer =
-        resolve_end(source, builder->mission, link, words[1], false, &link->consumer_apid);
+    source_t* const source               = &builder->source;
+    mission_link_t* const link           = &builder->mission->links[index];
+    const char* const* const words       = builder->link_words[index];
+    const mission_port_t* const producer = resolve_end(builder, link, words[0], true, &link->producer_apid);
+    const mission_port_t* const consumer = resolve_end(builder, link, words[1], false, &link->consumer_apid);
     if ((producer == NULL) || (consumer == NULL)) {
         return;
     }
     link->producer_port = producer->id;
     link->consumer_port = consumer->id;
     link->is_required   = consumer->is_required;
+    if ((producer == &unknown_port) || (consumer == &unknown_port)) {
+        return; // Nothing to compare.
+    }
     if (producer->layout_hash != consumer->layout_hash) {
         source_fail(source, link->line, "the layouts of the two ports differ");
     } else if ((producer->methods & consumer->methods) == 0U) {
@@ -276,7 +295,9 @@ status_t mission_builder_resolve(mission_builder_t* const builder)
                         "Plan>: expected an event of that severity of that subsystem");
         }
     }
-    mission->interface_hash     = hash_subsystems(FNV64_START, mission, true);
-    mission->configuration_hash = hash_subsystems(mission->configuration_hash, mission, false);
+    if (builder->only == 0U) {
+        mission->interface_hash     = hash_subsystems(FNV64_START, mission, true);
+        mission->configuration_hash = hash_subsystems(mission->configuration_hash, mission, false);
+    }
     return builder->source.status;
 }

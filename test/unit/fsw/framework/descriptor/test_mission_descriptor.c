@@ -357,6 +357,68 @@ static void its_hashes_see_every_subsystem(void)
     TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);
 }
 
+/// For its own program: the mission, and of the descriptors that of the subsystem alone.
+static void a_subsystem_reads_no_descriptor_but_its_own(void)
+{
+    write_file("arm.xml", "<Nonsense>");
+    write_file("flight.xml", flight_document);
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK,
+                              descriptor_load_mission_for(&loader, path, 17U, false, &mission, &scratch),
+                              descriptor_error(&loader));
+    TEST_ASSERT_EQUAL_STRING("HAND", scratch.name);
+    TEST_ASSERT_EQUAL_UINT16(1U, scratch.configuration_count);
+    TEST_ASSERT_EQUAL_UINT16(2U, mission.subsystem_count);
+    TEST_ASSERT_EQUAL_STRING("ARM", mission.subsystems[0].name);
+    TEST_ASSERT_EQUAL_UINT16(0U, mission.subsystems[0].port_count);
+    TEST_ASSERT_EQUAL_UINT16(2U, mission.subsystems[1].port_count);
+    TEST_ASSERT_EQUAL_UINT16(1U, mission.bus_count);
+    TEST_ASSERT_NOT_NULL(mission_find_link(&mission, 16U, 0U, 17U, 3U));
+    TEST_ASSERT_NOT_NULL(mission_find_link(&mission, 17U, 4U, 16U, 0U));
+    TEST_ASSERT_EQUAL_UINT16(0U, mission.rule_count);
+    TEST_ASSERT_EQUAL_UINT16(0U, mission.plan_count);
+    TEST_ASSERT_EQUAL_UINT16(0U, mission.action_count);
+    TEST_ASSERT_TRUE((mission.interface_hash == 0U) && (mission.configuration_hash == 0U));
+}
+
+/// For the program of the supervisor: the whole mission as for everybody, with its own model at the end.
+static void a_whole_mission_leaves_the_model_that_was_asked_for(void)
+{
+    load_the_good_one();
+    const uint64_t interface_hash     = mission.interface_hash;
+    const uint64_t configuration_hash = mission.configuration_hash;
+    TEST_ASSERT_EQUAL(STATUS_OK, descriptor_load_mission_for(&loader, path, 16U, true, &mission, &scratch));
+    TEST_ASSERT_EQUAL_STRING("ARM", scratch.name);
+    TEST_ASSERT_TRUE(mission.interface_hash == interface_hash);
+    TEST_ASSERT_TRUE(mission.configuration_hash == configuration_hash);
+    TEST_ASSERT_EQUAL_UINT16(6U, mission.rule_count);
+    TEST_ASSERT_NOT_NULL(mission_find_link(&mission, 17U, 4U, 16U, 2U));
+}
+
+static void a_subsystem_finds_what_is_wrong_about_itself(void)
+{
+    static const struct {
+        uint16_t apid;
+        const char* find;
+        const char* replacement;
+        const char* says;
+    } cases[] = {
+        {18U, "'HAND'", "'HAND'", "flight.xml:1: no subsystem has id 18"},
+        {0U, "'HAND'", "'HAND'", "flight.xml:1: no subsystem has id 0"},
+        {17U, "to='HAND.ARM'", "to='HAND.LEG'", "flight.xml:18: to=\"HAND.LEG\" of <Link>: expected"},
+        {17U, "to='HAND.ARM'", "to='LEG.ARM'", "flight.xml:18: to=\"LEG.ARM\" of <Link>: expected"},
+        {17U, "'hand.xml'", "'none.xml'", "none.xml:0: cannot read: "},
+        {16U, "robot", "rover", "arm.xml:47: bus=\"robot\" of <Endnode>: expected a bus"},
+    };
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        write_file("flight.xml", damaged(flight_document, cases[i].find, cases[i].replacement));
+        TEST_ASSERT_NOT_EQUAL(
+            STATUS_OK, descriptor_load_mission_for(&loader, path, cases[i].apid, false, &mission, &scratch));
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), cases[i].says),
+                                     descriptor_error(&loader));
+        TEST_ASSERT_EQUAL_UINT16(0U, mission.subsystem_count);
+    }
+}
+
 static void a_mission_cut_at_every_octet_is_an_error(void)
 {
     const size_t end = strlen(flight_document) - 1U;
@@ -389,6 +451,9 @@ int main(void)
     RUN_TEST(a_redundant_bus_belongs_to_one_other);
     RUN_TEST(a_folder_is_no_descriptor);
     RUN_TEST(its_hashes_see_every_subsystem);
+    RUN_TEST(a_subsystem_reads_no_descriptor_but_its_own);
+    RUN_TEST(a_whole_mission_leaves_the_model_that_was_asked_for);
+    RUN_TEST(a_subsystem_finds_what_is_wrong_about_itself);
     RUN_TEST(a_mission_cut_at_every_octet_is_an_error);
     static const char* const names[] = {"arm.xml", "hand.xml", "flight.xml"};
     for (size_t i = 0U; i < 3U; i++) {
