@@ -352,18 +352,26 @@ void pus_storage_step(pus_storage_t* const storage, const uint64_t now_ns)
     keep_places(storage, now_ns);
 }
 
-bool pus_storage_is_idle(const pus_storage_t* const storage)
+/// True if a store has a packet to send, or a medium to give back.
+static bool has_work(const pus_storage_t* const storage, const uint8_t number)
+{
+    const pus_store_t* const store       = &storage->stores[number];
+    const pus_store_state_t* const state = &store->state;
+    return storage->is_stale[number] || (state->retrieval == (uint8_t)PUS_RETRIEVAL_RANGE) ||
+           ((state->retrieval == (uint8_t)PUS_RETRIEVAL_OPEN) &&
+            (pus_packet_store_place(&store->log, state->open_cursor) < pus_packet_store_head(&store->log)));
+}
+
+uint64_t pus_storage_due_ns(const pus_storage_t* const storage, const uint64_t now_ns)
 {
     FSW_ASSERT(storage != NULL);
-    bool is_idle = !storage->copy.is_active;
+    const uint64_t sync_ns = storage->synced_ns + storage->config.sync_interval_ns;
+    const uint64_t keep_ns = storage->checkpoint_ns + storage->config.checkpoint_interval_ns;
+    uint64_t due_ns        = storage->copy.is_active ? now_ns : UINT64_MAX;
     for (uint8_t i = 0U; i < storage->config.store_count; i++) {
-        const pus_store_t* const store       = &storage->stores[i];
-        const pus_store_state_t* const state = &store->state;
-        const bool is_sending =
-            (state->retrieval == (uint8_t)PUS_RETRIEVAL_RANGE) ||
-            ((state->retrieval == (uint8_t)PUS_RETRIEVAL_OPEN) &&
-             (pus_packet_store_place(&store->log, state->open_cursor) < pus_packet_store_head(&store->log)));
-        is_idle = is_idle && !is_sending && !store->is_moved && !store->log.is_dirty && !storage->is_stale[i];
+        due_ns = has_work(storage, i) ? lesser(due_ns, now_ns) : due_ns;
+        due_ns = storage->stores[i].log.is_dirty ? lesser(due_ns, sync_ns) : due_ns;
+        due_ns = storage->stores[i].is_moved ? lesser(due_ns, keep_ns) : due_ns;
     }
-    return is_idle;
+    return due_ns;
 }

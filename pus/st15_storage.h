@@ -182,8 +182,9 @@ void pus_storage_observe(pus_storage_t* storage, const pus_tm_t* tm, const uint8
                          uint64_t now_ns);
 /// Send and copy a slice; sync and keep what is due.
 void pus_storage_step(pus_storage_t* storage, uint64_t now_ns);
-/// True if a step has nothing to do before something is stored or requested.
-bool pus_storage_is_idle(const pus_storage_t* storage);
+/// When a step has something to do [ns of the run]: now_ns or earlier if it has now (or found the port busy),
+/// UINT64_MAX if nothing before something is stored or requested.
+uint64_t pus_storage_due_ns(const pus_storage_t* storage, uint64_t now_ns);
 /// The service's entry for a dispatcher. It has no step: call pus_storage_step once per cycle.
 pus_service_t pus_storage_service(pus_storage_t* storage);
 

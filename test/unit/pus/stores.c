@@ -159,6 +159,11 @@ void stores_step(const unsigned steps, const unsigned second)
     }
 }
 
+bool stores_is_idle(void)
+{
+    return pus_storage_due_ns(&stores_storage, 0U) == UINT64_MAX;
+}
+
 void expect_stores_sent(const uint16_t first, const uint16_t last)
 {
     for (uint16_t i = first; i <= last; i++) {

@@ -46,6 +46,8 @@ void stores_report(uint16_t sequence, size_t size, unsigned second);
 void stores_reports(uint16_t first, uint16_t last);
 /// Step, once or `steps` times, at this second.
 void stores_step(unsigned steps, unsigned second);
+/// True if a step has nothing to do, now or later.
+bool stores_is_idle(void);
 /// Since the last look exactly the reports of these numbers were sent again, each as it was.
 void expect_stores_sent(uint16_t first, uint16_t last);
 void expect_stores_none_sent(void);

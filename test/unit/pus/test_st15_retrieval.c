@@ -74,9 +74,9 @@ static void an_open_retrieval_follows_what_comes_in(void)
     expect_stores_sent(1U, 3U);
     stores_step(3U, 5U);
     expect_stores_sent(4U, 4U);
-    TEST_ASSERT_TRUE(pus_storage_is_idle(&stores_storage));
+    TEST_ASSERT_TRUE(stores_is_idle());
     stores_reports(5U, 6U);
-    TEST_ASSERT_FALSE(pus_storage_is_idle(&stores_storage));
+    TEST_ASSERT_FALSE(stores_is_idle());
     stores_step(1U, 6U);
     expect_stores_sent(5U, 6U);
     stores_request_store(16U, "ring");
@@ -140,7 +140,7 @@ static void a_range_is_sent_once_and_ends(void)
     stores_reports(1U, 12U);
     start_range("ring", 0U, 3U, 8U);
     expect_status(1U, 0U, 1U);
-    TEST_ASSERT_FALSE(pus_storage_is_idle(&stores_storage));
+    TEST_ASSERT_FALSE(stores_is_idle());
     stores_step(1U, 12U);
     expect_stores_sent(3U, 5U);
     stores_report(13U, REPORT_SIZE, 7U); // Within the range, but later than the request.
@@ -187,7 +187,7 @@ static void what_the_port_refuses_is_sent_later(void)
         stores_step(1U, 5U);
         expect_stores_none_sent();
         TEST_ASSERT_EQUAL_UINT32(i, stores_storage.counters.refused); // Once a step.
-        TEST_ASSERT_FALSE(pus_storage_is_idle(&stores_storage));
+        TEST_ASSERT_FALSE(stores_is_idle());
     }
     stores_step(2U, 5U);
     expect_stores_sent(1U, 5U);
@@ -335,8 +335,8 @@ static void between_checkpoints_packets_are_sent_again(void)
     stores_step(1U, 101U);
     stores_step(3U, 102U);
     expect_stores_sent(1U, 12U);
-    TEST_ASSERT_EQUAL_UINT(commits + 1U, records.commits);   // The first checkpoint was long ago.
-    TEST_ASSERT_FALSE(pus_storage_is_idle(&stores_storage)); // One is due.
+    TEST_ASSERT_EQUAL_UINT(commits + 1U, records.commits); // The first checkpoint was long ago.
+    TEST_ASSERT_FALSE(stores_is_idle());                   // One is due.
     stores_cut();
     stores_step(3U, 103U);
     expect_stores_sent(4U, 12U);
@@ -352,7 +352,7 @@ static void what_was_not_synced_is_lost_and_not_waited_for(void)
     stores_reports(3U, 4U);
     resume("ring", 0U);
     stores_step(2U, 11U); // Sent, but not synced.
-    TEST_ASSERT_FALSE(pus_storage_is_idle(&stores_storage));
+    TEST_ASSERT_FALSE(stores_is_idle());
     expect_stores_sent(1U, 4U);
     stores_cut();
     stores_reports(5U, 6U); // They lie where 3 and 4 were.
@@ -390,7 +390,7 @@ static void nothing_is_kept_without_a_place(void)
     stores_step(2U, 3U);
     expect_stores_sent(1U, 3U);
     TEST_ASSERT_EQUAL_UINT(0U, records.puts);
-    TEST_ASSERT_TRUE(pus_storage_is_idle(&stores_storage));
+    TEST_ASSERT_TRUE(stores_is_idle());
 }
 
 // ---- Copies ----
@@ -431,7 +431,7 @@ static void packets_are_copied_by_time_window(void)
     for (size_t i = 0U; i < 4U; i++) {
         copy(windows[i].type, 3U, 6U);
         EXPECT_MESSAGES(1, 1, 1, 3);
-        TEST_ASSERT_FALSE(pus_storage_is_idle(&stores_storage));
+        TEST_ASSERT_FALSE(stores_is_idle());
         bench_clear();
         stores_step(1U, 8U);
         EXPECT_MESSAGES(0); // Three packets, no more.

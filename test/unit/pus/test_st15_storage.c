@@ -343,12 +343,12 @@ static void a_deleted_store_leaves_nothing_behind(void)
     stores_request_store(2U, "ring");
     stores_request_store(21U, "ring");
     TEST_ASSERT_TRUE(recorded.image[0].size > 0U);
-    TEST_ASSERT_FALSE(pus_storage_is_idle(&stores_storage));
+    TEST_ASSERT_FALSE(stores_is_idle());
     recorded.calls     = 0U;
     recorded.fail_from = 1U;
     stores_step(2U, 11U); // The first try fails.
     TEST_ASSERT_EQUAL_UINT64(0U, recorded.image[0].size);
-    TEST_ASSERT_TRUE(pus_storage_is_idle(&stores_storage));
+    TEST_ASSERT_TRUE(stores_is_idle());
     stores_cut();
     TEST_ASSERT_FALSE(stores_storage.stores[0].state.is_there); // Though the configuration has it.
     stores_create_ring();
