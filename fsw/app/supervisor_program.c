@@ -3,6 +3,7 @@
 #include "fsw/app/member.h"
 #include "fsw/app/program.h"
 #include "fsw/app/record_store.h"
+#include "fsw/app/store_files.h"
 #include "fsw/framework/base/text.h"
 #include "fsw/supervisor/supervisor.h"
 
@@ -14,6 +15,7 @@ typedef struct {
     descriptor_loader_t loader;
     record_store_t records;
     osal_directory_t files;
+    store_files_t stores;
     journal_slot_t slots[JOURNAL_SLOTS(RECORDS_MAX)];
 } supervisor_program_t;
 
@@ -91,6 +93,7 @@ static void close_program(void* const context)
 {
     supervisor_program_t* const program = (supervisor_program_t*)context;
     supervisor_close(&program->supervisor);
+    store_files_close(&program->stores);
     record_store_close(&program->records);
     osal_directory_close(&program->files);
 }
@@ -140,6 +143,10 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         (record_store_open(&storage.records, seat, storage.slots, RECORDS_MAX, true) != STATUS_OK)) {
         return false;
     }
+    if (store_files_open(&storage.stores, seat, ONBOARD_STORES) != STATUS_OK) {
+        record_store_close(&storage.records);
+        return false;
+    }
     const supervisor_config_t config = {
         .mission             = seat->mission,
         .descriptor          = seat->own,
@@ -149,7 +156,8 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         .log_folder          = seat->run->folder,
         .start_count         = seat->run->components[seat->component].start_count,
         .files               = file_store(&storage.files),
-        .journal             = &storage.records.journal};
+        .journal             = &storage.records.journal,
+        .store_media         = storage.stores.media};
     const status_t status = supervisor_init(&storage.supervisor, &config);
     if (status != STATUS_OK) {
         text_t text = text_in(seat->error, sizeof seat->error);

@@ -5,9 +5,11 @@
 #include "fsw/supervisor/supervisor_internal.h"
 
 /// All bindings, in the order in which they are stepped, and null behind the last.
-static const onboard_binding_t* const bindings[] = {
-    &onboard_time_schedule, &onboard_position_schedule, &onboard_event_action, &onboard_sequences,
-    &onboard_files,         &onboard_forwarding,        &onboard_connection,   NULL};
+static const onboard_binding_t* const bindings[] = {&onboard_time_schedule, &onboard_position_schedule,
+                                                    &onboard_event_action,  &onboard_sequences,
+                                                    &onboard_files,         &onboard_forwarding,
+                                                    &onboard_connection,    &onboard_storage,
+                                                    &onboard_time,          NULL};
 
 size_t onboard_open(struct supervisor* const supervisor, pus_service_t* const services)
 {
@@ -60,12 +62,17 @@ static void take_back(void* const context, const uint8_t table, const uint32_t k
 
 void onboard_restore(struct supervisor* const supervisor)
 {
-    if (supervisor->config.journal == NULL) {
-        return;
+    if (supervisor->config.journal != NULL) {
+        const status_t status = journal_replay(supervisor->config.journal, take_back, supervisor);
+        if (status != STATUS_OK) {
+            tell_refused(supervisor, 0U, 0U, status);
+        }
     }
-    const status_t status = journal_replay(supervisor->config.journal, take_back, supervisor);
-    if (status != STATUS_OK) {
-        tell_refused(supervisor, 0U, 0U, status);
+    for (size_t i = 0U; bindings[i] != NULL; i++) {
+        const status_t status = (bindings[i]->start != NULL) ? bindings[i]->start(supervisor) : STATUS_OK;
+        if (status != STATUS_OK) {
+            tell_refused(supervisor, bindings[i]->type, 0U, status);
+        }
     }
 }
 

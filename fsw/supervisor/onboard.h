@@ -15,6 +15,7 @@
 #include "fsw/supervisor/onboard_files.h"
 #include "fsw/supervisor/onboard_schedules.h"
 #include "fsw/supervisor/onboard_sequences.h"
+#include "fsw/supervisor/onboard_storage.h"
 #include "pus/packet.h"
 #include "pus/persistence.h"
 #include "pus/service.h"
@@ -36,6 +37,8 @@ typedef struct {
     pus_service_t (*open)(struct supervisor* supervisor);
     /// Take a lasting record back. STATUS_OK, or the service's refusal.
     status_t (*restore)(struct supervisor* supervisor, uint32_t key, const uint8_t* octets, size_t size);
+    /// Begin, when all records are back. STATUS_OK, or what a RECORD_REFUSED event tells.
+    status_t (*start)(struct supervisor* supervisor);
     /// Run what is due. Returns the time of the next wake [ns of the run], ONBOARD_NEVER if nothing is to
     /// come.
     uint64_t (*step)(struct supervisor* supervisor, uint64_t now_ns);
@@ -80,6 +83,7 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     onboard_forwarding_t forwarding;
     onboard_files_t files;
     onboard_connections_t connections;
+    onboard_storage_t storage;
 } onboard_t;
 
 extern const onboard_binding_t onboard_time_schedule;
@@ -89,13 +93,15 @@ extern const onboard_binding_t onboard_sequences;
 extern const onboard_binding_t onboard_files;
 extern const onboard_binding_t onboard_forwarding;
 extern const onboard_binding_t onboard_connection;
+extern const onboard_binding_t onboard_storage;
+extern const onboard_binding_t onboard_time;
 
 /// Where services keep their lasting records; null if nothing is kept.
 const pus_persistence_t* onboard_persistence(struct supervisor* supervisor);
 /// Open all bindings; their services go to `services` (room for ONBOARD_SERVICES). Returns their number.
 size_t onboard_open(struct supervisor* supervisor, pus_service_t* services);
-/// Give all services their lasting records back. A record that is refused is counted, and told by the event
-/// RECORD_REFUSED.
+/// Give all services their lasting records back, then start those that ask for it. A record that is refused
+/// is counted, and told by the event RECORD_REFUSED.
 void onboard_restore(struct supervisor* supervisor);
 /// Step all services, then route what they have released. Returns the time of the next wake.
 uint64_t onboard_step(struct supervisor* supervisor, uint64_t now_ns);

@@ -267,6 +267,24 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
     return STATUS_OK;
 }
 
+status_t router_send_time(void* const context, const uint8_t* const packet, const size_t size)
+{
+    supervisor_t* const supervisor = (supervisor_t*)context;
+    if ((supervisor->ground_backlog.blocks > 0U) || !router_has_room(supervisor, COMMUNICATION_APID) ||
+        (message_send(supervisor->config.endpoint, COMMUNICATION_APID, packet, size) != STATUS_OK)) {
+        return STATUS_FULL; // What waits already goes first.
+    }
+    log_packet(supervisor, packet, size);
+    return STATUS_OK;
+}
+
+status_t router_send_stored(void* const context, const uint8_t virtual_channel, const uint8_t* const packet,
+                            const size_t size)
+{
+    (void)virtual_channel; // There is one way to ground.
+    return router_send_time(context, packet, size);
+}
+
 status_t order_state(supervisor_t* const supervisor, const uint16_t apid, const state_t target)
 {
     roster_entry_t* const entry = roster_find(supervisor, apid);

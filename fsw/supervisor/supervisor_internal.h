@@ -13,6 +13,10 @@ void router_flush_log(supervisor_t* supervisor);
 void router_flush(supervisor_t* supervisor);
 /// Port of the supervisor's own reports and requests: log, then deliver.
 status_t router_send(void* context, const uint8_t* packet, size_t size);
+/// Ports of ST[15] and ST[09] to ground; the context is the supervisor. STATUS_OK, STATUS_FULL (the way to
+/// ground is taken, or there is none now: try again later).
+status_t router_send_stored(void* context, uint8_t virtual_channel, const uint8_t* packet, size_t size);
+status_t router_send_time(void* context, const uint8_t* packet, size_t size);
 /// True if a request to `apid` would find room in its mailbox now; the supervisor itself always has.
 bool router_has_room(const supervisor_t* supervisor, uint16_t apid);
 /// Route a request that a service on board has released, as one that came from its source.

@@ -13,6 +13,7 @@ ACK_ALL = 0xF
 PUS_VERSION = 2
 P_FIELD = 0x1F
 TC_HEADER, TM_HEADER, PRIMARY_HEADER, CRC_SIZE = 11, 21, 6, 2
+TIME_PACKET = 18  # Spacecraft time packet: APID 0, no secondary header; rate, time and status.
 PACKET_MAX = 4096
 FRACTION = 1 << 24
 
@@ -129,6 +130,18 @@ def build_tm(apid, sequence, service, subtype, data=b"", destination=0, time_ns=
     return body + struct.pack(">H", crc16(body))
 
 
+def _time_packet(raw, sequence):
+    """A spacecraft time packet, as what it is a report of: TM[9,2] if its time is CUC, else TM[9,3]."""
+    if len(raw) != TIME_PACKET:
+        raise PacketError(f"spacecraft time packet of {len(raw)} octets, expected {TIME_PACKET}")
+    field = raw[PRIMARY_HEADER + 1 : PRIMARY_HEADER + 9]
+    is_cuc = field[0] == P_FIELD
+    day, ms, us = struct.unpack(">HIH", field)
+    time_ns = decode_time(field) if is_cuc else (day * 86_400_000 + ms) * 1_000_000 + us * 1000
+    subtype = 2 if is_cuc else 3
+    return Packet("TM", 0, sequence, 9, subtype, 0, raw[PRIMARY_HEADER:-2], raw, time_ns=time_ns)
+
+
 def parse(raw):
     """The Packet in exactly these octets. Raises PacketError."""
     raw = bytes(raw)
@@ -141,10 +154,12 @@ def parse(raw):
         raise PacketError(f"length field says {length + 7} octets, packet has {len(raw)}")
     if sequence >> 14 != 3:
         raise PacketError(f"sequence flags are {sequence >> 14}, expected 3 (unsegmented)")
-    if not word & 0x0800:
+    if not word & 0x0800 and word:
         raise PacketError("secondary header flag is not set")
     if crc16(raw):
         raise PacketError(f"CRC is wrong: computed 0x{crc16(raw[:-2]):04X}, found 0x{raw[-2:].hex().upper()}")
+    if word == 0:
+        return _time_packet(raw, sequence & 0x3FFF)
     is_tc = bool(word & 0x1000)
     if len(raw) < (TC_HEADER if is_tc else TM_HEADER) + CRC_SIZE:
         raise PacketError(f"{len(raw)} octets are too short for a {'TC' if is_tc else 'TM'}")

@@ -4,6 +4,7 @@
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/octets.h"
 #include "pus/packet.h"
+#include "pus/st09_time.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -184,7 +185,8 @@ static void report(void* const context, const uint8_t* const packet, const size_
     if (size < (DESTINATION_OFFSET + 2U)) {
         return;
     }
-    const uint16_t destination = u16_at(packet, DESTINATION_OFFSET);
+    const bool is_time         = pus_is_time_packet(packet, size); // It names no destination.
+    const uint16_t destination = is_time ? (uint16_t)PUS_USER_GROUND : u16_at(packet, DESTINATION_OFFSET);
     if (destination != PUS_USER_GROUND) {
         queue_for(self, client_of(self, destination), packet, size);
         return;

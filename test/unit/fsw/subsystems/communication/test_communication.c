@@ -189,6 +189,29 @@ static void reports_go_where_their_user_spoke_last(void)
     TEST_ASSERT_EQUAL(UINT32_MAX, bed_next_report(0U));
 }
 
+/// They have no secondary header, so no destination: what stands in its place is a part of the time.
+static void time_packets_go_to_all(void)
+{
+    static const uint8_t packet[18] = {0x00, 0x00, 0xC0, 0x3F, 0x00, 0x0B, 0x00, 0x1F, 0x80,
+                                       0xAF, 0xD3, 0x07, 0x00, 0x00, 0x00, 0x00, 0x12, 0x34};
+    bed_connect(0U);
+    bed_connect(1U);
+    bed_write_request(0U, 1U, 1U, 0U);
+    bed_write_request(1U, 3U, 1U, 0U);
+    bed_run_until_requests(2U);
+    component_accept(&bed.component, packet, sizeof packet, bed.now_ns);
+    bed_step();
+    for (unsigned client = 0U; client < 2U; client++) {
+        uint8_t octets[sizeof packet] = {0};
+        size_t held                   = 0U;
+        for (unsigned tries = 0U; (tries < 4U) && (held < sizeof packet); tries++) {
+            held += bed_read(client, &octets[held], sizeof packet - held);
+        }
+        TEST_ASSERT_EQUAL_UINT64(sizeof packet, held);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, octets, sizeof packet);
+    }
+}
+
 static void a_user_whose_connection_is_gone_is_forgotten(void)
 {
     bed_connect(0U);
@@ -430,6 +453,7 @@ int main(void)
     RUN_TEST(random_octets_break_nothing);
     RUN_TEST(a_full_mailbox_keeps_requests_waiting);
     RUN_TEST(reports_go_where_their_user_spoke_last);
+    RUN_TEST(time_packets_go_to_all);
     RUN_TEST(a_user_whose_connection_is_gone_is_forgotten);
     RUN_TEST(more_users_than_places_share_the_last);
     RUN_TEST(reports_to_on_board_users_are_not_for_the_ground);

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/store_files.h"
+
+#include "fsw/app/file_medium.h"
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/text.h"
+
+static bool name_file(const seat_t* const seat, const unsigned index, char* const path)
+{
+    text_t text = text_in(path, RUN_PATH_MAX);
+    text_add(&text, seat->run->storage);
+    text_add(&text, "/");
+    text_add(&text, seat->run->components[seat->component].name);
+    text_add(&text, ".store.");
+    text_add_unsigned(&text, index);
+    return !text.cut;
+}
+
+status_t store_files_open(store_files_t* const stores, seat_t* const seat, const unsigned count)
+{
+    FSW_ASSERT((stores != NULL) && (seat != NULL) && (count > 0U) && (count <= STORE_FILES_MAX));
+    for (stores->count = 0U; stores->count < count; stores->count++) {
+        char path[RUN_PATH_MAX];
+        osal_file_t* const file = &stores->files[stores->count];
+        const status_t status =
+            name_file(seat, stores->count, path) ? osal_file_update(file, path) : STATUS_TOO_LARGE;
+        if (status != STATUS_OK) {
+            text_t text = text_in(seat->error, sizeof seat->error);
+            text_add(&text, "cannot keep packets in ");
+            text_add(&text, path);
+            text_add(&text, ": ");
+            text_add(&text, status_text(status));
+            store_files_close(stores);
+            return status;
+        }
+        stores->media[stores->count] = file_medium(file);
+    }
+    return STATUS_OK;
+}
+
+void store_files_close(store_files_t* const stores)
+{
+    FSW_ASSERT(stores != NULL);
+    for (unsigned i = 0U; i < stores->count; i++) {
+        osal_file_close(&stores->files[i]);
+    }
+    stores->count = 0U;
+}
