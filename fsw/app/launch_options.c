@@ -221,6 +221,13 @@ static bool take_interface(launch_options_t* const options, const char* const op
     return true;
 }
 
+static bool take_folder(launch_options_t* const options, const char* const option, const char* const value,
+                        char error[LAUNCH_ERROR_MAX])
+{
+    *(is_word(option, "--out") ? &options->output : &options->storage) = value;
+    return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) || fail(error, option, value, "the path is too long");
+}
+
 static bool take(launch_options_t* const options, const char* const option, const char* const value,
                  char error[LAUNCH_ERROR_MAX])
 {
@@ -246,9 +253,7 @@ static bool take(launch_options_t* const options, const char* const option, cons
                fail(error, option, value, "expected the name of a subsystem of the mission");
     }
     if (is_word(option, "--out") || is_word(option, "--storage")) {
-        *(is_word(option, "--out") ? &options->output : &options->storage) = value;
-        return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) ||
-               fail(error, option, value, "the path is too long");
+        return take_folder(options, option, value, error);
     }
     return fail(error, option, value, "unknown option; see hirosco run --help");
 }
