@@ -117,25 +117,6 @@ bool pus_shape_u16(void* const self, octet_reader_t* const reader)
     return true;
 }
 
-bool pus_shape_u32(void* const self, octet_reader_t* const reader)
-{
-    (void)self;
-    (void)octet_read_u32(reader);
-    return true;
-}
-
-bool pus_shape_list_u16(void* const self, octet_reader_t* const reader)
-{
-    (void)self;
-    return pus_shape_list(reader, 1U, sizeof(uint16_t));
-}
-
-bool pus_shape_list_u32(void* const self, octet_reader_t* const reader)
-{
-    (void)self;
-    return pus_shape_list(reader, 1U, sizeof(uint32_t));
-}
-
 void pus_dispatcher_init(pus_dispatcher_t* const dispatcher, pus_process_t* const process,
                          const pus_service_t* const services, const size_t service_count)
 {

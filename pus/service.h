@@ -103,13 +103,10 @@ typedef struct {
 /// A service without steps, for the functions of services that make theirs. Pointers may not be null.
 pus_service_t pus_service_of(uint8_t type, const pus_subtype_t* subtypes, size_t subtype_count, void* self);
 
-/// Shapes for `has_shape`: no data; one u8, u16, u32; N (u8, at least 1) x u16 or u32.
+/// Shapes for `has_shape`: no data; one u8; one u16.
 bool pus_shape_empty(void* self, octet_reader_t* reader);
 bool pus_shape_u8(void* self, octet_reader_t* reader);
 bool pus_shape_u16(void* self, octet_reader_t* reader);
-bool pus_shape_u32(void* self, octet_reader_t* reader);
-bool pus_shape_list_u16(void* self, octet_reader_t* reader);
-bool pus_shape_list_u32(void* self, octet_reader_t* reader);
 /// N (u8, at least `least`) x entries of `entry_size` octets, for shape functions of services.
 bool pus_shape_list(octet_reader_t* reader, uint8_t least, size_t entry_size);
 

@@ -2,12 +2,10 @@
 #include "pus/st05_events.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "generated/pus/st05_shapes.h"
 
 enum {
-    ENABLE          = 5,
-    DISABLE         = 6,
-    REPORT_DISABLED = 7,
-    DISABLED_LIST   = 8
+    DISABLED_LIST = 8
 };
 
 void pus_events_init(pus_events_t* const events, pus_process_t* const process,
@@ -127,9 +125,9 @@ static pus_reply_t report_disabled(void* const self, pus_request_t* const reques
 pus_service_t pus_events_service(pus_events_t* const events)
 {
     static const pus_subtype_t subtypes[] = {
-        {ENABLE, pus_shape_list_u16, enable, NULL},
-        {DISABLE, pus_shape_list_u16, disable, NULL},
-        {REPORT_DISABLED, pus_shape_empty, report_disabled, NULL},
+        PUS_REQUEST(5, 5, enable),
+        PUS_REQUEST(5, 6, disable),
+        PUS_REQUEST(5, 7, report_disabled),
     };
     return pus_service_of(PUS_SERVICE_EVENTS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), events);
 }

@@ -15,19 +15,19 @@ pus_failure_t memory_fail(pus_memory_service_t* const service, const uint16_t co
     return pus_failure(code, detail);
 }
 
-pus_failure_t memory_target(const pus_memory_service_t* const service, octet_reader_t* const reader,
-                            const bool is_object, memory_target_t* const out_target)
+pus_failure_t memory_find(const pus_memory_t* const memories, const uint8_t count,
+                          octet_reader_t* const reader, const bool is_object,
+                          memory_target_t* const out_target)
 {
-    const pus_memory_config_t* const config = &service->config;
-    const uint8_t id                        = octet_read_u8(reader);
-    uint8_t index                           = 0U;
-    while ((index < config->memory_count) && (config->memories[index].id != id)) {
+    const uint8_t id = octet_read_u8(reader);
+    uint8_t index    = 0U;
+    while ((index < count) && (memories[index].id != id)) {
         index++;
     }
-    if (index >= config->memory_count) {
+    if (index >= count) {
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, id);
     }
-    const pus_memory_t* const memory = &config->memories[index];
+    const pus_memory_t* const memory = &memories[index];
     *out_target                      = (memory_target_t){.memory    = memory,
                                                          .index     = index,
                                                          .is_object = is_object,
@@ -45,20 +45,30 @@ pus_failure_t memory_target(const pus_memory_service_t* const service, octet_rea
     return none();
 }
 
+pus_failure_t memory_target(const pus_memory_service_t* const service, octet_reader_t* const reader,
+                            const bool is_object, memory_target_t* const out_target)
+{
+    return memory_find(service->config.memories, service->config.memory_count, reader, is_object, out_target);
+}
+
+bool memory_is_inside(const memory_target_t* const target, const uint32_t address, const uint32_t length)
+{
+    const uint8_t access  = target->memory->access;
+    const uint32_t offset = address - target->first; // Too large where the address is too small.
+    const bool is_inside =
+        (address >= target->first) && (offset <= target->size) && (length <= (target->size - offset));
+    return is_inside && (((target->origin + address) % access) == 0U) && ((length % access) == 0U);
+}
+
 pus_failure_t memory_judge(const pus_memory_service_t* const service, const memory_target_t* const target,
                            const uint32_t address, const uint32_t length, const bool is_write,
                            const size_t place)
 {
     const pus_memory_t* const memory = target->memory;
-    const uint32_t offset            = address - target->first; // Too large where the address is too small.
-    const bool is_inside =
-        (address >= target->first) && (offset <= target->size) && (length <= (target->size - offset));
-    const bool is_aligned =
-        (((target->origin + address) % memory->access) == 0U) && ((length % memory->access) == 0U);
     if (length == 0U) {
         return pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)place);
     }
-    if (!is_inside || !is_aligned) {
+    if (!memory_is_inside(target, address, length)) {
         return pus_failure(PUS_FAILURE_ADDRESS, address);
     }
     if (is_write && ((memory->write == NULL) || service->config.states[target->index].is_protected)) {

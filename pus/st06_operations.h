@@ -4,18 +4,7 @@
 #ifndef PUS_ST06_OPERATIONS_H
 #define PUS_ST06_OPERATIONS_H
 
-#include "pus/st06_memory.h"
-
-/// What a request's areas lie in: a memory, or one object of it.
-typedef struct {
-    const pus_memory_t* memory;
-    uint8_t index; ///< Of the memory.
-    bool is_object;
-    uint32_t base_id; ///< Of the object.
-    uint32_t origin;  ///< Address = origin + what the request gives.
-    uint32_t first;   ///< Least that a request may give.
-    uint32_t size;    ///< From there on [octets].
-} memory_target_t;
+#include "pus/st06_areas.h"
 
 typedef enum {
     MEMORY_DUMP = 1,

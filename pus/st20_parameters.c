@@ -3,11 +3,12 @@
 
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/value.h"
+#include "generated/pus/st20_shapes.h"
 
 enum {
-    REPORT = PUS_PARAMETERS_REPORT,
-    VALUES = 2,
-    SET    = 3
+    VALUES      = 2,
+    SET         = 3,
+    DEFINITIONS = 7
 };
 
 #define ID_SIZE 4U // Of a parameter id before its value [octets].
@@ -176,11 +177,93 @@ static pus_reply_t set_values(void* const self, pus_request_t* const request)
     return pus_done();
 }
 
+void pus_parameters_define(pus_parameters_t* const parameters, pus_parameter_definitions_t* const definitions)
+{
+    FSW_ASSERT((parameters != NULL) && (definitions != NULL));
+    parameters->definitions = definitions;
+    parameters->port        = pus_parameter_definitions_port(definitions);
+}
+
+status_t pus_parameters_restore(pus_parameters_t* const parameters, const uint32_t key,
+                                const uint8_t* const octets, const size_t size)
+{
+    FSW_ASSERT((parameters != NULL) && (octets != NULL));
+    return (parameters->definitions != NULL)
+               ? pus_parameter_definitions_restore(parameters->definitions, key, octets, size)
+               : STATUS_UNSUPPORTED;
+}
+
+static pus_reply_t define(pus_parameters_t* const parameters, pus_request_t* const request,
+                          const bool is_object)
+{
+    const uint8_t count = octet_read_u8(&request->reader);
+    if (parameters->definitions == NULL) {
+        return pus_refused(PUS_FAILURE_ACCESS, octet_read_u32(&request->reader));
+    }
+    for (uint16_t i = 1U; i <= count; i++) {
+        const pus_failure_t failure =
+            pus_parameter_define(parameters->definitions, &request->reader, is_object);
+        if (failure.code == PUS_FAILURE_NONE) {
+            pus_request_perform(request);
+        } else {
+            refuse(parameters, request, i, failure.code, failure.detail);
+        }
+    }
+    return pus_done();
+}
+
+static pus_reply_t define_raw(void* const self, pus_request_t* const request)
+{
+    return define(self, request, false);
+}
+
+static pus_reply_t define_object(void* const self, pus_request_t* const request)
+{
+    return define(self, request, true);
+}
+
+static pus_reply_t report_definitions(void* const self, pus_request_t* const request)
+{
+    pus_parameters_t* const parameters     = self;
+    const pus_parameter_port_t* const port = &parameters->port;
+    const uint8_t count                    = octet_read_u8(&request->reader);
+    octet_reader_t list                    = request->reader;
+    uint16_t handle                        = 0U;
+    uint16_t size                          = 0U;
+    for (uint16_t i = 1U; i <= count; i++) {
+        const uint32_t id     = octet_read_u32(&request->reader);
+        const status_t status = port->find(port->context, id, &handle, &size);
+        if (status == STATUS_OK) {
+            pus_request_perform(request);
+        } else {
+            refuse(parameters, request, i, code_of_find(status), id);
+        }
+    }
+    if (request->performed == 0U) {
+        return pus_done();
+    }
+    octet_writer_t writer = pus_list_begin(request, DEFINITIONS);
+    for (uint16_t i = 0U; i < count; i++) {
+        const uint32_t id = octet_read_u32(&list);
+        if (port->find(port->context, id, &handle, &size) == STATUS_OK) {
+            pus_parameter_definition_t definition;
+            (void)pus_parameter_place_of(parameters->definitions, id, &definition);
+            octet_write_u32(&writer, id);
+            octet_write_u8(&writer, definition.memory_id);
+            octet_write_u32(&writer, definition.address);
+            octet_write_u8(&writer, definition.ptc);
+            octet_write_u16(&writer, definition.pfc);
+        }
+    }
+    return pus_list_end(request, &writer, request->performed);
+}
+
 pus_service_t pus_parameters_service(pus_parameters_t* const parameters)
 {
     static const pus_subtype_t subtypes[] = {
-        {REPORT, pus_shape_list_u32, report_values, NULL},
-        {SET, shape_set, set_values, NULL},
+        PUS_REQUEST(20, 1, report_values),      {SET, shape_set, set_values, NULL},
+        PUS_REQUEST(20, 4, define_raw),         PUS_REQUEST(20, 5, define_object),
+        PUS_REQUEST(20, 6, report_definitions),
     };
     return pus_service_of(PUS_SERVICE_PARAMETERS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
                           parameters);

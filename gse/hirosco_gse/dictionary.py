@@ -107,6 +107,13 @@ class Parameter:
             raise ValueProblem(f"{self.name}: {problem}") from problem
 
 
+def defined_on_board(parameter_id):
+    """Parameter that a request has defined (ST[20]): a scalar, as its layout bits say, called by its id; or None."""
+    layout = parameter_id >> 16 & 0x1F
+    kinds = tuple(values.FORMATS)
+    return Parameter(f"0x{parameter_id:08X}", parameter_id, kinds[layout]) if layout < len(kinds) else None
+
+
 @dataclass(frozen=True)
 class Structure:
     """One housekeeping report: parameters sampled once, and sets sampled several times."""

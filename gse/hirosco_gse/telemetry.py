@@ -7,7 +7,7 @@
 import struct
 
 from . import values
-from .dictionary import SEVERITIES, STATES, STRATEGIES
+from .dictionary import SEVERITIES, STATES, STRATEGIES, defined_on_board
 from .failures import LINK_REASONS, Failure, name_of
 
 CAUSES = ("request", "own error", "network", "plan", "shutdown", "time-out", "supervisor lost")
@@ -168,6 +168,7 @@ def _parameters(packet, dictionary, _):
     for _ in range(count):
         parameter_id = reader.take("I")
         parameter = subsystem.parameter_of_id(parameter_id) if subsystem else None
+        parameter = parameter or defined_on_board(parameter_id)
         if parameter is None:
             raise values.ValueProblem(f"parameter 0x{parameter_id:08X} is not in the dictionary")
         found[parameter.name], reader.offset = parameter.decode(packet.data, reader.offset)

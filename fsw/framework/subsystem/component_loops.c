@@ -104,6 +104,9 @@ void component_init_loops(component_t* const component, const pus_parameter_port
                      &port);
     pus_test_init(&component->loop_test, NULL);
     pus_parameters_init(&component->loop_parameters, &read_only);
+    if (component->parameters.definitions != NULL) {
+        pus_parameters_define(&component->loop_parameters, component->parameters.definitions);
+    }
     component->loop_services[0] = pus_test_service(&component->loop_test);
     component->loop_services[1] = pus_parameters_service(&component->loop_parameters);
     pus_dispatcher_defer(&component->dispatcher, &performer);

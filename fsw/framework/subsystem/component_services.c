@@ -481,6 +481,9 @@ status_t component_restore(component_t* const component, const uint8_t table, co
     if (table == PUS_SERVICE_HOUSEKEEPING) {
         return pus_hk_restore(&component->housekeeping, key, octets, size);
     }
+    if (table == PUS_SERVICE_PARAMETERS) {
+        return pus_parameters_restore(&component->parameters, key, octets, size);
+    }
     for (size_t i = 0U; i < component->optional_count; i++) {
         const component_optional_t* const optional = &component->optional[i];
         if ((optional->service.type == table) && (optional->restore != NULL)) {

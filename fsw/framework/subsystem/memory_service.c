@@ -152,4 +152,15 @@ void memory_service_add(component_t* const component, memory_service_t* const se
     pus_memory_init(&service->memory, &config);
     const pus_service_t entry = pus_memory_service(&service->memory);
     component_add_service(component, &entry, pus_memory_restore);
+    const pus_parameter_definitions_config_t definitions = {.apid     = component_process(component)->apid,
+                                                            .port     = component_parameter_port(component),
+                                                            .memories = service->memories,
+                                                            .states   = service->states,
+                                                            .memory_count = MEMORY_COUNT,
+                                                            .places       = service->places,
+                                                            .capacity     = MEMORY_DEFINITIONS,
+                                                            .persistence  = component_persistence(component),
+                                                            .guard        = &component->loop_guard};
+    pus_parameter_definitions_init(&service->definitions, &definitions);
+    pus_parameters_define(&component->parameters, &service->definitions);
 }

@@ -12,12 +12,16 @@
 /// held steady meanwhile, and `parameter_set` of the subsystem is not called. Scrubbing reads each octet, so
 /// that hardware that mends single bits does so.
 ///
+/// With it ST[20] takes definitions of parameters by their place in these memories (TC[20,4], [20,5]). The
+/// dictionary does not know them: neither do housekeeping and monitoring.
+///
 /// Ownership  The program places it (generated). Context: the component's own loop.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 
 #include "fsw/framework/subsystem/component.h"
 #include "pus/st06_memory.h"
+#include "pus/st20_definitions.h"
 
 #define MEMORY_PARAMETERS 1U
 #define MEMORY_COMPONENT 2U
@@ -25,11 +29,14 @@
 #define MEMORY_OBJECT_SAMPLES 1U
 #define MEMORY_PARAMETERS_OCTETS 0x10000U ///< Addresses of memory 1.
 #define MEMORY_COUNT 2U
+#define MEMORY_DEFINITIONS 16U ///< Parameters defined by TC[20,4] and [20,5].
 
 typedef struct { // Private, except `memory.counters`.
     pus_memory_service_t memory;
     pus_memory_t memories[MEMORY_COUNT];
     pus_memory_state_t states[MEMORY_COUNT];
+    pus_parameter_definitions_t definitions;
+    pus_parameter_place_t places[MEMORY_DEFINITIONS];
 } memory_service_t;
 
 /// Add the service to a component, with room for `count` operations at once.

@@ -179,3 +179,18 @@ def test_without_files_there_is_no_load_by_reference(station, settable):
     area = {"start_address": 0, "offset_in_file": 0, "length": 1, "checksum": 0}
     names = {"repository_path": "/", "file_name": "x"}
     station.refuse(0x0201, SUBSYSTEM, 6, 19, memory_id=PARAMETERS, n=[area], **names)
+
+
+def test_parameters_are_defined_by_their_place_in_memory(station, settable):
+    base, defined = settable.parameter_id, station.dictionary.subsystem(SUBSYSTEM).apid << 21 | 9 << 16 | 900  # A DOUBLE.
+    place = {"parameter_id": defined, "memory_id": PARAMETERS, "base_id": base, "offset": 8, "ptc": 5, "pfc": 2}
+    station.do(SUBSYSTEM, 20, 5, n=[place])
+    found = station.ask(SUBSYSTEM, 20, 6, n=[{"parameter_id": defined}])["n"][0]
+    assert (found["memory_id"], found["ptc"], found["pfc"]) == (PARAMETERS, 5, 2)
+    value = struct.unpack("=d", dump_object(station, base, 8, 8))[0]
+    outcome = station.do(SUBSYSTEM, 20, 1, n=[{"parameter_id": defined}])
+    raw = next(packet.data for packet, _ in outcome.replies if packet.message == (20, 2))
+    assert struct.unpack(">d", raw[6:14])[0] == value
+    raw_place = {"parameter_id": defined, "memory_id": PARAMETERS, "start_address": found["start_address"], "ptc": 5, "pfc": 2}
+    station.do(SUBSYSTEM, 20, 4, n=[raw_place])
+    station.refuse(0x0206, SUBSYSTEM, 20, 4, n=[{**raw_place, "parameter_id": base}])

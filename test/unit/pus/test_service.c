@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/service.h"
 
+#include "pus/shape.h"
 #include "pus/st01_verification.h"
 #include "test/unit/pus/reports.h"
 #include "unity.h"
@@ -48,10 +49,13 @@ static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)
     served.steps++;
 }
 
+static const uint8_t shape_u32[]      = {PUS_SHAPE_SKIP, 4U, PUS_SHAPE_END};
+static const uint8_t shape_list_u16[] = {PUS_SHAPE_COUNT, 1U, 2U, PUS_SHAPE_SKIP, 2U, PUS_SHAPE_END};
+static const uint8_t shape_list_u32[] = {PUS_SHAPE_COUNT, 1U, 2U, PUS_SHAPE_SKIP, 4U, PUS_SHAPE_END};
 static const pus_subtype_t subtypes[] = {
-    {1U, pus_shape_empty, execute, NULL},    {2U, pus_shape_u8, execute, NULL},
-    {3U, pus_shape_u16, execute, NULL},      {4U, pus_shape_u32, execute, NULL},
-    {5U, pus_shape_list_u16, execute, NULL}, {6U, pus_shape_list_u32, execute, NULL},
+    {1U, pus_shape_empty, execute, NULL}, {2U, pus_shape_u8, execute, NULL},
+    {3U, pus_shape_u16, execute, NULL},   {4U, NULL, execute, shape_u32},
+    {5U, NULL, execute, shape_list_u16},  {6U, NULL, execute, shape_list_u32},
     {7U, inconsistent, execute, NULL},
 };
 
