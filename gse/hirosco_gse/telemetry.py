@@ -168,7 +168,8 @@ def _parameters(packet, dictionary, _):
     for _ in range(count):
         parameter_id = reader.take("I")
         parameter = subsystem.parameter_of_id(parameter_id) if subsystem else None
-        parameter = parameter or defined_on_board(parameter_id)
+        if parameter is None and parameter_id >> 21 == packet.apid:
+            parameter = defined_on_board(parameter_id)
         if parameter is None:
             raise values.ValueProblem(f"parameter 0x{parameter_id:08X} is not in the dictionary")
         found[parameter.name], reader.offset = parameter.decode(packet.data, reader.offset)
