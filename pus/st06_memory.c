@@ -74,7 +74,9 @@ static pus_reply_t load(void* const self, pus_request_t* const request, const bo
         pus_request_perform(request);
         failure             = store(service, target.memory, target.origin + address, octets, size);
         failure.instruction = i;
-        first               = (first.code == PUS_FAILURE_NONE) ? failure : first;
+        if (first.code == PUS_FAILURE_NONE) {
+            first = failure;
+        }
     }
     return (first.code == PUS_FAILURE_NONE) ? pus_done() : (pus_reply_t){PUS_FAILED, first};
 }

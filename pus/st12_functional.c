@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/st12_internal.h"
 
+#include "fsw/framework/base/assertion.h"
+
 #define EVENT_SIZE 4U // Auxiliary data of an FMON's event [octets].
 
 static pus_failure_t none(void)
@@ -343,10 +345,11 @@ static pus_failure_t set(pus_monitoring_t* const self, const uint16_t id, const 
                          const bool is_protected)
 {
     pus_fmon_t* const fmon = fmon_of(self, id);
-    pus_fmon_t changed     = *fmon;
-    changed.is_enabled     = is_enabled;
-    changed.is_protected   = is_protected;
-    changed.status         = is_enabled ? fmon->status : (uint8_t)PUS_FMON_UNCHECKED;
+    FSW_ASSERT(fmon != NULL); // Found before.
+    pus_fmon_t changed   = *fmon;
+    changed.is_enabled   = is_enabled;
+    changed.is_protected = is_protected;
+    changed.status       = is_enabled ? fmon->status : (uint8_t)PUS_FMON_UNCHECKED;
     return replace(self, fmon, &changed);
 }
 

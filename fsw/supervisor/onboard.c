@@ -4,23 +4,22 @@
 #include "fsw/framework/base/assertion.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
-/// All bindings, in the order in which they are stepped, and null behind the last.
-static const onboard_binding_t* const bindings[] = {&onboard_time_schedule, &onboard_position_schedule,
-                                                    &onboard_event_action,  &onboard_sequences,
-                                                    &onboard_files,         &onboard_forwarding,
-                                                    &onboard_connection,    &onboard_storage,
-                                                    &onboard_time,          NULL};
+/// All bindings, in the order in which they are stepped.
+static const onboard_binding_t* const bindings[] = {
+    &onboard_time_schedule, &onboard_position_schedule, &onboard_event_action, &onboard_sequences,
+    &onboard_files,         &onboard_forwarding,        &onboard_connection,   &onboard_storage,
+    &onboard_time};
+#define BINDINGS (sizeof bindings / sizeof bindings[0])
 
 size_t onboard_open(struct supervisor* const supervisor, pus_service_t* const services)
 {
     onboard_t* const onboard = &supervisor->onboard;
     octet_ring_init(&onboard->released, onboard->release_storage, sizeof onboard->release_storage);
-    size_t count = 0U;
-    for (; bindings[count] != NULL; count++) {
-        FSW_ASSERT(count < ONBOARD_SERVICES);
-        services[count] = bindings[count]->open(supervisor);
+    FSW_ASSERT(BINDINGS <= ONBOARD_SERVICES);
+    for (size_t i = 0U; i < BINDINGS; i++) {
+        services[i] = bindings[i]->open(supervisor);
     }
-    return count;
+    return BINDINGS;
 }
 
 const pus_persistence_t* onboard_persistence(struct supervisor* const supervisor)
@@ -49,10 +48,10 @@ static void take_back(void* const context, const uint8_t table, const uint32_t k
 {
     struct supervisor* const supervisor = (struct supervisor*)context;
     size_t place                        = 0U;
-    while ((bindings[place] != NULL) && (bindings[place]->type != table)) {
+    while ((place < BINDINGS) && (bindings[place]->type != table)) {
         place++;
     }
-    const bool is_ours    = (bindings[place] != NULL) && (bindings[place]->restore != NULL);
+    const bool is_ours    = (place < BINDINGS) && (bindings[place]->restore != NULL);
     const status_t status = is_ours ? bindings[place]->restore(supervisor, key, octets, size)
                                     : component_restore(&supervisor->component, table, key, octets, size);
     if (status != STATUS_OK) {
@@ -116,7 +115,7 @@ static void route_released(struct supervisor* const supervisor)
 uint64_t onboard_step(struct supervisor* const supervisor, const uint64_t now_ns)
 {
     uint64_t wake_ns = ONBOARD_NEVER;
-    for (size_t i = 0U; bindings[i] != NULL; i++) {
+    for (size_t i = 0U; i < BINDINGS; i++) {
         const uint64_t next_ns =
             (bindings[i]->step != NULL) ? bindings[i]->step(supervisor, now_ns) : ONBOARD_NEVER;
         wake_ns = (next_ns < wake_ns) ? next_ns : wake_ns;
@@ -128,7 +127,7 @@ uint64_t onboard_step(struct supervisor* const supervisor, const uint64_t now_ns
 void onboard_observe(struct supervisor* const supervisor, const pus_tm_t* const tm,
                      const uint8_t* const packet, const size_t size)
 {
-    for (size_t i = 0U; bindings[i] != NULL; i++) {
+    for (size_t i = 0U; i < BINDINGS; i++) {
         if (bindings[i]->observe != NULL) {
             bindings[i]->observe(supervisor, tm, packet, size);
         }
