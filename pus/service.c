@@ -86,16 +86,6 @@ pus_reply_t pus_list_end(const pus_request_t* const request, octet_writer_t* con
     return (status == STATUS_TOO_LARGE) ? pus_failed(PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX) : pus_done();
 }
 
-bool pus_shape_list(octet_reader_t* const reader, const uint8_t least, const size_t entry_size)
-{
-    const uint8_t count = octet_read_u8(reader);
-    if (count < least) {
-        return false;
-    }
-    (void)octet_read_octets(reader, (size_t)count * entry_size);
-    return true;
-}
-
 bool pus_shape_empty(void* const self, octet_reader_t* const reader)
 {
     (void)self;

@@ -107,8 +107,6 @@ pus_service_t pus_service_of(uint8_t type, const pus_subtype_t* subtypes, size_t
 bool pus_shape_empty(void* self, octet_reader_t* reader);
 bool pus_shape_u8(void* self, octet_reader_t* reader);
 bool pus_shape_u16(void* self, octet_reader_t* reader);
-/// N (u8, at least `least`) x entries of `entry_size` octets, for shape functions of services.
-bool pus_shape_list(octet_reader_t* reader, uint8_t least, size_t entry_size);
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_process_t* process;

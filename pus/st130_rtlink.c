@@ -18,7 +18,9 @@ void pus_rtlink_init(pus_rtlink_t* const rtlink, const pus_rtlink_port_t* const 
 static bool shape_filter(void* const self, octet_reader_t* const reader)
 {
     (void)self;
-    return pus_shape_list(reader, 0U, sizeof(uint16_t));
+    const uint8_t count = octet_read_u8(reader);
+    (void)octet_read_octets(reader, (size_t)count * sizeof(uint16_t));
+    return true;
 }
 
 /// Entries of a list: writes entry `index` if it is there, with its id. False past the last.

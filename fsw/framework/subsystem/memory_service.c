@@ -25,7 +25,7 @@ static uint8_t* parameter_at(const component_t* const component, const uint32_t 
     for (uint16_t i = 0U; i < component->dictionary.count; i++) {
         const parameter_entry_t* const entry = &component->entries[i];
         const uint32_t octets                = entry->definition->memory_size;
-        if ((address >= begin) && ((address - begin) < octets)) {
+        if ((address - begin) < octets) { // Far more where the address lies before it.
             const size_t rest = octets - (address - begin);
             *out_size         = (rest < size) ? rest : size;
             return (uint8_t*)entry->storage + (address - begin);

@@ -483,6 +483,22 @@ static void several_requests_are_under_way_at_once(void)
     TEST_ASSERT_TRUE(devices.is_open[0] && devices.is_open[1]);
 }
 
+static void a_request_goes_on_when_the_one_before_it_has_ended(void)
+{
+    begin(1U);
+    u16(1U);
+    request(1U);
+    begin(1U);
+    u16(SILENT);
+    request(1U);
+    step();
+    step();
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    now_ns += TIMEOUT_NS;
+    step();
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7, 1, 8);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -501,6 +517,7 @@ int main(void)
     RUN_TEST(each_acquisition_has_a_report);
     RUN_TEST(logical_devices_answer_with_a_value_alone);
     RUN_TEST(a_device_that_does_not_answer_is_given_up);
+    RUN_TEST(a_request_goes_on_when_the_one_before_it_has_ended);
     RUN_TEST(several_requests_are_under_way_at_once);
     return UNITY_END();
 }

@@ -374,6 +374,8 @@ static void records_that_are_none_are_refused(void)
     static const uint8_t good[] = {1, 25, 0, 1, 0, 0, 0, 0, 1};
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_restore(&hk, 1U, odd, sizeof odd));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_restore(&hk, 1U, good, sizeof good - 1U));
+    static const uint8_t longer[] = {1, 25, 0, 1, 0, 0, 0, 0, 1, 0};
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_restore(&hk, 1U, longer, sizeof longer));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_restore(&hk, 0x10000U, good, sizeof good));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_restore(&hk, 1U, (const uint8_t*)"\41", 1U)); // 33 entries.
     TEST_ASSERT_EQUAL(STATUS_OK, pus_hk_restore(&hk, 1U, good, sizeof good));
@@ -403,6 +405,15 @@ static void what_cannot_be_kept_changes_nothing(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
+static void a_set_of_no_parameters_is_none(void)
+{
+    static const uint32_t once[]         = {P_U8};
+    const pus_hk_set_definition_t sets[] = {{2U, 0U, once}};
+    const pus_hk_definition_t definition = {
+        .id = 9U, .interval = 4U, .parameter_count = 1U, .set_count = 1U, .parameters = once, .sets = sets};
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -414,6 +425,7 @@ int main(void)
     RUN_TEST(definitions_are_changed_entry_by_entry);
     RUN_TEST(definitions_outlive_a_power_cut);
     RUN_TEST(records_that_are_none_are_refused);
+    RUN_TEST(a_set_of_no_parameters_is_none);
     RUN_TEST(what_cannot_be_kept_changes_nothing);
     return UNITY_END();
 }

@@ -46,6 +46,13 @@ static void an_area_larger_than_a_slice_is_loaded_whole(void)
     memory_request(2U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, &memory_ram[1], sizeof octets);
+    memory_hardware.stuck_at = RAM_BASE + 3U;
+    octets[2]                = 0U;
+    memory_begin(RAM);
+    octet_write_u8(&memory_writer, 1U);
+    memory_add_data(RAM_BASE + 1U, octets, sizeof octets, 0U);
+    memory_request(2U);
+    expect_failure(2U, 8U, PUS_FAILURE_VERIFY, 1U, crc16_ccitt(&memory_ram[1], sizeof octets));
 }
 
 static void object_areas_are_loaded_by_their_offset(void)

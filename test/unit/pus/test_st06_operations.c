@@ -441,6 +441,20 @@ static void a_file_of_which_nothing_is_wanted_is_closed_or_not_made(void)
     EXPECT_MESSAGES(1, 1, 1, 4);
 }
 
+static void a_dump_goes_on_when_the_one_before_it_has_ended(void)
+{
+    memory_begin(RAM);
+    octet_write_u8(&memory_writer, 1U);
+    memory_add_area(RAM_BASE, 1U);
+    memory_request(5U);
+    memory_begin(RAM);
+    octet_write_u8(&memory_writer, 1U);
+    memory_add_area(RAM_BASE, 3000U);
+    memory_request(5U);
+    memory_step(4U);
+    EXPECT_MESSAGES(1, 1, 1, 3, 6, 6, 1, 7, 6, 6, 6, 6, 6, 6, 1, 7);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -451,6 +465,7 @@ int main(void)
     RUN_TEST(a_dump_waits_while_no_report_is_taken);
     RUN_TEST(what_cannot_be_read_is_left_out_of_a_dump);
     RUN_TEST(all_dumps_are_ended_together);
+    RUN_TEST(a_dump_goes_on_when_the_one_before_it_has_ended);
     RUN_TEST(raw_areas_are_checked);
     RUN_TEST(objects_are_checked_in_parts_and_whole);
     RUN_TEST(what_cannot_be_read_is_left_out_of_a_check);

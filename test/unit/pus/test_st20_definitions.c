@@ -33,7 +33,7 @@ static void start(void)
                                                        .memory_count = 3U,
                                                        .places       = places,
                                                        .capacity     = PLACES,
-                                                       .persistence  = records_port(),
+                                                       .persistence  = is_base_fixed ? NULL : records_port(),
                                                        .guard        = is_base_fixed ? NULL : &guard};
     pus_parameters_init(&parameters, &port);
     pus_parameter_definitions_init(&definitions, &config);

@@ -272,6 +272,7 @@ static void a_program_may_bring_services_of_its_own(void)
 {
     static const pus_service_t links = {.type = PUS_SERVICE_RTLINK};
     static const pus_service_t other = {.type = 200U};
+    static const pus_service_t test  = {.type = PUS_SERVICE_TEST};
     component_config_t config        = bed.component.config;
     config.services                  = &links;
     config.service_count             = 1U;
@@ -286,6 +287,13 @@ static void a_program_may_bring_services_of_its_own(void)
     bed_forget();
     (void)bed_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\0", 1U);
     TEST_ASSERT_TRUE(bed_has("130.2") || bed_has("1.7 #1"));
+    bed_close();
+    config.services = &test;
+    component_init(&bed.component, &config);
+    bed.next_sequence = 0U;
+    bed_forget();
+    (void)bed_command(PUS_SERVICE_TEST, 1U, NULL, 0U);
+    TEST_ASSERT_TRUE(bed_has("1.2 #2 ")); // This one has no subtype either.
 }
 
 int main(void)

@@ -103,6 +103,9 @@ static void records_go_to_the_service_they_are_of(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, component_restore(&bed.component, 200U, 5U, (const uint8_t*)"\11", 1U));
     TEST_ASSERT_EQUAL_UINT32(5U, storage.key);
+    static const uint8_t place[] = {MEMORY_PARAMETERS, 0, 0, 0, 0, 0};
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      component_restore(&bed.component, 20U, BED_APID << 21U, place, sizeof place));
     TEST_ASSERT_EQUAL(STATUS_OK, component_restore(&bed.component, 3U, 5U, (const uint8_t*)"\0", 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
                       component_restore(&bed.component, 201U, 5U, (const uint8_t*)"\11", 1U));
