@@ -13,7 +13,9 @@ static const onboard_binding_t* const bindings[] = {
 
 size_t onboard_open(struct supervisor* const supervisor, pus_service_t* const services)
 {
-    onboard_t* const onboard = &supervisor->onboard;
+    onboard_t* const onboard   = &supervisor->onboard;
+    const mirror_sizes_t sizes = {.size_of = NULL}; // What others' descriptors say is not known here.
+    mirror_init(&onboard->mirror, &sizes);
     octet_ring_init(&onboard->released, onboard->release_storage, sizeof onboard->release_storage);
     FSW_ASSERT(BINDINGS <= ONBOARD_SERVICES);
     for (size_t i = 0U; i < BINDINGS; i++) {
@@ -67,7 +69,7 @@ void onboard_restore(struct supervisor* const supervisor)
             tell_refused(supervisor, 0U, 0U, status);
         }
     }
-    for (size_t i = 0U; bindings[i] != NULL; i++) {
+    for (size_t i = 0U; i < BINDINGS; i++) {
         const status_t status = (bindings[i]->start != NULL) ? bindings[i]->start(supervisor) : STATUS_OK;
         if (status != STATUS_OK) {
             tell_refused(supervisor, bindings[i]->type, 0U, status);
@@ -127,6 +129,7 @@ uint64_t onboard_step(struct supervisor* const supervisor, const uint64_t now_ns
 void onboard_observe(struct supervisor* const supervisor, const pus_tm_t* const tm,
                      const uint8_t* const packet, const size_t size)
 {
+    mirror_observe(&supervisor->onboard.mirror, tm);
     for (size_t i = 0U; i < BINDINGS; i++) {
         if (bindings[i]->observe != NULL) {
             bindings[i]->observe(supervisor, tm, packet, size);

@@ -12,6 +12,7 @@
 
 #include "fsw/framework/descriptor/mission_descriptor.h"
 #include "fsw/framework/message/octet_ring.h"
+#include "fsw/supervisor/mirror.h"
 #include "fsw/supervisor/onboard_files.h"
 #include "fsw/supervisor/onboard_schedules.h"
 #include "fsw/supervisor/onboard_sequences.h"
@@ -84,6 +85,7 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     onboard_files_t files;
     onboard_connections_t connections;
     onboard_storage_t storage;
+    mirror_t mirror; // Of the subsystems' parameters, for services that read them.
 } onboard_t;
 
 extern const onboard_binding_t onboard_time_schedule;

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Mirror of telemetered parameters: a copy of the value that each parameter of the subsystems had when it
+/// was reported last, in TM[3,25], TM[3,26] or TM[20,2], with the time of that report. The supervisor's
+/// services read parameters of others from it, as they read their own, by pus_parameter_port_t; nothing is
+/// settable.
+///
+/// Which values a structure report has is known from the structures' definitions: mirror_define, or TM[3,10]
+/// and TM[3,12] as they pass. Of a super-commutated set the last sample is kept. A scalar's size is in the
+/// layout bits of its id; that of a structured parameter or an array is asked of `size_of`. A report of a
+/// structure that is not known is left alone; one that does not have exactly the octets of its definition is
+/// counted and left alone, too. In TM[20,2] what follows a value of unknown size is left alone.
+///
+/// A parameter is known as soon as it is in a definition, was reported or was looked for, if its size can be
+/// told; before its first report it reads as zeros and has no time. Places are given once and kept.
+///
+/// Ownership  The caller places it. Context: one loop. Time: look-up of a parameter O(1); a report
+/// O(structures +
+///            its values).
+#ifndef FSW_SUPERVISOR_MIRROR_H
+#define FSW_SUPERVISOR_MIRROR_H
+
+#include "pus/packet.h"
+#include "pus/parameter_port.h"
+
+#include <stdbool.h>
+
+#define MIRROR_PARAMETERS 2048U
+#define MIRROR_BUCKETS 4096U   ///< A power of two, more than the parameters.
+#define MIRROR_OCTETS 65536U   ///< Of all values.
+#define MIRROR_STRUCTURES 256U ///< Housekeeping and diagnostic, of all subsystems.
+#define MIRROR_ENTRIES 8192U   ///< Of all structures' definitions.
+
+/// Who knows the sizes of parameters that are no scalars.
+typedef struct {
+    void* context;
+    /// STATUS_OK (*out_size octets on the wire, >= 1), STATUS_NOT_FOUND. Null: nobody.
+    status_t (*size_of)(void* context, uint32_t parameter_id, uint16_t* out_size);
+} mirror_sizes_t;
+
+typedef struct { // Private.
+    uint32_t id;
+    uint16_t size;
+    uint32_t offset; // Of its value.
+    bool is_known;   // It was reported.
+    uint64_t taken_ns;
+} mirror_value_t;
+
+typedef struct { // Private.
+    uint16_t apid;
+    uint8_t subtype; // Of its reports, 25 or 26.
+    uint16_t id;
+    uint16_t first; // Entry; there are `count` of them.
+    uint16_t count;
+    uint32_t size; // Of a report's values [octets].
+} mirror_structure_t;
+
+typedef struct {          // Private: one parameter of a structure, or the head of a set.
+    uint16_t value;       // Index; for a head: how many parameters follow.
+    uint16_t repetitions; // 0: a parameter.
+} mirror_entry_t;
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    mirror_sizes_t sizes;
+    uint16_t value_count;
+    uint16_t structure_count;
+    uint16_t entry_count;
+    uint32_t octet_count;
+    mirror_value_t values[MIRROR_PARAMETERS];
+    uint16_t buckets[MIRROR_BUCKETS]; // Index + 1 of a value, 0 if free.
+    mirror_structure_t structures[MIRROR_STRUCTURES];
+    mirror_entry_t entries[MIRROR_ENTRIES];
+    uint8_t octets[MIRROR_OCTETS];
+    struct {
+        uint32_t taken;     ///< Values taken from reports.
+        uint32_t unfitting; ///< Reports that do not fit their definition, or no definition at all.
+        uint32_t full;      ///< Parameters or definitions for which there was no room.
+    } counters;
+} mirror_t;
+
+void mirror_init(mirror_t* mirror, const mirror_sizes_t* sizes);
+/// Take over what a report tells: values, or the definition of a structure. Others are passed over.
+void mirror_observe(mirror_t* mirror, const pus_tm_t* tm);
+/// Learn or replace the definition of a structure: `content` is that of TM[3,10] from the parameters on, N1 x
+/// {id}, NFA x {repetitions, N2 x {id}}, counts u16. `subtype` is that of its reports, 25 or 26. STATUS_OK;
+/// STATUS_INVALID (malformed, or a size that nobody knows), STATUS_EXHAUSTED (no room): it is not known.
+status_t mirror_define(mirror_t* mirror, uint16_t apid, uint8_t subtype, uint16_t id,
+                       octet_reader_t* content);
+/// Port to the values; valid as long as the mirror.
+pus_parameter_port_t mirror_port(mirror_t* mirror);
+/// Time of the report that a value is from [ns since 1958-01-01 TAI]. STATUS_OK, STATUS_NOT_FOUND (unknown),
+/// STATUS_EMPTY (not reported yet).
+MUST_USE status_t mirror_time(const mirror_t* mirror, uint32_t parameter_id, uint64_t* out_time_ns);
+
+#endif // FSW_SUPERVISOR_MIRROR_H
