@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 bed_t bed;
+const medium_t* bed_store_media;
 
 static mission_descriptor_t mission;
 static subsystem_descriptor_t own_descriptor;
@@ -303,7 +304,8 @@ void bed_open(void)
         .endpoint            = &bed.endpoint,
         .platform            = {NULL, start, stop, is_running, is_stop_requested, finished},
         .log_folder          = folder,
-        .start_count         = 1U};
+        .start_count         = 1U,
+        .store_media         = bed_store_media};
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &config));
     bed_forget();
 }

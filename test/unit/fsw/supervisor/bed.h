@@ -4,6 +4,7 @@
 /// written down as one line of text each:
 ///
 ///     "G 1.2 #5 0110 103"          a report to the ground: of APID 1 where none is given, else "G/16 ..."
+///     "G time 2"                   a spacecraft time packet of a report every 2^2 s
 ///     "16 TC 129.1 05 from 8001"   a request that reached a member, with its data
 ///
 /// Periodic status and housekeeping are left out. bed_expect checks all lines since the last look.
@@ -71,6 +72,7 @@ typedef struct {
 } bed_t;
 
 extern bed_t bed;
+extern const medium_t* bed_store_media; ///< ONBOARD_STORES of them for the next supervisor; null: none.
 
 /// Supervisor at time 0, all processes running, nobody heard yet.
 void bed_open(void);

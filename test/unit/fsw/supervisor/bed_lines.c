@@ -118,6 +118,8 @@ void bed_line_of_packet(bed_member_t* member, const uint8_t* packet, size_t size
 {
     if (pus_packet_is_tc(packet, size)) {
         request_line(member, packet, size);
+    } else if (pus_is_time_packet(packet, size)) {
+        bed_line("G time %u", packet[PUS_PRIMARY_HEADER_SIZE]);
     } else if (member->apid == COMMUNICATION_APID) {
         report_line(packet, size);
     } else {

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Packet stores and time reports of the supervisor.
+#include "test/support/recorded_media.h"
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define RING "RING\0\0\0\0" // Padded with NUL.
+
+static medium_t media[ONBOARD_STORES];
+
+void setUp(void)
+{
+    static const image_t empty[2];
+    recorded_clear(empty);
+    for (unsigned i = 0U; i < ONBOARD_STORES; i++) {
+        media[i] = recorded_medium((i == 0U) ? 0U : 1U);
+    }
+    bed_store_media = media;
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+    bed_store_media = NULL;
+}
+
+static void request(const uint8_t subtype, const void* const data, const size_t size)
+{
+    bed.ack = 0U;
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_STORAGE, subtype, data, size);
+    bed_run(1U);
+}
+#define REQUEST(subtype, octets) request((subtype), (octets), sizeof(octets) - 1U)
+
+/// A circular store of 64 KiB that takes all diagnostic reports of ARM.
+static void open_store(void)
+{
+    REQUEST(20U, "\1" RING "\0\1\0\0\0\0");
+    REQUEST(3U, RING "\1\0\20\1\3\1\32");
+    REQUEST(31U, RING "\1\0\20\0");
+    REQUEST(1U, "\1" RING);
+    bed_expect("");
+}
+
+static void report(const char* const text)
+{
+    bed_report(BED_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, text, strlen(text));
+    bed_run(1U);
+}
+
+static void stored_reports_are_sent_again(void)
+{
+    open_store();
+    report("ab");
+    report("cd");
+    bed_report(BED_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "ef", 2U); // Not selected.
+    bed_run(1U);
+    bed_expect("G/16 3.26 6162\nG/16 3.26 6364\nG/17 3.26 6566\n");
+    REQUEST(15U, "\1" RING "\0");
+    bed_run(1U);
+    bed_expect("G/16 3.26 6162\nG/16 3.26 6364\n");
+    TEST_ASSERT_EQUAL_UINT32(2U, bed.supervisor.onboard.storage.service.stores[0].log.counters.stored);
+}
+
+static void what_is_sent_again_waits_for_ground(void)
+{
+    open_store();
+    report("ab");
+    bed_expect("G/16 3.26 6162\n");
+    bed.members[BED_GROUND].is_deaf = true;
+    for (unsigned i = 0U; i < 40U; i++) { // Until there is no credit, and reports wait.
+        bed_report(BED_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "ef", 2U);
+        bed_step();
+    }
+    REQUEST(15U, "\1" RING "\0");
+    TEST_ASSERT_TRUE(bed.supervisor.onboard.storage.service.counters.refused > 0U);
+    bed.members[BED_GROUND].is_deaf = false;
+    bed_run(5U);
+    const char* const lines = bed_look();
+    const char* const again = strstr(lines, "G/16 3.26 6162\n");
+    TEST_ASSERT_NOT_NULL(again);
+    TEST_ASSERT_NULL(strstr(&again[1], "G/16")); // Once, and behind all that waited.
+    TEST_ASSERT_NULL(strstr(&again[1], "G/17"));
+}
+
+static void without_media_nothing_fits(void)
+{
+    bed_close();
+    bed_store_media = NULL;
+    bed_open_up();
+    open_store();
+    report("ab");
+    bed_expect("G/16 3.26 6162\n");
+    TEST_ASSERT_EQUAL_UINT32(1U, bed.supervisor.onboard.storage.service.counters.lost);
+    REQUEST(2U, "\0");
+    REQUEST(21U, "\0");
+    bed_run(200U);
+    TEST_ASSERT_FALSE(bed.supervisor.onboard.storage.service.stores[0].state.is_there);
+}
+
+static void time_is_reported_as_often_as_asked(void)
+{
+    bed.ack = 0U;
+    bed_run(200U);
+    bed_expect("");
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TIME, 1U, "\1", 1U);
+    bed_run(400U); // Four seconds.
+    bed_expect("G time 1\nG time 1\n");
+    bed.members[BED_GROUND].is_deaf = true;
+    bed_run(1200U); // Until there is no credit: what is refused is not told late.
+    bed.members[BED_GROUND].is_deaf = false;
+    bed_forget();
+    bed_run(600U);
+    TEST_ASSERT_TRUE(bed_has("G time 1"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(stored_reports_are_sent_again);
+    RUN_TEST(what_is_sent_again_waits_for_ground);
+    RUN_TEST(without_media_nothing_fits);
+    RUN_TEST(time_is_reported_as_often_as_asked);
+    return UNITY_END();
+}
