@@ -324,6 +324,32 @@ static void a_performer_may_have_no_room_or_no_business(void)
     EXPECT_MESSAGES(1, 2);
 }
 
+static status_t fail_to_keep(void* const context)
+{
+    (void)context;
+    return STATUS_IO;
+}
+
+/// What failed by itself is told as that, whatever the records say.
+static void what_is_not_kept_is_not_completed(void)
+{
+    static const pus_persistence_t persistence = {.commit = fail_to_keep};
+    pus_dispatcher_persist(&bench.dispatcher, &persistence);
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
+    expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, (uint32_t)STATUS_IO);
+    bench_clear();
+    served.reply = pus_refused(PUS_FAILURE_STATE, 3U);
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 3U);
+    bench_clear();
+    served.reply = pus_failed(PUS_FAILURE_DEVICE, 4U);
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
+    expect_failure(2U, 8U, PUS_FAILURE_DEVICE, 0U, 4U);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -340,5 +366,6 @@ int main(void)
     RUN_TEST(a_step_sends_the_backlog_and_steps_the_services);
     RUN_TEST(a_request_that_is_taken_is_performed_later);
     RUN_TEST(a_performer_may_have_no_room_or_no_business);
+    RUN_TEST(what_is_not_kept_is_not_completed);
     return UNITY_END();
 }

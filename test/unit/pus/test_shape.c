@@ -105,7 +105,7 @@ static void requests_within_requests_bring_their_length(void)
     memcpy(&octets[11], request, sizeof request);
     expect_exact(PUS_SHAPE_11_4, octets, 11U + sizeof request);
     octets[11 + 5] = 5U; // Shorter than any request.
-    TEST_ASSERT_FALSE(has_shape(PUS_SHAPE_11_4, octets, 10U + sizeof request));
+    TEST_ASSERT_FALSE(has_shape(PUS_SHAPE_11_4, octets, 11U + sizeof request));
     octets[11 + 4] = 0xFFU; // Longer than any.
     TEST_ASSERT_FALSE(has_shape(PUS_SHAPE_11_4, octets, sizeof octets));
 }

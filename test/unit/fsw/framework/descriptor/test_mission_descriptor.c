@@ -162,6 +162,8 @@ static const damage_t damages[] = {
     {"tc='8,1'", "tc='8,'", 11U, "service and subtype like 8,1"},
     {"tc='8,1'", "tc='8888,1'", 11U, "service and subtype like 8,1"},
     {"tc='8,1'", "tc='8,**'", 11U, "service and subtype like 8,1, or 11,*"},
+    {"tc='8,1'", "tc='88888,1'", 11U, "service and subtype like 8,1, or 11,*"},
+    {"tc='8,1'", "tc='8'", 11U, "service and subtype like 8,1, or 11,*"},
     {"tc='8,1'", "tc='*,1'", 11U, "service and subtype like 8,1, or 11,*"},
     {"tc='8,1'", "tc='8,0'", 11U, "service and subtype like 8,1, or 11,*"},
     {"select='MOVE_TO'", "select='FLY_TO'", 11U, "expected a function of its target"},
