@@ -152,7 +152,7 @@ def test_the_peers_verificator_follows_a_request_to_its_end(process):
         (request(17, 9), 2, 0x0106, 0, 17 << 8 | 9),
         (request(17, 1, b"\0"), 2, 0x0108, 0, 0),
         (request(17, 1, apid=17), 2, 0x0104, 0, 17),
-        (request(5, 6, b"\2\0\3"), 2, 0x0108, 0, 1),
+        (request(5, 6, b"\2\0\3"), 2, 0x0108, 0, 3),
         (request(8, 1, b"SLOWLY\0\0\0"), 4, 0x0201, 0, int.from_bytes(b"SLOW", "big")),
         (request(5, 6, b"\1\0\4"), 4, 0x0201, 1, 4),
         (request(8, 1, b"BROKEN\0\0\0"), 8, 0x0406, 0, 250),
