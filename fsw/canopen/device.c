@@ -6,6 +6,9 @@
 #include <stddef.h>
 
 #define OBJECT_DEVICE_TYPE 0x1000U
+#define OBJECT_IDENTITY 0x1018U
+#define IDENTITY_VENDOR 1U
+#define IDENTITY_PRODUCT 2U
 #define OBJECT_RECEIVE_PARAMETER 0x1400U
 #define OBJECT_RECEIVE_MAPPING 0x1600U
 #define OBJECT_TRANSMIT_PARAMETER 0x1800U
@@ -28,6 +31,8 @@
 
 #define PER_MILLE 0.001
 #define MILLI 0.001
+
+#define FIRST_UNIT 3U // Place of the units among the accesses that identify a device.
 
 void device_reset(canopen_device_t* const device)
 {
@@ -70,6 +75,15 @@ static void ask(canopen_device_t* const device, uint16_t* const count, const can
     (*count)++;
 }
 
+/// A number of four octets that the device must have.
+static void ask_number(canopen_device_t* const device, uint16_t* const count, const uint16_t index,
+                       const uint8_t subindex, const uint32_t value)
+{
+    ask(device, count,
+        (canopen_setting_t){
+            .index = index, .subindex = subindex, .octets = 4U, .kind = SETTING_VERIFY, .value = value});
+}
+
 static void ask_mapping(canopen_device_t* const device, uint16_t* const count, const uint16_t object,
                         const profile_pdo_t* const pdo)
 {
@@ -80,12 +94,7 @@ static void ask_mapping(canopen_device_t* const device, uint16_t* const count, c
         const profile_entry_t* const entry = &pdo->entries[i];
         const uint32_t value = ((uint32_t)entry->index << 16) | ((uint32_t)entry->subindex << 8) |
                                ((uint32_t)entry->octets * 8U);
-        ask(device, count,
-            (canopen_setting_t){.index    = object,
-                                .subindex = (uint8_t)(i + 1U),
-                                .octets   = 4U,
-                                .kind     = SETTING_VERIFY,
-                                .value    = value});
+        ask_number(device, count, object, (uint8_t)(i + 1U), value);
     }
 }
 
@@ -94,11 +103,10 @@ void device_identify(canopen_device_t* const device)
     FSW_ASSERT(device != NULL);
     const device_profile_t* const profile = device->profile;
     uint16_t count                        = 0U;
-    ask(device, &count,
-        (canopen_setting_t){.index  = OBJECT_DEVICE_TYPE,
-                            .octets = 4U,
-                            .kind   = SETTING_VERIFY,
-                            .value  = profile->device_type});
+    ask_number(device, &count, OBJECT_DEVICE_TYPE, 0U, profile->device_type);
+    ask_number(device, &count, OBJECT_IDENTITY, IDENTITY_VENDOR, profile->vendor_id);
+    ask_number(device, &count, OBJECT_IDENTITY, IDENTITY_PRODUCT, profile->product_code);
+    FSW_ASSERT(count == FIRST_UNIT);
     for (uint8_t i = 0U; i < profile->axis_count; i++) { // device_identify_step finds these by their place.
         const uint16_t offset = (uint16_t)(i * PROFILE_AXIS_STEP);
         ask(device, &count,
@@ -130,10 +138,11 @@ status_t device_identify_step(canopen_device_t* const device)
         return status;
     }
     for (uint8_t i = 0U; i < device->profile->axis_count; i++) {
-        const double rated_nm  = (double)device->identify[1U + (2U * i)].value * MILLI;
-        const double max_share = (double)device->identify[2U + (2U * i)].value * PER_MILLE;
+        const uint16_t unit    = (uint16_t)(FIRST_UNIT + (2U * i));
+        const double rated_nm  = (double)device->identify[unit].value * MILLI;
+        const double max_share = (double)device->identify[unit + 1U].value * PER_MILLE;
         if (!(rated_nm > 0.0)) {
-            device->run.position       = (uint16_t)(1U + (2U * i));
+            device->run.position       = unit;
             device->run.is_other_value = true;
             return STATUS_INVALID;
         }

@@ -18,9 +18,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Accesses that identify a device: type, units of each axis, and the mapping of each PDO.
+/// Accesses that identify a device: type, vendor, product, units of each axis, and the mapping of each PDO.
 #define DEVICE_IDENTIFY_MAX                                                                                  \
-    (1U + (2U * PROFILE_AXES_MAX) + (2U * PROFILE_PDOS_MAX * (1U + PROFILE_ENTRIES_MAX)))
+    (3U + (2U * PROFILE_AXES_MAX) + (2U * PROFILE_PDOS_MAX * (1U + PROFILE_ENTRIES_MAX)))
 
 typedef struct {
     uint16_t cob;
@@ -51,7 +51,7 @@ MUST_USE status_t device_attach(canopen_device_t* device, canopen_master_t* mast
 /// Back to the defaults of its profile, as after a boot-up.
 void device_reset(canopen_device_t* device);
 
-/// Begin to identify the device; go on with device_identify_step. STATUS_BUSY; STATUS_OK: device type and
+/// Begin to identify the device; go on with device_identify_step. STATUS_BUSY; STATUS_OK: type, identity and
 /// mapping are those of the profile, and the axes know their units; else as setting_run_step, and
 /// run.position is the access that failed.
 void device_identify(canopen_device_t* device);

@@ -11,6 +11,7 @@
 static const device_profile_t profiles[] = {
     {.type           = "cia402-drive",
      .device_type    = 0x00020192U, // CiA 402, servo drive
+     .product_code   = 0x00004010U,
      .axis_count     = 1U,
      .position_rad   = MICRO,
      .velocity_rad_s = MICRO,
@@ -35,6 +36,7 @@ static const device_profile_t profiles[] = {
                          .entries     = {{0x6040U, 0U, 2U}, {0x6071U, 0U, 2U}, {0x60FFU, 0U, 4U}}}}},
     {.type           = "joystick",
      .device_type    = 0xFFFF0192U, // CiA 402, several axes
+     .product_code   = 0x00002015U,
      .axis_count     = 2U,
      .position_rad   = MICRO,
      .velocity_rad_s = MICRO,

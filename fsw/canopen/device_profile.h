@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Classes of CiA 402 devices: which objects their process data carry, and in which units.
 ///
-/// The default mapping of a device class is part of its interface; commissioning reads the mapping back from
-/// each device and refuses one that differs. Node ids, modes and rates are no business of this table.
+/// Identity and default mapping of a device class are part of its interface, as its data sheet has them;
+/// commissioning reads both back from each device and refuses one that differs. Node ids, modes and rates are
+/// no business of this table.
 #ifndef FSW_CANOPEN_DEVICE_PROFILE_H
 #define FSW_CANOPEN_DEVICE_PROFILE_H
 
@@ -29,8 +30,10 @@ typedef struct {
 } profile_pdo_t;
 
 typedef struct {
-    const char* type;     ///< Word in descriptors.
-    uint32_t device_type; ///< Object 0x1000.
+    const char* type;      ///< Word in descriptors.
+    uint32_t device_type;  ///< Object 0x1000.
+    uint32_t vendor_id;    ///< Object 0x1018:01; 0: none is assigned.
+    uint32_t product_code; ///< Object 0x1018:02.
     uint8_t axis_count;
     double position_rad;    ///< Position unit [rad].
     double velocity_rad_s;  ///< Velocity unit [rad/s].

@@ -157,6 +157,14 @@ def other_type(drive):
     drive.overrides[0x1000, 0] = (0x00010192).to_bytes(4, "little")
 
 
+def other_maker(drive):
+    drive.overrides[0x1018, 1] = (0x29C).to_bytes(4, "little")
+
+
+def other_product(drive):
+    drive.overrides[0x1018, 2] = (0x2015).to_bytes(4, "little")
+
+
 def short_value(drive):
     drive.overrides[0x6076, 0] = (10000).to_bytes(2, "little")
 

@@ -7,8 +7,8 @@ event that names node and reason, and a state that is known. In between, and at 
 import pytest
 import slaves
 from strange import (ABORTED, FORMAT, NOT_BOOTED, REBOOTED, SILENT, TIMEOUT, VALUE, Stage, boot, closed, flying, fly_good_ones, late,
-                     mute, no_torque, other_mapping, other_type, restless, short_value, stop_beating, stop_publishing,
-                     without_mapping)
+                     mute, no_torque, other_maker, other_mapping, other_product, other_type, restless, short_value,
+                     stop_beating, stop_publishing, without_mapping)
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +41,8 @@ def test_good_devices_are_commissioned_and_flown(stage, down):
     (late, (0x12, TIMEOUT, 0x100000, 0)),
     (mute, (0x12, TIMEOUT, 0x100000, 0)),
     (other_type, (0x12, VALUE, 0x100000, 0x00010192)),
+    (other_maker, (0x12, VALUE, 0x101801, 0x29C)),
+    (other_product, (0x12, VALUE, 0x101802, 0x2015)),
     (short_value, (0x12, FORMAT, 0x607600, 0)),
     (no_torque, (0x12, VALUE, 0x607600, 0)),
     (without_mapping, (0x12, ABORTED, 0x1A0100, 0x06020000)),

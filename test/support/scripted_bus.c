@@ -70,6 +70,7 @@ static void give_drive(scripted_node_t* const node)
     static const uint32_t position[] = {0x60400010U, 0x607A0020U, 0x60B20010U, 0U};
     static const uint32_t torque[]   = {0x60400010U, 0x60710010U, 0x60FF0020U, 0U};
     give(node, 0x1000U, 0U, 4U, 0x00020192U);
+    give(node, 0x1018U, 2U, 4U, 0x00004010U);
     give(node, 0x6076U, 0U, 4U, 10000U);
     give(node, 0x6072U, 0U, 2U, 4000U);
     map(node, 0x1A00U, status);
@@ -84,6 +85,7 @@ static void give_joystick(scripted_node_t* const node)
     static const uint32_t status[]   = {0x60410010U, 0x68410010U, 0x60FD0020U, 0U};
     static const uint32_t command[]  = {0x60710010U, 0x68710010U, 0x60400010U, 0x68400010U, 0U};
     give(node, 0x1000U, 0U, 4U, 0xFFFF0192U);
+    give(node, 0x1018U, 2U, 4U, 0x00002015U);
     give(node, 0x6076U, 0U, 4U, 100U);
     give(node, 0x6072U, 0U, 2U, 15000U);
     give(node, 0x6876U, 0U, 4U, 100U);

@@ -33,6 +33,11 @@ def case_another_type_of_device():
     refused(strange.other_type, (0x12, strange.VALUE, 0x100000, 0x00010192))
 
 
+def case_a_node_of_another_kind():
+    """Same profile, same mapping, another product."""
+    refused(strange.other_product, (0x12, strange.VALUE, 0x101802, 0x2015))
+
+
 def case_a_value_of_another_size():
     refused(strange.short_value, (0x12, strange.FORMAT, 0x607600, 0))
 

@@ -159,6 +159,19 @@ static void a_device_of_another_type_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, network_configure(&network, now_ns));
 }
 
+/// As the one with another type, it speaks the same profile: only its identity tells.
+static void a_device_of_another_maker_or_kind_is_refused(void)
+{
+    scripted_object(joints[1], 0x1018U, 1U)->value = 0x0000029CU;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(network_boot));
+    expect_refusal(0x12U, REFUSAL_VALUE, 0x101801U, 0x0000029CU);
+    scripted_object(joints[1], 0x1018U, 1U)->value = 0U;
+    scripted_object(joints[0], 0x1018U, 2U)->value = 0x2015U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(network_boot));
+    expect_refusal(0x11U, REFUSAL_VALUE, 0x101802U, 0x2015U);
+    expect_no_fault();
+}
+
 static void a_device_that_boots_anew_meanwhile_is_refused(void)
 {
     const uint8_t boot_up = 0U;
@@ -241,6 +254,7 @@ int main(void)
     RUN_TEST(nothing_works_out_of_order);
     RUN_TEST(a_node_that_does_not_boot_is_told_again);
     RUN_TEST(a_device_of_another_type_is_refused);
+    RUN_TEST(a_device_of_another_maker_or_kind_is_refused);
     RUN_TEST(a_device_that_boots_anew_meanwhile_is_refused);
     RUN_TEST(a_device_that_maps_other_data_is_refused);
     RUN_TEST(a_device_without_a_rated_torque_is_refused);
