@@ -22,6 +22,12 @@ void pus_requester_init(pus_requester_t* const requester, const uint16_t apid, c
     requester->port   = *port;
 }
 
+void pus_requester_count_with(pus_requester_t* const requester, pus_requester_t* const other)
+{
+    FSW_ASSERT((requester != NULL) && (other != NULL) && (other->counting == NULL));
+    requester->counting = other;
+}
+
 octet_writer_t pus_tc_begin(pus_requester_t* const requester, const uint16_t apid, const uint8_t service,
                             const uint8_t subtype, const uint8_t ack)
 {
@@ -85,7 +91,8 @@ status_t pus_tc_send(pus_requester_t* const requester, octet_writer_t* const wri
     if (status != STATUS_OK) {
         return status;
     }
-    uint16_t* const sequence = sequence_of(requester, requester->apid);
+    pus_requester_t* const counting = (requester->counting != NULL) ? requester->counting : requester;
+    uint16_t* const sequence        = sequence_of(counting, requester->apid);
     if (sequence == NULL) {
         return STATUS_EXHAUSTED;
     }

@@ -14,9 +14,10 @@
 
 #define PUS_ADDRESSEES 64U ///< Addressees a requester can count.
 
-typedef struct { // All fields are private, except `counters`.
+typedef struct pus_requester { // All fields are private, except `counters`.
     uint16_t source;
     pus_port_t port;
+    struct pus_requester* counting; // Null: this one.
     bool is_building;
     uint16_t apid;
     uint16_t addressee_count;
@@ -35,6 +36,9 @@ typedef struct { // All fields are private, except `counters`.
 
 /// apid: of the user itself, 1..2046.
 void pus_requester_init(pus_requester_t* requester, uint16_t apid, const pus_port_t* port);
+/// Take sequence counts from `other`, the same user with another port, which outlives it: together they use
+/// each count once, so that verification reports are of one request only.
+void pus_requester_count_with(pus_requester_t* requester, pus_requester_t* other);
 /// Begin a request to `apid`; the writer takes up to PUS_TC_DATA_MAX octets. A begin discards an unfinished
 /// one.
 octet_writer_t pus_tc_begin(pus_requester_t* requester, uint16_t apid, uint8_t service, uint8_t subtype,

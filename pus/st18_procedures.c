@@ -12,6 +12,7 @@ void pus_procedures_init(pus_procedures_t* const self, const pus_procedures_conf
 {
     FSW_ASSERT((self != NULL) && (config != NULL) && (config->process != NULL) && (config->cycle_ns >= 1U));
     FSW_ASSERT((config->requester != NULL) && (config->procedures != NULL) && (config->runs != NULL));
+    FSW_ASSERT(config->calls >= 1U);
     *self = (pus_procedures_t){.config = *config};
     for (uint16_t i = 0U; i < config->capacity; i++) {
         config->procedures[i].in_use = false;

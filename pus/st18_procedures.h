@@ -7,7 +7,7 @@
 /// Running    TC[18,3] ends when the procedure does: TM[1,5] for each step, where asked; TM[1,7]; or TM[1,8]
 ///            PUS_FAILURE_PROCEDURE with the line of the error, or PUS_FAILURE_ABORTED when it was stopped or
 ///            aborted. A program that cannot be begun fails in the same way. Each cycle a running procedure
-///            gets a budget of instructions.
+///            gets a budget of instructions, and one of calls that others notice.
 /// Holding    A procedure is stopped or suspended where a step begins: the next one (step id 0) or the one
 ///            named; a held one is stopped at once. It is aborted anywhere. TC[18,14] and [18,15] hold it
 ///            where the next step begins. While it is held, its waiting goes on.
@@ -74,10 +74,10 @@ typedef enum {
 /// Telemetry as it was last reported.
 typedef struct {
     void* context;
-    /// Parameter id of a name. STATUS_OK, STATUS_NOT_FOUND.
-    status_t (*find)(void* context, const char* name, uint32_t* out_parameter_id);
-    /// Its value. STATUS_OK, STATUS_NOT_FOUND (unknown, never reported, or no scalar).
+    /// Value of a parameter. STATUS_OK, STATUS_NOT_FOUND (unknown, never reported, or no scalar).
     status_t (*read)(void* context, uint32_t parameter_id, value_type_t* out_type, uint64_t* out_bits);
+    /// The same by name, which may be that of a scalar within a parameter.
+    status_t (*read_named)(void* context, const char* name, value_type_t* out_type, uint64_t* out_bits);
 } pus_telemetry_port_t;
 
 typedef struct { // Private: a loaded procedure.
@@ -135,7 +135,8 @@ typedef struct {
     pus_procedure_t* procedures;
     pus_procedure_run_t* runs;    ///< One for each slot of the engine.
     uint16_t capacity;            ///< Of `procedures`, 1..16383.
-    uint32_t budget;              ///< Instructions a procedure has in a cycle.
+    uint32_t budget;              ///< Instructions a procedure has in a cycle,
+    uint16_t calls;               ///< and steps, events and requests, >= 1; the next one waits a cycle.
     uint64_t cycle_ns;            ///< [ns], >= 1.
     uint32_t verification_cycles; ///< Time limit of a request that is waited for.
     uint16_t observation_event;   ///< 0: none.

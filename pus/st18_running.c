@@ -217,16 +217,12 @@ static bool send(pus_procedures_t* const self, const pus_procedure_t* const proc
 static void get(const pus_procedures_t* const self, pus_procedure_run_t* const run)
 {
     const pus_telemetry_port_t* const telemetry = &self->config.telemetry;
-    uint32_t id                                 = run->call.number;
-    status_t status                             = STATUS_OK;
-    run->answer                                 = (pus_answer_t){.kind = PUS_ANSWER_VALUE};
-    if (run->call.kind == PUS_CALL_GET_NAMED) {
-        status = telemetry->find(telemetry->context, run->call.text, &id);
-    }
-    if (status == STATUS_OK) {
-        status = telemetry->read(telemetry->context, id, &run->answer.type, &run->answer.bits);
-    }
-    run->answer.kind = (status == STATUS_OK) ? PUS_ANSWER_VALUE : PUS_ANSWER_MISSING;
+    pus_answer_t* const answer                  = &run->answer;
+    const status_t status =
+        (run->call.kind == PUS_CALL_GET_NAMED)
+            ? telemetry->read_named(telemetry->context, run->call.text, &answer->type, &answer->bits)
+            : telemetry->read(telemetry->context, run->call.number, &answer->type, &answer->bits);
+    answer->kind = (status == STATUS_OK) ? PUS_ANSWER_VALUE : PUS_ANSWER_MISSING;
 }
 
 static void raise_own(const pus_procedures_t* const self, const pus_procedure_t* const procedure,
@@ -324,6 +320,12 @@ static void look(pus_procedures_t* const self, const pus_procedure_t* const proc
     }
 }
 
+/// Whether others notice a call: it makes a report or a request.
+static bool is_noticed(const pus_call_kind_t kind)
+{
+    return (kind == PUS_CALL_STEP) || (kind == PUS_CALL_EVENT) || (kind == PUS_CALL_SEND);
+}
+
 static void step_run(pus_procedures_t* const self, const uint16_t slot)
 {
     const pus_procedure_port_t* const engine = &self->config.engine;
@@ -332,13 +334,15 @@ static void step_run(pus_procedures_t* const self, const uint16_t slot)
     if (run->waiting != PUS_WAITS_NOT) {
         look(self, procedure, run);
     }
-    bool goes_on = (run->waiting == PUS_WAITS_NOT) && !run->is_held;
+    bool goes_on   = (run->waiting == PUS_WAITS_NOT) && !run->is_held;
+    uint16_t calls = 0U;
     if (goes_on) {
         engine->grant(engine->context, slot, self->config.budget);
     }
     while (goes_on) {
         engine->run(engine->context, slot, &run->answer, &run->call);
-        goes_on = perform(self, procedure, run);
+        calls   = (uint16_t)(calls + (is_noticed(run->call.kind) ? 1U : 0U));
+        goes_on = perform(self, procedure, run) && (calls < self->config.calls);
     }
 }
 

@@ -13,6 +13,7 @@ typedef struct {
     seat_t* seat;
     supervisor_t supervisor;
     descriptor_loader_t loader;
+    subsystem_descriptor_t other; // The last one that was asked for.
     record_store_t records;
     osal_directory_t files;
     store_files_t stores;
@@ -120,6 +121,22 @@ static bool is_fitting(seat_t* const seat)
     return fits;
 }
 
+static status_t load_descriptor(void* const context, const uint16_t index,
+                                const subsystem_descriptor_t** const out_descriptor)
+{
+    const seat_t* const seat                   = (const seat_t*)context;
+    const mission_subsystem_t* const subsystem = &seat->mission->subsystems[index];
+    char path[RUN_PATH_MAX];
+    *out_descriptor = &storage.other;
+    if (subsystem->apid == seat->apid) {
+        *out_descriptor = seat->own;
+        return STATUS_OK;
+    }
+    return descriptor_path(seat->run, subsystem->descriptor, path, sizeof path)
+               ? descriptor_load_subsystem(&storage.loader, path, &storage.other)
+               : STATUS_TOO_LARGE;
+}
+
 /// The folder of ST[23], which nothing leads out of.
 static bool open_files(seat_t* const seat)
 {
@@ -153,6 +170,7 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         .is_descriptor_valid = true,
         .endpoint            = &seat->endpoint,
         .platform            = {seat, start_process, stop_process, is_running, is_stop_requested, finished},
+        .descriptors         = {seat, load_descriptor},
         .log_folder          = seat->run->folder,
         .start_count         = seat->run->components[seat->component].start_count,
         .files               = file_store(&storage.files),

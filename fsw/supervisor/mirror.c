@@ -307,14 +307,33 @@ pus_parameter_port_t mirror_port(mirror_t* const mirror)
     return (pus_parameter_port_t){.context = mirror, .find = find, .read = read};
 }
 
+/// The value of a parameter; null if it is not known.
+static const mirror_value_t* find_value(const mirror_t* const mirror, const uint32_t parameter_id)
+{
+    const uint16_t found = mirror->buckets[place_of(mirror, parameter_id)];
+    return (found == 0U) ? NULL : &mirror->values[found - 1U];
+}
+
 status_t mirror_time(const mirror_t* const mirror, const uint32_t parameter_id, uint64_t* const out_time_ns)
 {
     FSW_ASSERT((mirror != NULL) && (out_time_ns != NULL));
-    const uint16_t found = mirror->buckets[place_of(mirror, parameter_id)];
-    if (found == 0U) {
+    const mirror_value_t* const value = find_value(mirror, parameter_id);
+    if (value == NULL) {
         return STATUS_NOT_FOUND;
     }
-    const mirror_value_t* const value = &mirror->values[found - 1U];
-    *out_time_ns                      = value->taken_ns;
+    *out_time_ns = value->taken_ns;
+    return value->is_known ? STATUS_OK : STATUS_EMPTY;
+}
+
+status_t mirror_value(const mirror_t* const mirror, const uint32_t parameter_id,
+                      const uint8_t** const out_octets, uint16_t* const out_size)
+{
+    FSW_ASSERT((mirror != NULL) && (out_octets != NULL) && (out_size != NULL));
+    const mirror_value_t* const value = find_value(mirror, parameter_id);
+    if (value == NULL) {
+        return STATUS_NOT_FOUND;
+    }
+    *out_octets = &mirror->octets[value->offset];
+    *out_size   = value->size;
     return value->is_known ? STATUS_OK : STATUS_EMPTY;
 }

@@ -91,4 +91,9 @@ pus_parameter_port_t mirror_port(mirror_t* mirror);
 /// STATUS_EMPTY (not reported yet).
 MUST_USE status_t mirror_time(const mirror_t* mirror, uint32_t parameter_id, uint64_t* out_time_ns);
 
+/// Octets of a parameter's value as it was last reported; they change with the next report. Statuses as
+/// above.
+MUST_USE status_t mirror_value(const mirror_t* mirror, uint32_t parameter_id, const uint8_t** out_octets,
+                               uint16_t* out_size);
+
 #endif // FSW_SUPERVISOR_MIRROR_H

@@ -8,14 +8,47 @@
 static const onboard_binding_t* const bindings[] = {
     &onboard_time_schedule, &onboard_position_schedule, &onboard_event_action, &onboard_sequences,
     &onboard_files,         &onboard_forwarding,        &onboard_connection,   &onboard_storage,
-    &onboard_time};
+    &onboard_time,          &onboard_procedures};
 #define BINDINGS (sizeof bindings / sizeof bindings[0])
+
+// ---- What values the subsystems report ----
+
+static void learn_telemetry(struct supervisor* const supervisor)
+{
+    onboard_t* const onboard                     = &supervisor->onboard;
+    const supervisor_descriptors_t* const others = &supervisor->config.descriptors;
+    const mirror_sizes_t sizes                   = telemetry_directory_sizes(&onboard->directory);
+    telemetry_directory_init(&onboard->directory);
+    mirror_init(&onboard->mirror, &sizes);
+    for (uint16_t i = 0U; (i < supervisor->mission->subsystem_count) && (others->load != NULL); i++) {
+        const subsystem_descriptor_t* descriptor = NULL;
+        if (others->load(others->context, i, &descriptor) == STATUS_OK) {
+            telemetry_directory_learn(&onboard->directory, descriptor);
+        }
+    }
+}
+
+/// A configuration that is applied has its housekeeping structures as the descriptor says.
+static void follow_configuration(struct supervisor* const supervisor, const uint16_t apid)
+{
+    onboard_t* const onboard          = &supervisor->onboard;
+    const roster_entry_t* const entry = roster_find(supervisor, apid);
+    if (entry == NULL) {
+        return;
+    }
+    uint16_t* const defined = &onboard->defined[entry - supervisor->roster];
+    if (*defined != entry->configuration) {
+        *defined = entry->configuration;
+        telemetry_directory_define(&onboard->directory, &onboard->mirror, apid, entry->configuration);
+    }
+}
+
+// ---- Services ----
 
 size_t onboard_open(struct supervisor* const supervisor, pus_service_t* const services)
 {
-    onboard_t* const onboard   = &supervisor->onboard;
-    const mirror_sizes_t sizes = {.size_of = NULL}; // What others' descriptors say is not known here.
-    mirror_init(&onboard->mirror, &sizes);
+    onboard_t* const onboard = &supervisor->onboard;
+    learn_telemetry(supervisor);
     octet_ring_init(&onboard->released, onboard->release_storage, sizeof onboard->release_storage);
     FSW_ASSERT(BINDINGS <= ONBOARD_SERVICES);
     for (size_t i = 0U; i < BINDINGS; i++) {
@@ -129,6 +162,7 @@ uint64_t onboard_step(struct supervisor* const supervisor, const uint64_t now_ns
 void onboard_observe(struct supervisor* const supervisor, const pus_tm_t* const tm,
                      const uint8_t* const packet, const size_t size)
 {
+    follow_configuration(supervisor, tm->apid);
     mirror_observe(&supervisor->onboard.mirror, tm);
     for (size_t i = 0U; i < BINDINGS; i++) {
         if (bindings[i]->observe != NULL) {

@@ -14,9 +14,11 @@
 #include "fsw/framework/message/octet_ring.h"
 #include "fsw/supervisor/mirror.h"
 #include "fsw/supervisor/onboard_files.h"
+#include "fsw/supervisor/onboard_procedures.h"
 #include "fsw/supervisor/onboard_schedules.h"
 #include "fsw/supervisor/onboard_sequences.h"
 #include "fsw/supervisor/onboard_storage.h"
+#include "fsw/supervisor/telemetry_directory.h"
 #include "pus/packet.h"
 #include "pus/persistence.h"
 #include "pus/service.h"
@@ -85,7 +87,10 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     onboard_files_t files;
     onboard_connections_t connections;
     onboard_storage_t storage;
-    mirror_t mirror; // Of the subsystems' parameters, for services that read them.
+    onboard_procedures_t procedures;
+    telemetry_directory_t directory;
+    uint16_t defined[MISSION_SUBSYSTEMS_MAX]; // Configuration whose structures the mirror was told; 0: none.
+    mirror_t mirror;                          // Of the subsystems' parameters, for services that read them.
 } onboard_t;
 
 extern const onboard_binding_t onboard_time_schedule;
@@ -97,6 +102,7 @@ extern const onboard_binding_t onboard_forwarding;
 extern const onboard_binding_t onboard_connection;
 extern const onboard_binding_t onboard_storage;
 extern const onboard_binding_t onboard_time;
+extern const onboard_binding_t onboard_procedures;
 
 /// Where services keep their lasting records; null if nothing is kept.
 const pus_persistence_t* onboard_persistence(struct supervisor* supervisor);

@@ -42,6 +42,14 @@ typedef struct {
     void (*finished)(void* context);          ///< The mission is shut down; the run may end.
 } supervisor_platform_t;
 
+/// How the supervisor reads what others' descriptors say of their telemetry, once at start.
+typedef struct {
+    void* context;
+    /// Descriptor of a subsystem, by its index in the mission; until the next call. Statuses of
+    /// descriptor_load_subsystem. Null: nothing is known of others.
+    status_t (*load)(void* context, uint16_t index, const subsystem_descriptor_t** out_descriptor);
+} supervisor_descriptors_t;
+
 typedef enum { // Process state in TM[131,9].
     PROCESS_STOPPED = 0,
     PROCESS_RUNNING = 1,
@@ -104,6 +112,7 @@ typedef struct {
     bool is_descriptor_valid;
     message_endpoint_t* endpoint;
     supervisor_platform_t platform;
+    supervisor_descriptors_t descriptors;
     const char* log_folder;
     uint32_t start_count;
     pus_file_store_t files;      ///< Of ST[23] and of who loads by reference.

@@ -95,11 +95,12 @@ _WORDS = {
     0x0402: lambda d, y: f"device {d} did not answer",
     0x0403: lambda d, y: f"device returned error {d}",
     0x0404: lambda d, y: f"input/output error {d}",
-    0x0405: lambda d, y: "aborted: superseded by another request",
+    0x0405: lambda d, y: "aborted, or superseded by another request",
     0x0406: lambda d, y: f"time-out after {d} ms",
     0x0407: lambda d, y: f"{d} instructions failed",
     0x0409: lambda d, y: f"link refused: {name_of(LINK_REASONS, d >> 8)} does not fit",
     0x0408: lambda d, y: f"addressee lost: {_apid(d, y)} ended before it completed the request",
+    0x040A: lambda d, y: f"the procedure failed at line {d}; see PROCEDURE_FAILED",
 }
 
 

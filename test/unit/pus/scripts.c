@@ -75,13 +75,6 @@ static void raise_event(void* const context, const uint16_t event_id, const uint
     memcpy(scripts.events.auxiliary, auxiliary, size);
 }
 
-static status_t find_name(void* const context, const char* const name, uint32_t* const out_parameter_id)
-{
-    TEST_ASSERT_EQUAL_PTR(&scripts, context);
-    *out_parameter_id = 77U;
-    return (strcmp(name, "LEVEL") == 0) ? STATUS_OK : STATUS_NOT_FOUND;
-}
-
 static status_t read_value(void* const context, const uint32_t parameter_id, value_type_t* const out_type,
                            uint64_t* const out_bits)
 {
@@ -89,6 +82,12 @@ static status_t read_value(void* const context, const uint32_t parameter_id, val
     *out_type = VALUE_UINT16;
     *out_bits = 4711U;
     return (parameter_id == 77U) ? STATUS_OK : STATUS_NOT_FOUND;
+}
+
+static status_t read_named(void* const context, const char* const name, value_type_t* const out_type,
+                           uint64_t* const out_bits)
+{
+    return (strcmp(name, "LEVEL") == 0) ? read_value(context, 77U, out_type, out_bits) : STATUS_NOT_FOUND;
 }
 
 static status_t take_request(void* const context, const uint8_t* const packet, const size_t size)
@@ -144,7 +143,7 @@ static void begin(void)
         .process             = &bench.process,
         .engine              = {&scripts, SCRIPT_SLOTS, start, grant, run, kill},
         .requester           = &scripts.requester,
-        .telemetry           = {&scripts, find_name, read_value},
+        .telemetry           = {&scripts, read_value, read_named},
         .events              = {.context = &scripts, .is_known = is_known, .raise = raise_event},
         .files               = &files,
         .persistence         = records_port(),
@@ -152,6 +151,7 @@ static void begin(void)
         .runs                = runs,
         .capacity            = SCRIPT_PROCEDURES,
         .budget              = 100U,
+        .calls               = SCRIPT_CALLS_EACH,
         .cycle_ns            = SCRIPT_CYCLE_NS,
         .verification_cycles = SCRIPT_TIMEOUT,
         .observation_event   = SCRIPT_OBSERVATION,

@@ -10,6 +10,7 @@
 #define SCRIPT_SLOTS 2U
 #define SCRIPT_PROCEDURES 3U
 #define SCRIPT_CALLS 64U
+#define SCRIPT_CALLS_EACH 5U ///< Noticed by others, of a procedure in a cycle.
 #define SCRIPT_CYCLE_NS 10000000ULL
 #define SCRIPT_OBSERVATION 700U
 #define SCRIPT_FAILURE 701U

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the descriptors of a mission's subsystems say of their telemetry: sizes of parameters, scalars by
+/// their names, and the housekeeping structures of each configuration. It knows no values: these are in the
+/// mirror.
+///
+/// A scalar is named SUBSYSTEM.PARAMETER or, within a structured parameter, SUBSYSTEM.PARAMETER.FIELD; an
+/// element of an array has its number from 0 behind it: ARM.VALUES.POSITION[1].
+///
+/// Ownership  The caller places it. Context: one loop. Time: learning O(content), once at start; a name
+/// O(fields).
+#ifndef FSW_SUPERVISOR_TELEMETRY_DIRECTORY_H
+#define FSW_SUPERVISOR_TELEMETRY_DIRECTORY_H
+
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
+#include "fsw/supervisor/mirror.h"
+
+#define TELEMETRY_PARAMETERS 512U ///< Of all subsystems, as all that follows.
+#define TELEMETRY_FIELDS 2048U
+#define TELEMETRY_STRUCTURES 128U ///< Each once for each configuration.
+#define TELEMETRY_CONTENT 16384U  ///< Their definitions [octets].
+#define TELEMETRY_NAME_MAX (DESCRIPTOR_NAME_MAX + DESCRIPTOR_NAME_MAX + DESCRIPTOR_PATH_MAX + 16U)
+
+typedef struct { ///< A scalar in the value of a parameter.
+    uint32_t parameter_id;
+    uint32_t offset; ///< In its octets on the wire.
+    value_type_t type;
+} telemetry_scalar_t;
+
+typedef struct { // Private.
+    uint32_t id;
+    uint16_t size; // On the wire [octets].
+} telemetry_parameter_t;
+
+typedef struct {   // Private: so many scalars one after the other.
+    uint64_t name; // Hash; two of the same are not expected.
+    telemetry_scalar_t first;
+    uint16_t count;
+} telemetry_field_t;
+
+typedef struct { // Private.
+    uint16_t apid;
+    uint16_t configuration;
+    uint16_t id;
+    uint16_t offset; // Of its definition, as in TM[3,10] from the parameters on.
+    uint16_t size;
+} telemetry_structure_t;
+
+typedef struct { // Private, except `full`.
+    uint16_t parameter_count;
+    uint16_t field_count;
+    uint16_t structure_count;
+    uint16_t content_used;
+    telemetry_parameter_t parameters[TELEMETRY_PARAMETERS];
+    telemetry_field_t fields[TELEMETRY_FIELDS];
+    telemetry_structure_t structures[TELEMETRY_STRUCTURES];
+    uint8_t content[TELEMETRY_CONTENT];
+    uint32_t full; ///< What had no room, and is not known.
+} telemetry_directory_t;
+
+void telemetry_directory_init(telemetry_directory_t* directory);
+/// Take over a subsystem's telemetry. What has no room is counted.
+void telemetry_directory_learn(telemetry_directory_t* directory, const subsystem_descriptor_t* descriptor);
+/// STATUS_OK, STATUS_NOT_FOUND (no such name, or that of an array or a structure).
+MUST_USE status_t telemetry_directory_find(const telemetry_directory_t* directory, const char* name,
+                                           telemetry_scalar_t* out_scalar);
+/// For the mirror; the directory outlives it.
+mirror_sizes_t telemetry_directory_sizes(telemetry_directory_t* directory);
+/// Tell the mirror the housekeeping structures of a subsystem in a configuration.
+void telemetry_directory_define(const telemetry_directory_t* directory, mirror_t* mirror, uint16_t apid,
+                                uint16_t configuration);
+
+#endif // FSW_SUPERVISOR_TELEMETRY_DIRECTORY_H
