@@ -224,18 +224,18 @@ static uint16_t first_out_of_bounds(const component_t* const component,
 /// A place for the token of a function that goes on, or 0 if there is none.
 static uint32_t open_ticket(component_t* const component, const pus_token_t* const token)
 {
-    for (uint32_t i = 0U; i < COMPONENT_TICKETS; i++) {
-        if (component->open_tickets[i] == NULL) {
-            pus_token_t* const block = pool_take(&component->tickets);
-            if (block == NULL) {
-                return 0U;
-            }
-            *block                     = *token;
-            component->open_tickets[i] = block;
-            return i + 1U;
-        }
+    pus_token_t* const block = pool_take(&component->tickets);
+    if (block == NULL) {
+        return 0U;
     }
-    return 0U;
+    uint32_t i = 0U;
+    while (component->open_tickets[i] != NULL) { // Each open one holds a block, and there was one more.
+        i++;
+        FSW_ASSERT(i < COMPONENT_TICKETS);
+    }
+    *block                     = *token;
+    component->open_tickets[i] = block;
+    return i + 1U;
 }
 
 static void close_ticket(component_t* const component, const uint32_t ticket)

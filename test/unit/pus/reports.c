@@ -32,7 +32,8 @@ void bench_start(void)
 {
     const pus_port_t port = bench_port();
     memset(&bench, 0, sizeof(bench));
-    bench.ack = PUS_ACK_ALL;
+    bench.ack    = PUS_ACK_ALL;
+    bench.source = TEST_SOURCE;
     pus_process_init(&bench.process, TEST_APID, TEST_EPOCH_S, &port);
     pus_dispatcher_init(&bench.dispatcher, &bench.process, bench.services, 1U);
 }
@@ -56,7 +57,7 @@ status_t bench_request(const uint8_t subtype, const void* const data, const size
                           .ack      = bench.ack,
                           .service  = bench.services[0].type,
                           .subtype  = subtype,
-                          .source   = TEST_SOURCE,
+                          .source   = bench.source,
                           .data     = data,
                           .size     = size};
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, octets, sizeof(octets), &packet_size));

@@ -17,6 +17,7 @@ typedef struct {
     pus_dispatcher_t dispatcher;
     pus_service_t services[1];
     uint8_t ack;         ///< Of requests sent from now on; PUS_ACK_ALL after a reset.
+    uint16_t source;     ///< Of requests sent from now on; TEST_SOURCE after a reset.
     uint16_t sequence;   ///< Of the next request.
     uint32_t request_id; ///< Of the last request.
     unsigned refusals;   ///< Packets the port refuses from now on.

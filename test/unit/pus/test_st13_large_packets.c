@@ -392,6 +392,40 @@ static void a_transaction_that_begins_anew_goes_on(void)
     TEST_ASSERT_EQUAL_UINT64(5000U, taken_size);
 }
 
+/// What waits to be taken is no uplink any more: its number may serve again.
+static void a_whole_request_is_not_begun_anew(void)
+{
+    make_request(5000U, 20U, TEST_SOURCE);
+    take_status = STATUS_FULL;
+    send_last(7U, send_all_but_last(7U, 4000U), 4000U);
+    send_part(9U, 7U, 1U, whole, 4000U);
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    send_last(7U, 2U, 4000U);
+    EXPECT_MESSAGES(1, 1, 1, 3);
+    take_status = STATUS_OK;
+    step(TEST_NOW_NS);
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7, 1, 7);
+    TEST_ASSERT_EQUAL_UINT32(2U, large.counters.requests);
+    TEST_ASSERT_EQUAL_UINT32(0U, large.counters.aborted);
+}
+
+static void sources_number_their_transactions_on_their_own(void)
+{
+    make_request(5000U, 20U, TEST_SOURCE);
+    send_part(9U, 7U, 1U, whole, 4000U);
+    bench.source = TEST_SOURCE + 1U;
+    send_part(10U, 7U, 2U, &whole[4000], 500U);
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    send_part(9U, 7U, 1U, whole, 512U);
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    bench.source = TEST_SOURCE;
+    send_last(7U, 2U, 4000U);
+    step(TEST_NOW_NS);
+    TEST_ASSERT_EQUAL_UINT64(5000U, taken_size);
+    TEST_ASSERT_EQUAL_MEMORY(whole, taken, taken_size);
+    TEST_ASSERT_TRUE(pus_large_is_busy(&large)); // With the other one's.
+}
+
 static void too_long_a_request_is_given_up(void)
 {
     make_request(UPLINK_SIZE + 1U, 20U, TEST_SOURCE);
@@ -526,6 +560,8 @@ int main(void)
     RUN_TEST(parts_out_of_order_end_the_uplink);
     RUN_TEST(parts_without_octets_are_refused);
     RUN_TEST(a_transaction_that_begins_anew_goes_on);
+    RUN_TEST(a_whole_request_is_not_begun_anew);
+    RUN_TEST(sources_number_their_transactions_on_their_own);
     RUN_TEST(too_long_a_request_is_given_up);
     RUN_TEST(all_buffers_may_be_taken);
     RUN_TEST(what_is_no_request_is_not_taken);

@@ -230,6 +230,13 @@ bool bed_parse(const char* xml, subsystem_descriptor_t* out_descriptor)
     return status == STATUS_OK;
 }
 
+void bed_begin(const component_config_t* config)
+{
+    component_init(&bed.component, config);
+    bed.next_sequence = 0U;
+    bed_forget();
+}
+
 static void begin(bool is_valid)
 {
     const component_config_t config = {.descriptor          = &bed.descriptor,
@@ -243,8 +250,7 @@ static void begin(bool is_valid)
                                        .link_methods        = 1U << RTLINK_METHOD_SHARED_MEMORY,
                                        .has_supervisor      = true,
                                        .reload              = reload};
-    component_init(&bed.component, &config);
-    bed_forget();
+    bed_begin(&config);
 }
 
 static void clear(void)
@@ -260,6 +266,25 @@ void bed_open(const char* xml)
     clear();
     TEST_ASSERT_TRUE(bed_parse((xml != NULL) ? xml : bed_descriptor(), &bed.descriptor));
     begin(true);
+}
+
+void bed_open_with(const char* old, const char* with)
+{
+    static char xml[16384];
+    const char* from = bed_descriptor();
+    size_t used      = 0U;
+    for (const char* at = strstr(from, old); at != NULL; at = strstr(from, old)) {
+        TEST_ASSERT_TRUE((used + (size_t)(at - from) + strlen(with) + strlen(at)) < sizeof xml);
+        (void)memcpy(&xml[used], from, (size_t)(at - from));
+        used += (size_t)(at - from);
+        (void)memcpy(&xml[used], with, strlen(with));
+        used += strlen(with);
+        from = &at[strlen(old)];
+    }
+    (void)memcpy(&xml[used], from, strlen(from) + 1U);
+    TEST_ASSERT_TRUE(used > 0U);
+    bed_close();
+    bed_open(xml);
 }
 
 void bed_open_invalid(void)

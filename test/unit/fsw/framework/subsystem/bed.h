@@ -80,7 +80,11 @@ extern const uint32_t bed_count_id;
 
 /// A component in OFFLINE at time 0 with the built-in descriptor, or the one of `xml`.
 void bed_open(const char* xml);
-/// The same with a descriptor that was refused.
+/// The same after bed_close, with the built-in descriptor in which `old` is replaced wherever it stands.
+void bed_open_with(const char* old, const char* with);
+/// Begin anew with another configuration of the component; time goes on.
+void bed_begin(const component_config_t* config);
+/// A component with a descriptor that was refused.
 void bed_open_invalid(void);
 void bed_close(void);
 /// Parse a descriptor. False with the reason printed.

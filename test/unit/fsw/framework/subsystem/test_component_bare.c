@@ -11,26 +11,6 @@
 static const subsystem_callbacks_t nothing;
 static subsystem_callbacks_t some;
 
-/// The bed's descriptor with `old` replaced wherever it stands.
-static void open_with(const char* old, const char* with)
-{
-    static char xml[16384];
-    const char* from = bed_descriptor();
-    size_t used      = 0U;
-    for (const char* at = strstr(from, old); at != NULL; at = strstr(from, old)) {
-        TEST_ASSERT_TRUE((used + (size_t)(at - from) + strlen(with) + strlen(at)) < sizeof xml);
-        (void)memcpy(&xml[used], from, (size_t)(at - from));
-        used += (size_t)(at - from);
-        (void)memcpy(&xml[used], with, strlen(with));
-        used += strlen(with);
-        from = &at[strlen(old)];
-    }
-    (void)memcpy(&xml[used], from, strlen(from) + 1U);
-    TEST_ASSERT_TRUE(used > 0U);
-    bed_close();
-    bed_open(xml);
-}
-
 void setUp(void)
 {
     bed_open(NULL);
@@ -127,7 +107,7 @@ static void it_misses_no_supervisor_that_it_never_heard(void)
 
 static void an_event_the_descriptor_lacks_is_not_raised(void)
 {
-    open_with("STATE_TIMEOUT", "OTHER_TIMEOUT");
+    bed_open_with("STATE_TIMEOUT", "OTHER_TIMEOUT");
     bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
     bed.results[ACTION_POST] = STATUS_IO;
     (void)bed_state(STATE_OFFLINE);
@@ -144,7 +124,7 @@ static status_t go_on(const subsystem_function_t* function)
 
 static void a_pool_warns_only_where_there_is_an_event_for_it(void)
 {
-    open_with("POOL_WARNING", "POOL_OTHER");
+    bed_open_with("POOL_WARNING", "POOL_OTHER");
     bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
     bed.in_perform = go_on;
     for (unsigned i = 0U; i < COMPONENT_TICKETS; i++) {
@@ -172,7 +152,7 @@ static void a_function_that_ended_itself_leaves_no_ticket(void)
 
 static void a_name_of_eight_characters_is_a_whole_name(void)
 {
-    open_with("name='WAIT'", "name='WAIT4YOU'");
+    bed_open_with("name='WAIT'", "name='WAIT4YOU'");
     bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
     (void)bed_function("WAIT4YOU", NULL, 0U);
     TEST_ASSERT_TRUE(bed_has("1.7 #0"));
@@ -182,16 +162,16 @@ static void a_name_of_eight_characters_is_a_whole_name(void)
 
 static void a_field_that_is_not_published_is_no_fault(void)
 {
-    open_with("<ParamRef name='STATE' type='INT32'/>",
-              "<ParamRef name='STATE' type='INT32'/><ParamRef name='MORE' type='INT32' init='3'/>");
+    bed_open_with("<ParamRef name='STATE' type='INT32'/>",
+                  "<ParamRef name='STATE' type='INT32'/><ParamRef name='MORE' type='INT32' init='3'/>");
     bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
     TEST_ASSERT_EQUAL_DOUBLE(7.0, bed.limit);
 }
 
 static void an_initial_value_that_does_not_fit_ends_the_initialisation(void)
 {
-    open_with("<ParamRef name='STATE' type='INT32'/>",
-              "<ParamRef name='STATE' type='INT64' init='5000000000'/>");
+    bed_open_with("<ParamRef name='STATE' type='INT32'/>",
+                  "<ParamRef name='STATE' type='INT64' init='5000000000'/>");
     (void)bed_state(STATE_PRE_OPERATIONAL);
     bed_run(20U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));

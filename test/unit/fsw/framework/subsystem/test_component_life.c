@@ -214,6 +214,42 @@ static void an_action_runs_once_a_cycle(void)
     TEST_ASSERT_EQUAL(0U, bed.delays[ACTION_HARDWARE_INIT]);
 }
 
+static struct {
+    uint64_t now_ns;
+    uint64_t age_ns; // Of HARDWARE_INIT, as its callback sees it.
+    uint32_t cycle;
+} seen;
+
+static void see_age(state_action_t action)
+{
+    if (action == ACTION_HARDWARE_INIT) {
+        seen.age_ns = subsystem_action_age_ns(&bed.component);
+    }
+}
+
+static void see_time(void)
+{
+    TEST_ASSERT_TRUE(subsystem_now_ns(&bed.component) > seen.now_ns);
+    seen.now_ns = subsystem_now_ns(&bed.component);
+    seen.cycle  = subsystem_cycle(&bed.component);
+}
+
+static void callbacks_are_told_the_time(void)
+{
+    seen.now_ns                      = 0U;
+    bed.in_action                    = see_age;
+    bed.in_sense                     = see_time;
+    bed.delays[ACTION_HARDWARE_INIT] = 2U;
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    TEST_ASSERT_EQUAL_UINT64(3U * 10000000U, seen.age_ns); // Idle cycles: it began as SOFTWARE_INIT ended.
+    const uint32_t before = seen.cycle;
+    bed_run(7U);
+    TEST_ASSERT_EQUAL_UINT64(bed.now_ns - BED_PERIOD_NS, seen.now_ns);
+    TEST_ASSERT_EQUAL_UINT32(before + 7U, seen.cycle);
+    component_tell_time(&bed.component, bed.now_ns + 5U);
+    TEST_ASSERT_EQUAL_UINT64(bed.now_ns + 5U, subsystem_now_ns(&bed.component));
+}
+
 static void the_cycle_follows_the_configuration(void)
 {
     TEST_ASSERT_EQUAL(10000000U, subsystem_period_ns(&bed.component));
@@ -313,6 +349,7 @@ int main(void)
     RUN_TEST(a_cycle_keeps_its_order);
     RUN_TEST(nothing_runs_where_nothing_lives);
     RUN_TEST(an_action_runs_once_a_cycle);
+    RUN_TEST(callbacks_are_told_the_time);
     RUN_TEST(the_cycle_follows_the_configuration);
     RUN_TEST(a_component_wakes_when_something_is_due);
     RUN_TEST(status_comes_once_a_second_and_on_request);

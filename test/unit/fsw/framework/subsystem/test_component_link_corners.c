@@ -14,13 +14,7 @@ static uint8_t methods(void* context, uint16_t port)
 
 static void open_with(const char* old, const char* with)
 {
-    static char xml[16384];
-    const char* const whole = bed_descriptor();
-    const char* const at    = strstr(whole, old);
-    TEST_ASSERT_NOT_NULL(at);
-    (void)snprintf(xml, sizeof xml, "%.*s%s%s", (int)(at - whole), whole, with, &at[strlen(old)]);
-    bed_close();
-    bed_open(xml);
+    bed_open_with(old, with);
     bed.in_control = cycle;
 }
 

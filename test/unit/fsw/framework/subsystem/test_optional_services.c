@@ -70,9 +70,7 @@ static void begin(const pus_persistence_t* kept)
     config.callbacks      = &callbacks;
     config.optional       = (component_services_t){&storage, add_services};
     config.persistence    = kept;
-    component_init(&bed.component, &config);
-    bed.next_sequence = 0U;
-    bed_forget();
+    bed_begin(&config);
 }
 
 void setUp(void)

@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: Apache-2.0
+// ST[12] and ST[04] of a subsystem: its own parameters, its own events, its own time.
+#include "fsw/framework/subsystem/monitoring_service.h"
+#include "fsw/framework/subsystem/statistics_service.h"
+
+#include "fsw/framework/base/octets.h"
+#include "test/unit/fsw/framework/subsystem/bed.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define PMONS 2U
+#define STATISTICS 2U
+#define BED_CROSSED 20U // 16 octets of auxiliary data, as a PMON has them,
+#define BED_FAILED 21U  // and 4, as an FMON has them.
+#define TICKS_PER_S 16777216U
+
+static struct {
+    monitoring_service_t monitoring;
+    pus_pmon_t pmons[PMONS];
+    uint16_t order[PMONS];
+    uint16_t places[PMONS];
+    pus_due_t due[PMONS];
+    pus_fmon_t fmons[1];
+    uint16_t touched[1];
+    pus_fmon_member_t members[MONITORING_FMON_MEMBERS];
+    statistics_service_t statistics;
+    pus_statistic_t entries[STATISTICS];
+    pus_due_t samples[STATISTICS];
+    uint16_t sample_places[STATISTICS];
+} storage;
+static struct {
+    unsigned puts;
+    unsigned commits;
+    uint8_t table;
+    uint32_t key;
+    uint8_t octets[PUS_RECORD_MAX];
+    size_t size;
+} kept;
+static uint8_t data[64];
+static octet_writer_t writer;
+
+static status_t put(void* context, uint8_t table, uint32_t key, const uint8_t* octets, size_t size)
+{
+    TEST_ASSERT_EQUAL_PTR(&kept, context);
+    TEST_ASSERT_TRUE(size <= sizeof kept.octets);
+    kept.puts++;
+    kept.table = table;
+    kept.key   = key;
+    kept.size  = size;
+    (void)memcpy(kept.octets, octets, size);
+    return STATUS_OK;
+}
+
+static status_t commit(void* context)
+{
+    TEST_ASSERT_EQUAL_PTR(&kept, context);
+    kept.commits++;
+    return STATUS_OK;
+}
+
+static const pus_persistence_t persistence = {.context = &kept, .put = put, .commit = commit};
+
+static void add_services(void* context, component_t* component)
+{
+    TEST_ASSERT_EQUAL_PTR(&storage, context);
+    const monitoring_room_t room     = {.pmons      = storage.pmons,
+                                        .order      = storage.order,
+                                        .places     = storage.places,
+                                        .due        = storage.due,
+                                        .capacity   = PMONS,
+                                        .fmons      = storage.fmons,
+                                        .touched    = storage.touched,
+                                        .members    = storage.members,
+                                        .functional = 1U};
+    const statistics_room_t sampling = {.statistics = storage.entries,
+                                        .due        = storage.samples,
+                                        .places     = storage.sample_places,
+                                        .capacity   = STATISTICS};
+    monitoring_service_add(component, &storage.monitoring, &room);
+    statistics_service_add(component, &storage.statistics, &sampling);
+}
+
+static void begin(const pus_persistence_t* where)
+{
+    (void)memset(&storage, 0xA5, sizeof storage);
+    (void)memset(&kept, 0, sizeof kept);
+    component_config_t config = bed.component.config;
+    config.optional           = (component_services_t){&storage, add_services};
+    config.persistence        = where;
+    bed_begin(&config);
+}
+
+void setUp(void)
+{
+    bed_open_with("<Event name='INFO' id='4' severity='INFORMATIVE'/>",
+                  "<Event name='INFO' id='4' severity='INFORMATIVE'/>"
+                  "<Event name='CROSSED' id='20' severity='LOW'><ParamRef name='WHAT' type='UINT8' "
+                  "count='16'/></Event><Event name='FAILED' id='21' severity='LOW'>"
+                  "<ParamRef name='FMON' type='UINT16'/><ParamRef name='FAILING' type='UINT16'/></Event>");
+    begin(NULL);
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static void request(uint8_t service, uint8_t subtype)
+{
+    (void)bed_command(service, subtype, data, writer.position);
+    writer = octet_writer(data, sizeof data);
+}
+
+static void accepted(uint8_t service, uint8_t subtype)
+{
+    bed_forget();
+    request(service, subtype);
+    TEST_ASSERT_TRUE(bed_has("1.7 #"));
+    bed_forget();
+}
+
+/// The one record that was kept, handed to a component that begins anew; cut it is refused.
+static void comes_back(uint8_t service)
+{
+    static uint8_t record[sizeof kept.octets];
+    const uint32_t key = kept.key;
+    const size_t size  = kept.size;
+    TEST_ASSERT_EQUAL_UINT(1U, kept.puts);
+    TEST_ASSERT_TRUE(kept.commits > 0U);
+    TEST_ASSERT_EQUAL_UINT8(service, kept.table);
+    (void)memcpy(record, kept.octets, size);
+    begin(NULL);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, component_restore(&bed.component, service, key, record, size - 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, component_restore(&bed.component, service, key, record, size));
+}
+
+// ---- ST[12] ----
+
+/// TC[12,5]: a PMON with limits 10..20 on COUNT, sampled in each cycle.
+static void write_pmon(uint16_t id, uint16_t low_event, uint16_t high_event)
+{
+    writer = octet_writer(data, sizeof data);
+    octet_write_u8(&writer, 1U);
+    octet_write_u16(&writer, id);
+    octet_write_u32(&writer, bed_count_id);
+    octet_write_u32(&writer, 0U); // No validity condition.
+    octet_write_u16(&writer, 0U);
+    octet_write_u32(&writer, 1U);
+    octet_write_u16(&writer, 1U);
+    octet_write_u8(&writer, PUS_CHECK_LIMIT);
+    octet_write_u16(&writer, 10U);
+    octet_write_u16(&writer, low_event);
+    octet_write_u16(&writer, 20U);
+    octet_write_u16(&writer, high_event);
+}
+
+static void write_id(uint16_t id)
+{
+    writer = octet_writer(data, sizeof data);
+    octet_write_u8(&writer, 1U);
+    octet_write_u16(&writer, id);
+}
+
+/// PMON `id` is enabled with the function, in PRE_OPERATIONAL.
+static void monitored(uint16_t id, uint16_t low_event, uint16_t high_event)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    bed.count = 15U;
+    write_pmon(id, low_event, high_event);
+    accepted(12U, 5U);
+    write_id(id);
+    accepted(12U, 1U);
+    accepted(12U, 15U);
+    bed_run(1U);
+    bed_forget();
+}
+
+static void an_event_tells_what_a_monitor_tells(void)
+{
+    monitored(1U, 0U, BED_CROSSED);
+    bed.count = 21U;
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("5.2 event 20 aux 0001"
+                             "02010002"
+                             "01"
+                             "04"
+                             "4035000000000000\n"));
+}
+
+static void an_event_of_another_size_tells_what_its_definition_samples(void)
+{
+    monitored(1U, BED_NOTE, BED_BROKEN);
+    bed.limit = 1.0;
+    bed.count = 9U;
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("5.2 event 3 aux 3FF0000000000000\n"));
+    bed.count = 21U;
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("5.4 event 1 aux 0000\n"));
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&bed.component)); // As if it was its own.
+}
+
+static void only_events_of_the_descriptor_can_be_named(void)
+{
+    write_pmon(1U, 0U, 999U);
+    bed_forget();
+    request(12U, 5U);
+    TEST_ASSERT_FALSE(bed_has("1.7 #"));
+    TEST_ASSERT_EQUAL_UINT32(1U, storage.monitoring.monitoring.counters.refused);
+}
+
+static void an_event_that_a_new_descriptor_does_not_have_is_not_raised(void)
+{
+    static subsystem_descriptor_t without;
+    monitored(1U, 0U, BED_CROSSED);
+    TEST_ASSERT_TRUE(bed_parse(bed_descriptor(), &without));
+    bed.next_descriptor = &without;
+    (void)bed_state(STATE_OFFLINE);
+    bed_run(10U);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+    (void)bed_command(PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_RELOAD, NULL, 0U);
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    bed.count = 21U;
+    bed_run(1U);
+    TEST_ASSERT_FALSE(bed_has("5."));
+    TEST_ASSERT_EQUAL_UINT16(PUS_CHECK_HIGH, storage.pmons[storage.order[0]].status);
+}
+
+static void functional_monitoring_raises_events_too(void)
+{
+    monitored(1U, 0U, 0U);
+    octet_write_u8(&writer, 1U);
+    octet_write_u16(&writer, 5U); // FMON 5, without a validity condition.
+    octet_write_u32(&writer, 0U);
+    octet_write_u16(&writer, 0U);
+    octet_write_u16(&writer, BED_FAILED);
+    octet_write_u16(&writer, 1U);
+    octet_write_u8(&writer, 1U);
+    octet_write_u16(&writer, 1U);
+    accepted(12U, 23U);
+    write_id(5U);
+    accepted(12U, 19U);
+    accepted(12U, 17U);
+    bed.count = 21U;
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("5.2 event 21 aux 00050001\n"));
+}
+
+static void what_is_not_there_is_not_judged(void)
+{
+    monitored(1U, BED_CROSSED, BED_CROSSED);
+    (void)bed_state(STATE_OFFLINE);
+    bed_run(10U);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+    TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_INVALID, storage.pmons[storage.order[0]].status);
+    bed.count = 21U;
+    bed_run(10U);
+    TEST_ASSERT_FALSE(bed_has("5."));
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE); // Its parameters are there again.
+    bed.count = 21U;
+    bed_run(1U);
+    TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_HIGH, storage.pmons[storage.order[0]].status);
+}
+
+static void a_definition_comes_back_from_its_record(void)
+{
+    begin(&persistence);
+    bed_bring(STATE_PRE_OPERATIONAL, 0U);
+    write_pmon(7U, BED_NOTE, BED_CROSSED);
+    accepted(12U, 5U);
+    comes_back(12U);
+    TEST_ASSERT_EQUAL_UINT16(1U, storage.monitoring.monitoring.pmon_count);
+}
+
+// ---- ST[04] ----
+
+/// TC[4,6]: COUNT, every so many milliseconds.
+static void write_statistic(uint32_t interval_ms)
+{
+    const uint64_t ticks = (((uint64_t)interval_ms * TICKS_PER_S) + 999U) / 1000U;
+    writer               = octet_writer(data, sizeof data);
+    octet_write_u8(&writer, 1U);
+    octet_write_u32(&writer, bed_count_id);
+    octet_write_u8(&writer, 0U);
+    octet_write_u16(&writer, 0U);
+    octet_write_u32(&writer, (uint32_t)ticks);
+}
+
+static uint32_t samples(void)
+{
+    return storage.statistics.statistics.counters.samples;
+}
+
+static void intervals_are_of_time_and_not_of_cycles(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    bed_run(1U);
+    write_statistic(5U);
+    accepted(4U, 6U);
+    bed_run(100U); // Of 1 ms.
+    TEST_ASSERT_EQUAL_UINT32(20U, samples());
+    (void)bed_state(STATE_OFFLINE);
+    bed_run_until(bed.now_ns + 100000000U);
+    bed_run(1U);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+    const uint32_t missing = storage.statistics.statistics.counters.missing;
+    bed_run(10U); // Of 10 ms each: not twice in one, though two were due.
+    TEST_ASSERT_EQUAL_UINT32(missing + 10U, storage.statistics.statistics.counters.missing);
+}
+
+static void no_interval_is_shorter_than_a_millisecond(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    write_statistic(0U);
+    request(4U, 6U);
+    TEST_ASSERT_TRUE(bed_has("1.4 #"));
+    write_statistic(1U);
+    accepted(4U, 6U);
+    bed_run(10U);
+    TEST_ASSERT_EQUAL_UINT32(10U, samples());
+}
+
+static void a_statistic_comes_back_from_its_record(void)
+{
+    begin(&persistence);
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    write_statistic(1U);
+    accepted(4U, 6U);
+    comes_back(4U);
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    bed_run(10U);
+    TEST_ASSERT_TRUE(samples() >= 10U);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(an_event_tells_what_a_monitor_tells);
+    RUN_TEST(an_event_of_another_size_tells_what_its_definition_samples);
+    RUN_TEST(only_events_of_the_descriptor_can_be_named);
+    RUN_TEST(an_event_that_a_new_descriptor_does_not_have_is_not_raised);
+    RUN_TEST(functional_monitoring_raises_events_too);
+    RUN_TEST(what_is_not_there_is_not_judged);
+    RUN_TEST(a_definition_comes_back_from_its_record);
+    RUN_TEST(intervals_are_of_time_and_not_of_cycles);
+    RUN_TEST(no_interval_is_shorter_than_a_millisecond);
+    RUN_TEST(a_statistic_comes_back_from_its_record);
+    return UNITY_END();
+}
