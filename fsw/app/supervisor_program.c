@@ -6,6 +6,7 @@
 #include "fsw/app/store_files.h"
 #include "fsw/framework/base/text.h"
 #include "fsw/supervisor/supervisor.h"
+#include "generated/supervisor_services.h"
 
 #define RECORDS_MAX 20480U ///< Lasting records: schedules, definitions, stores and files.
 
@@ -17,6 +18,7 @@ typedef struct {
     record_store_t records;
     osal_directory_t files;
     store_files_t stores;
+    supervisor_services_t services;
     journal_slot_t slots[JOURNAL_SLOTS(RECORDS_MAX)];
 } supervisor_program_t;
 
@@ -175,6 +177,7 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         .start_count         = seat->run->components[seat->component].start_count,
         .files               = file_store(&storage.files),
         .journal             = &storage.records.journal,
+        .optional            = {&storage.services, supervisor_add_services},
         .store_media         = storage.stores.media};
     const status_t status = supervisor_init(&storage.supervisor, &config);
     if (status != STATUS_OK) {

@@ -14,6 +14,7 @@
 #include "fsw/framework/message/octet_ring.h"
 #include "fsw/supervisor/mirror.h"
 #include "fsw/supervisor/onboard_files.h"
+#include "fsw/supervisor/onboard_memory.h"
 #include "fsw/supervisor/onboard_procedures.h"
 #include "fsw/supervisor/onboard_schedules.h"
 #include "fsw/supervisor/onboard_sequences.h"
@@ -87,6 +88,7 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     onboard_files_t files;
     onboard_connections_t connections;
     onboard_storage_t storage;
+    onboard_memory_t memory; // Of ST[06], which the component has.
     onboard_procedures_t procedures;
     telemetry_directory_t directory;
     uint16_t defined[MISSION_SUBSYSTEMS_MAX]; // Configuration whose structures the mirror was told; 0: none.

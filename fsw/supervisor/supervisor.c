@@ -69,7 +69,8 @@ static void update_status(void* const self)
 
 const subsystem_callbacks_t* supervisor_callbacks(void)
 {
-    static const subsystem_callbacks_t callbacks = {.software_init = publish, .control = update_status};
+    static const subsystem_callbacks_t callbacks = {
+        .software_init = publish, .control = update_status, .memories = onboard_memories};
     return &callbacks;
 }
 
@@ -97,7 +98,8 @@ static void init_component(supervisor_t* const supervisor)
                                           .has_supervisor      = false,
                                           .persistence         = onboard_persistence(supervisor),
                                           .services            = supervisor->services,
-                                          .service_count       = count};
+                                          .service_count       = count,
+                                          .optional            = config->optional};
     component_init(&supervisor->component, &component);
 }
 

@@ -115,9 +115,10 @@ typedef struct {
     supervisor_descriptors_t descriptors;
     const char* log_folder;
     uint32_t start_count;
-    pus_file_store_t files;      ///< Of ST[23] and of who loads by reference.
-    journal_t* journal;          ///< Open, with the lasting records of earlier lives; null: nothing is kept.
-    const medium_t* store_media; ///< ONBOARD_STORES of them, for packet stores; null: nothing fits.
+    pus_file_store_t files; ///< Of ST[23] and of who loads by reference.
+    journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: nothing is kept.
+    component_services_t optional; ///< Services that its descriptor lists.
+    const medium_t* store_media;   ///< ONBOARD_STORES of them, for packet stores; null: nothing fits.
 } supervisor_config_t;
 
 typedef struct supervisor { // All fields are private.

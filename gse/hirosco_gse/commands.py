@@ -9,7 +9,7 @@ import itertools
 import shlex
 import struct
 
-from . import packets, service_commands
+from . import file_commands, packets, service_commands
 from .command import REPLY_NS, Command, UsageError, asking, line, need, reply, simple
 from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, Structure
 from .session import Rejected, Request, SessionError, TimedOut
@@ -432,6 +432,7 @@ VERBS = {
     "shutdown": (_shutdown, "shutdown", "shut the mission down"),
     "raw": (_raw, "raw HEX", "send octets as they are"),
     **service_commands.VERBS,
+    **file_commands.VERBS,
 }
 
 

@@ -124,43 +124,67 @@ static void scrub_component(void* const context, const uint32_t address, const s
     }
 }
 
-void memory_service_add(component_t* const component, memory_service_t* const service,
-                        pus_memory_operation_t* const operations, const uint8_t count)
+/// The memories of every subsystem.
+static void describe_memories(component_t* const component, pus_memory_t* const memories)
 {
-    FSW_ASSERT((component != NULL) && (service != NULL) && (operations != NULL));
-    service->memories[0]             = (pus_memory_t){.id      = MEMORY_PARAMETERS,
-                                                      .access  = 1U,
-                                                      .size    = MEMORY_PARAMETERS_OCTETS,
-                                                      .context = component,
-                                                      .read    = read_parameters,
-                                                      .write   = write_parameters,
-                                                      .object  = find_parameter_object};
-    service->memories[1]             = (pus_memory_t){.id      = MEMORY_COMPONENT,
-                                                      .access  = 1U,
-                                                      .size    = (uint32_t)sizeof *component,
-                                                      .context = component,
-                                                      .read    = read_component,
-                                                      .scrub   = scrub_component,
-                                                      .object  = find_component_object};
-    const pus_memory_config_t config = {.process         = component_process(component),
-                                        .memories        = service->memories,
-                                        .states          = service->states,
-                                        .memory_count    = MEMORY_COUNT,
-                                        .operations      = operations,
-                                        .operation_count = count,
-                                        .persistence     = component_persistence(component)};
-    pus_memory_init(&service->memory, &config);
-    const pus_service_t entry = pus_memory_service(&service->memory);
-    component_add_service(component, &entry, pus_memory_restore);
+    memories[0] = (pus_memory_t){.id      = MEMORY_PARAMETERS,
+                                 .access  = 1U,
+                                 .size    = MEMORY_PARAMETERS_OCTETS,
+                                 .context = component,
+                                 .read    = read_parameters,
+                                 .write   = write_parameters,
+                                 .object  = find_parameter_object};
+    memories[1] = (pus_memory_t){.id      = MEMORY_COMPONENT,
+                                 .access  = 1U,
+                                 .size    = (uint32_t)sizeof *component,
+                                 .context = component,
+                                 .read    = read_component,
+                                 .scrub   = scrub_component,
+                                 .object  = find_component_object};
+}
+
+/// Let ST[20] define parameters by their place in these memories.
+static void define_parameters(component_t* const component, memory_service_t* const service,
+                              const uint8_t memory_count)
+{
     const pus_parameter_definitions_config_t definitions = {.apid     = component_process(component)->apid,
                                                             .port     = component_parameter_port(component),
                                                             .memories = service->memories,
                                                             .states   = service->states,
-                                                            .memory_count = MEMORY_COUNT,
+                                                            .memory_count = memory_count,
                                                             .places       = service->places,
                                                             .capacity     = MEMORY_DEFINITIONS,
                                                             .persistence  = component_persistence(component),
                                                             .guard        = &component->loop_guard};
     pus_parameter_definitions_init(&service->definitions, &definitions);
     pus_parameters_define(&component->parameters, &service->definitions);
+}
+
+void memory_service_add(component_t* const component, memory_service_t* const service,
+                        pus_memory_operation_t* const operations, const uint8_t count)
+{
+    FSW_ASSERT((component != NULL) && (service != NULL) && (operations != NULL));
+    const subsystem_callbacks_t* const callbacks = component->config.callbacks;
+    subsystem_memories_t further                 = {NULL, 0U, NULL};
+    if (callbacks->memories != NULL) {
+        further = callbacks->memories(component->config.self);
+    }
+    FSW_ASSERT(further.count <= MEMORY_FURTHER);
+    describe_memories(component, service->memories);
+    for (uint8_t i = 0U; i < further.count; i++) {
+        service->memories[MEMORY_COUNT + i] = further.memories[i];
+    }
+    const uint8_t memory_count       = (uint8_t)(MEMORY_COUNT + further.count);
+    const pus_memory_config_t config = {.process         = component_process(component),
+                                        .memories        = service->memories,
+                                        .states          = service->states,
+                                        .memory_count    = memory_count,
+                                        .operations      = operations,
+                                        .operation_count = count,
+                                        .files           = further.files,
+                                        .persistence     = component_persistence(component)};
+    pus_memory_init(&service->memory, &config);
+    const pus_service_t entry = pus_memory_service(&service->memory);
+    component_add_service(component, &entry, pus_memory_restore);
+    define_parameters(component, service, memory_count);
 }

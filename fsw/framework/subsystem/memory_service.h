@@ -7,6 +7,9 @@
 /// octets as the machine has them | base id = parameter id | | 2 | the component itself, read-only: pools,
 /// tables, samples, counters | base id = 0: pool of function tickets, 1: housekeeping samples |
 ///
+/// and those that the subsystem's callback `memories` adds. Loads from files and dumps to them (TC[6,19] to
+/// [6,22]) need the port to files that the same callback gives.
+///
 /// Both begin at address 0 and can be read octet by octet. Where no parameter lies, an access fails. A load
 /// into the storage of a parameter changes it without a look at its bounds and whether it is settable; it is
 /// held steady meanwhile, and `parameter_set` of the subsystem is not called. Scrubbing reads each octet, so
@@ -28,13 +31,14 @@
 #define MEMORY_OBJECT_TICKETS 0U
 #define MEMORY_OBJECT_SAMPLES 1U
 #define MEMORY_PARAMETERS_OCTETS 0x10000U ///< Addresses of memory 1.
-#define MEMORY_COUNT 2U
-#define MEMORY_DEFINITIONS 16U ///< Parameters defined by TC[20,4] and [20,5].
+#define MEMORY_COUNT 2U                   ///< Of every subsystem.
+#define MEMORY_FURTHER 4U                 ///< Of the subsystem itself, at most.
+#define MEMORY_DEFINITIONS 16U            ///< Parameters defined by TC[20,4] and [20,5].
 
 typedef struct { // Private, except `memory.counters`.
     pus_memory_service_t memory;
-    pus_memory_t memories[MEMORY_COUNT];
-    pus_memory_state_t states[MEMORY_COUNT];
+    pus_memory_t memories[MEMORY_COUNT + MEMORY_FURTHER];
+    pus_memory_state_t states[MEMORY_COUNT + MEMORY_FURTHER];
     pus_parameter_definitions_t definitions;
     pus_parameter_place_t places[MEMORY_DEFINITIONS];
 } memory_service_t;

@@ -22,6 +22,7 @@
 #include "fsw/framework/parameter/parameter.h"
 #include "fsw/framework/subsystem/state_machine.h"
 #include "pus/st02_device_access.h"
+#include "pus/st06_memory.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -37,6 +38,14 @@ typedef struct {
 } subsystem_function_t;
 
 /// What a specific subsystem supplies. `self` is its own context. A null callback means "nothing to do".
+/// Memories of a subsystem's own, with ids of their own, and the files that memories are loaded from and
+/// dumped to; what it points to outlives the component.
+typedef struct {
+    const pus_memory_t* memories;
+    uint8_t count;
+    const pus_file_port_t* files; ///< Null: TC[6,19] to [6,22] are refused.
+} subsystem_memories_t;
+
 /// Entry actions return STATUS_BUSY while running (called again each cycle), STATUS_OK when done, anything
 /// else when failed; the descriptor's time-out for the state ends an action that does not end by itself.
 typedef struct {
@@ -65,6 +74,9 @@ typedef struct {
     /// The port by which ST[02] reaches its devices, where the descriptor lists that service. May be null
     /// elsewhere. Called once, at the start.
     pus_device_port_t (*device_port)(void* self);
+    /// What ST[06] reaches beside the memories of every subsystem, where the descriptor lists that service.
+    /// May be null: nothing. Called once, at the start.
+    subsystem_memories_t (*memories)(void* self);
 } subsystem_callbacks_t;
 
 // ---- Called by a specific subsystem from its callbacks -------------------------------------------------

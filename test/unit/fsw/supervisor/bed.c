@@ -11,6 +11,7 @@
 
 bed_t bed;
 const medium_t* bed_store_media;
+component_services_t bed_services;
 
 static mission_descriptor_t mission;
 static subsystem_descriptor_t own_descriptor;
@@ -305,6 +306,7 @@ void bed_open(void)
         .platform            = {NULL, start, stop, is_running, is_stop_requested, finished},
         .log_folder          = folder,
         .start_count         = 1U,
+        .optional            = bed_services,
         .store_media         = bed_store_media};
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &config));
     bed_forget();

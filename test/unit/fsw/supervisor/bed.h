@@ -72,7 +72,8 @@ typedef struct {
 } bed_t;
 
 extern bed_t bed;
-extern const medium_t* bed_store_media; ///< ONBOARD_STORES of them for the next supervisor; null: none.
+extern const medium_t* bed_store_media;   ///< ONBOARD_STORES of them for the next supervisor; null: none.
+extern component_services_t bed_services; ///< Optional ones of the next supervisor.
 
 /// Supervisor at time 0, all processes running, nobody heard yet.
 void bed_open(void);

@@ -71,6 +71,7 @@ static const char mission_document[] =
     "<Allow tc='20,3' to='ARM' modes='NOMINAL' states='PRE_OPERATIONAL'/>\n"
     "<Allow tc='9,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='15,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
+    "<Allow tc='6,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='131,1' to='SUPERVISOR' modes='SAFE NOMINAL' states='*'/>\n"
     "<Allow tc='131,3' to='SUPERVISOR' modes='SAFE NOMINAL' states='*'/>\n"
     "<Allow tc='131,6' to='SUPERVISOR' modes='SAFE NOMINAL' states='*'/>\n"
