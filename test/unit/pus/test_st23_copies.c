@@ -2,7 +2,7 @@
 // Copies of the file service: TC[23,14] to [23,24].
 #include "pus/st23_files.h"
 
-#include "test/unit/pus/disk.h"
+#include "test/support/disk.h"
 #include "test/unit/pus/filing.h"
 #include "test/unit/pus/records.h"
 #include "test/unit/pus/reports.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/st23_files.h"
 
-#include "test/unit/pus/disk.h"
+#include "test/support/disk.h"
 #include "test/unit/pus/filing.h"
 #include "test/unit/pus/records.h"
 #include "test/unit/pus/reports.h"

@@ -2,7 +2,7 @@
 // Searches of the file service: TC[23,7] and TC[23,12], whose answers take several steps and reports.
 #include "pus/st23_files.h"
 
-#include "test/unit/pus/disk.h"
+#include "test/support/disk.h"
 #include "test/unit/pus/reports.h"
 #include "unity.h"
 

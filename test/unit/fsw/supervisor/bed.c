@@ -10,8 +10,7 @@
 #include <unistd.h>
 
 bed_t bed;
-const medium_t* bed_store_media;
-component_services_t bed_services;
+void (*bed_configure)(supervisor_config_t* config);
 
 static mission_descriptor_t mission;
 static subsystem_descriptor_t own_descriptor;
@@ -298,16 +297,16 @@ void bed_open(void)
         TEST_ASSERT_EQUAL(STATUS_OK, ring_carrier_attach(&bed.hub, &bed.members[i].endpoint));
         TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&bed.endpoint, apids[i]));
     }
-    const supervisor_config_t config = {
-        .mission             = &mission,
-        .descriptor          = &own_descriptor,
-        .is_descriptor_valid = true,
-        .endpoint            = &bed.endpoint,
-        .platform            = {NULL, start, stop, is_running, is_stop_requested, finished},
-        .log_folder          = folder,
-        .start_count         = 1U,
-        .optional            = bed_services,
-        .store_media         = bed_store_media};
+    supervisor_config_t config = {.mission             = &mission,
+                                  .descriptor          = &own_descriptor,
+                                  .is_descriptor_valid = true,
+                                  .endpoint            = &bed.endpoint,
+                                  .platform    = {NULL, start, stop, is_running, is_stop_requested, finished},
+                                  .log_folder  = folder,
+                                  .start_count = 1U};
+    if (bed_configure != NULL) {
+        bed_configure(&config);
+    }
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &config));
     bed_forget();
 }

@@ -72,8 +72,9 @@ typedef struct {
 } bed_t;
 
 extern bed_t bed;
-extern const medium_t* bed_store_media;   ///< ONBOARD_STORES of them for the next supervisor; null: none.
-extern component_services_t bed_services; ///< Optional ones of the next supervisor.
+/// Gives the next supervisors what the bed itself has none of: stores, files, optional services; null:
+/// nobody.
+extern void (*bed_configure)(supervisor_config_t* config);
 
 /// Supervisor at time 0, all processes running, nobody heard yet.
 void bed_open(void);

@@ -16,9 +16,14 @@ static void add_services(void* const context, component_t* const component)
     memory_service_add(component, &services.memory, services.operations, 1U);
 }
 
+static void give_service(supervisor_config_t* const config)
+{
+    config->optional = (component_services_t){&services, add_services};
+}
+
 void setUp(void)
 {
-    bed_services = (component_services_t){&services, add_services};
+    bed_configure = give_service;
     bed_open_up();
     bed.ack = 0U;
 }
@@ -26,7 +31,7 @@ void setUp(void)
 void tearDown(void)
 {
     bed_close();
-    bed_services = (component_services_t){NULL, NULL};
+    bed_configure = NULL;
 }
 
 static void request(const uint8_t subtype, const char* const data, const size_t size)

@@ -10,6 +10,11 @@
 
 static medium_t media[ONBOARD_STORES];
 
+static void give_media(supervisor_config_t* config)
+{
+    config->store_media = media;
+}
+
 void setUp(void)
 {
     static const image_t empty[2];
@@ -17,14 +22,14 @@ void setUp(void)
     for (unsigned i = 0U; i < ONBOARD_STORES; i++) {
         media[i] = recorded_medium((i == 0U) ? 0U : 1U);
     }
-    bed_store_media = media;
+    bed_configure = give_media;
     bed_open_up();
 }
 
 void tearDown(void)
 {
     bed_close();
-    bed_store_media = NULL;
+    bed_configure = NULL;
 }
 
 static void request(const uint8_t subtype, const void* const data, const size_t size)
@@ -89,7 +94,7 @@ static void what_is_sent_again_waits_for_ground(void)
 static void without_media_nothing_fits(void)
 {
     bed_close();
-    bed_store_media = NULL;
+    bed_configure = NULL;
     bed_open_up();
     open_store();
     report("ab");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A file store in memory for services under test.
-#ifndef TEST_UNIT_PUS_DISK_H
-#define TEST_UNIT_PUS_DISK_H
+#ifndef TEST_SUPPORT_DISK_H
+#define TEST_SUPPORT_DISK_H
 
 #include "pus/file_store.h"
 
@@ -40,4 +40,4 @@ disk_file_t* disk_file(const char* path, uint64_t size, uint8_t first);
 disk_file_t* disk_find(const char* path);
 void disk_remove(const char* path);
 
-#endif // TEST_UNIT_PUS_DISK_H
+#endif // TEST_SUPPORT_DISK_H

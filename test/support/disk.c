@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "test/unit/pus/disk.h"
+#include "test/support/disk.h"
 
 #include "unity.h"
 
