@@ -9,7 +9,7 @@
 ///                      Returns true, or false, failure code, detail
 ///   get(id or name)    value of a parameter as it was last reported, or nil
 ///   event(id)          raise an event; true if there is such a definition
-///   parameters([seconds])  values that were communicated, as a list, or nil
+///   parameters([seconds])  values that were communicated, as a list; nil if none come within so long
 /// and of the language: assert error getmetatable ipairs pairs pcall rawequal rawget rawlen rawset select
 /// setmetatable tonumber tostring type; math without random numbers and transcendental functions; string
 /// byte char find format gmatch gsub len lower match pack packsize rep reverse sub unpack upper; table concat

@@ -7,7 +7,7 @@ import pathlib
 from . import packets, values
 from .command import Command, UsageError, asking, simple
 from .dictionary import SUPERVISOR_APID
-from .session import Request
+from .session import Rejected, Request
 
 
 def _fields(words):
@@ -182,9 +182,14 @@ def _store(dictionary, words):
     raise UsageError(f"usage: {_STORE_USAGE}")
 
 
-_PROCEDURE_USAGE = "procedure load NAME FILE, procedure run NAME [TYPE:VALUE ...], procedure suspend|resume|abort|unload NAME, procedure start|stop|list"
-_PROCEDURE_ALL = {"start": (18, 21), "stop": (18, 22), "list": (18, 8)}
-_PROCEDURE_ONE = {"resume": (18, 6), "abort": (18, 12), "unload": (18, 2)}
+_PROCEDURE_USAGE = (
+    "procedure load NAME FILE, procedure run|activate NAME [TYPE:VALUE ...], procedure tell NAME TYPE:VALUE ..., "
+    "procedure suspend|resume|stop|abort|unload NAME, procedure engine start|stop, procedure status"
+)
+_PROCEDURE_ONE = {"suspend": (18, 5), "resume": (18, 6), "stop": (18, 4), "abort": (18, 12), "unload": (18, 2)}
+_CODE_MAX = packets.PACKET_MAX - packets.TC_HEADER - packets.CRC_SIZE - 12  # Name, size and checksum beside it.
+_AT_A_STEP = ("suspend", "stop")
+_ENGINE = {"start": (18, 21), "stop": (18, 22)}
 
 
 def _arguments(words):
@@ -195,20 +200,39 @@ def _arguments(words):
         yield {"argument_layout": kind.upper(), "argument_value": value}
 
 
+def _until_started(request):
+    """Command of a request that is not waited for to its end."""
+
+    def procedure(session, timeout_ns):
+        verification = session.send(request)
+        yield from session.wait_for(lambda: verification.is_finished or 3 in verification.stages, timeout_ns, f"{request.text}: start")
+        if verification.failure is not None:
+            raise Rejected(request, verification.failure, session.dictionary)
+        return [{"text": f"{request.text}: started"}]
+
+    return Command(request.text, procedure, (request,))
+
+
 def _procedure(dictionary, words):
     verb, rest = (words[0], words[1:]) if words else ("", [])
     text = f"procedure {' '.join(words[:2])}"
-    if verb in _PROCEDURE_ALL and not rest:
-        return _planned(dictionary, SUPERVISOR_APID, _PROCEDURE_ALL[verb], {}, text)
+    if verb == "status" and not rest:
+        return _planned(dictionary, SUPERVISOR_APID, (18, 8), {}, text)
+    if verb == "engine" and len(rest) == 1 and rest[0] in _ENGINE:
+        return _planned(dictionary, SUPERVISOR_APID, _ENGINE[rest[0]], {}, text)
     if verb in _PROCEDURE_ONE and len(rest) == 1:
-        return _planned(dictionary, SUPERVISOR_APID, _PROCEDURE_ONE[verb], {"obcp_id": rest[0]}, text)
-    if verb == "suspend" and len(rest) == 1:
-        return _planned(dictionary, SUPERVISOR_APID, (18, 5), {"obcp_id": rest[0], "step_id": 0}, text)
-    if verb == "run" and rest:
+        given = {"obcp_id": rest[0], **({"step_id": 0} if verb in _AT_A_STEP else {})}
+        return _planned(dictionary, SUPERVISOR_APID, _PROCEDURE_ONE[verb], given, text)
+    if verb == "tell" and len(rest) > 1:
+        return _planned(dictionary, SUPERVISOR_APID, (18, 7), {"obcp_id": rest[0], "n": list(_arguments(rest[1:]))}, text)
+    if verb in ("run", "activate") and rest:
         given = {"obcp_id": rest[0], "observability_level": "step level", "n": list(_arguments(rest[1:]))}
-        return _planned(dictionary, SUPERVISOR_APID, (18, 3), given, text)
+        request = _request(dictionary, SUPERVISOR_APID, 18, 3, given, text)
+        return simple(request) if verb == "run" else _until_started(request)
     if verb == "load" and len(rest) == 2:
         code = pathlib.Path(rest[1]).read_bytes()
+        if len(code) > _CODE_MAX:
+            raise UsageError(f"{rest[1]} has {len(code)} octets, a request takes {_CODE_MAX}: load it by TC[18,13] from a file on board")
         given = {"obcp_id": rest[0], "obcp_code": code, "checksum": packets.crc16(code)}
         return _planned(dictionary, SUPERVISOR_APID, (18, 1), given, text)
     raise UsageError(f"usage: {_PROCEDURE_USAGE}")

@@ -10,7 +10,7 @@ import pytest
 import station as stations
 
 PAGE = flying.ROOT / "docs" / "operations.md"
-BLOCK = re.compile(r"^```(sh|text)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^```(sh|text|lua)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def _pattern(expected):
@@ -19,11 +19,13 @@ def _pattern(expected):
 
 
 def _steps():
-    """(commands, expected output or None) of the page, in order."""
+    """(commands, expected output or None) of the page, in order; its files are written."""
     steps = []
     for kind, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
         if kind == "sh":
             steps.append([text, None])
+        elif kind == "lua":
+            (flying.ROOT / text.splitlines()[0].removeprefix("-- ")).write_text(text, encoding="utf-8")
         else:
             steps[-1][1] = text
     return steps
