@@ -78,3 +78,43 @@ def test_any_message_is_a_command(dictionary):
     for words in (["tc", "MANIPULATOR", "5"], ["tc", "MANIPULATOR", "7,1"], ["tc", "MANIPULATOR", "5,5", "n"], ["at", "1"]):
         with pytest.raises(commands.UsageError):
             commands.plan(words, dictionary)
+
+
+@pytest.mark.parametrize(
+    ("words", "message", "data"),
+    [
+        ("run LOOK uint8:7 bool:true", (18, 3), b"LOOK\0\0\0\0\x02\x02\x00\x07\x0a\x01"),
+        ("activate LOOK", (18, 3), b"LOOK\0\0\0\0\x02\x00"),
+        ("tell LOOK int16:-2", (18, 7), b"LOOK\0\0\0\0\x01\x05\xff\xfe"),
+        ("suspend LOOK", (18, 5), b"LOOK\0\0\0\0\0\0"),
+        ("stop LOOK", (18, 4), b"LOOK\0\0\0\0\0\0"),
+        ("resume LOOK", (18, 6), b"LOOK\0\0\0\0"),
+        ("abort LOOK", (18, 12), b"LOOK\0\0\0\0"),
+        ("unload LOOK", (18, 2), b"LOOK\0\0\0\0"),
+        ("engine start", (18, 21), b""),
+        ("engine stop", (18, 22), b""),
+        ("status", (18, 8), b""),
+    ],
+)
+def test_words_for_procedures(dictionary, words, message, data):
+    (request,) = commands.plan(["procedure", *words.split()], dictionary).requests
+    assert ((request.service, request.subtype), request.apid, request.data) == (message, 1, data)
+
+
+def test_procedures_are_read_from_files(dictionary, tmp_path):
+    place = tmp_path / "look.lua"
+    place.write_bytes(b"step(1)")
+    (request,) = commands.plan(["procedure", "load", "LOOK", str(place)], dictionary).requests
+    assert request.data == b"LOOK\0\0\0\0\0\x07step(1)" + packets.crc16(b"step(1)").to_bytes(2, "big")
+    place.write_bytes(b"x" * 4071)
+    (request,) = commands.plan(["procedure", "load", "LOOK", str(place)], dictionary).requests
+    assert len(packets.build_tc(1, 0, 18, 1, request.data)) == packets.PACKET_MAX
+    place.write_bytes(b"x" * 4072)
+    with pytest.raises(commands.UsageError, match="4072 octets"):
+        commands.plan(["procedure", "load", "LOOK", str(place)], dictionary)
+
+
+@pytest.mark.parametrize("words", ["", "run", "stop", "engine", "engine off", "tell LOOK", "run LOOK 7", "run LOOK byte:7", "status LOOK"])
+def test_words_that_are_no_procedure(dictionary, words):
+    with pytest.raises(commands.UsageError):
+        commands.plan(["procedure", *words.split()], dictionary)

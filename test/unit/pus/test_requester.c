@@ -111,6 +111,26 @@ static void too_much_data_and_a_second_send_are_refused(void)
     TEST_ASSERT_EQUAL_UINT32(1U, requester.counters.oversized);
 }
 
+static void two_ports_of_a_user_count_together(void)
+{
+    const pus_port_t port        = {.context = &requester, .send = keep};
+    static const uint16_t apid   = 16U;
+    static pus_requester_t other = {0};
+    pus_requester_init(&other, 1U, &port);
+    pus_requester_count_with(&other, &requester);
+    TEST_ASSERT_EQUAL(STATUS_OK, send(apid, NULL));
+    for (unsigned i = 0U; i < 2U; i++) {
+        octet_writer_t writer = pus_tc_begin(&other, apid, 17U, 1U, 0U);
+        refusals              = 1U - i;
+        TEST_ASSERT_EQUAL((i == 0U) ? STATUS_FULL : STATUS_OK, pus_tc_send(&other, &writer, NULL));
+    }
+    TEST_ASSERT_EQUAL_UINT16(1U, last().sequence);
+    TEST_ASSERT_EQUAL_UINT32(1U, other.counters.refused);
+    TEST_ASSERT_EQUAL_UINT32(1U, other.counters.sent);
+    TEST_ASSERT_EQUAL(STATUS_OK, send(apid, NULL));
+    TEST_ASSERT_EQUAL_UINT16(2U, last().sequence);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -118,5 +138,6 @@ int main(void)
     RUN_TEST(each_addressee_has_its_own_count_and_refusal_leaves_no_gap);
     RUN_TEST(too_many_addressees_are_refused);
     RUN_TEST(too_much_data_and_a_second_send_are_refused);
+    RUN_TEST(two_ports_of_a_user_count_together);
     return UNITY_END();
 }

@@ -286,6 +286,23 @@ static void events_are_raised(void)
     TEST_ASSERT_EQUAL_UINT(1U, scripts.events.count);
 }
 
+static void calls_that_others_notice_are_few_in_a_cycle(void)
+{
+    script_activated("ABCD", 0U);
+    for (unsigned i = 0U; i < SCRIPT_CALLS_EACH; i++) {
+        script_call(0U, PUS_CALL_EVENT, SCRIPT_KNOWN_EVENT);
+        script_call(0U, PUS_CALL_GET, 77U); // Nobody else notices.
+    }
+    script_call(0U, PUS_CALL_EVENT, SCRIPT_KNOWN_EVENT);
+    script_call(0U, PUS_CALL_ENDED, 0U);
+    scripts_step(1U);
+    TEST_ASSERT_EQUAL_UINT(SCRIPT_CALLS_EACH, scripts.events.count);
+    TEST_ASSERT_TRUE(pus_procedures_are_active(self));
+    scripts_step(1U); // The answer to the last call has not been lost.
+    TEST_ASSERT_EQUAL_UINT(SCRIPT_CALLS_EACH + 1U, scripts.events.count);
+    TEST_ASSERT_FALSE(pus_procedures_are_active(self));
+}
+
 static void requests_are_released(void)
 {
     script_activated("ABCD", PUS_OBSERVE_ALL);
@@ -538,6 +555,7 @@ int main(void)
     RUN_TEST(waiting_takes_cycles);
     RUN_TEST(values_are_read_by_id_and_name);
     RUN_TEST(events_are_raised);
+    RUN_TEST(calls_that_others_notice_are_few_in_a_cycle);
     RUN_TEST(requests_are_released);
     RUN_TEST(the_end_of_a_request_is_waited_for);
     RUN_TEST(a_failure_is_the_verdict);

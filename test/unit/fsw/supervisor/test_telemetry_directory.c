@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/telemetry_directory.h"
+
+#include "fsw/framework/descriptor/descriptor.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define ARM 16U
+#define ID(layout, number) (((uint32_t)ARM << 21U) | ((uint32_t)(layout) << 16U) | (number))
+#define VALUES ID(VALUE_STRUCT, 1U)
+#define GOAL ID(VALUE_ARRAY, 2U)
+#define AGE ID(VALUE_UINT32, 3U)
+
+static const char document[] =
+    "<Subsystem name='ARM' id='16' samplingTime='1ms'><Parameters>\n"
+    "<StructRef name='VALUES' id='1' type='STRUCT'><ParamRef name='MODE' type='UINT8'/>\n"
+    "<ParamRef name='POSITION' type='DOUBLE' count='2'/><ParamRef name='FLAGS' type='UINT16'/></StructRef>\n"
+    "<ParamRef name='GOAL' id='2' type='INT16' count='3'/><ParamRef name='AGE' id='3' type='UINT32'/>\n"
+    "</Parameters><Events/><Functions/>\n"
+    "<Configuration name='ONE' id='1' priority='10' samplingTime='1ms'>\n"
+    "<HKService id='5' interval='4'><SampledOnce><ParamRef name='VALUES'/></SampledOnce>\n"
+    "<SampledNREPTimes nrep='2'><ParamRef name='AGE'/></SampledNREPTimes></HKService></Configuration>\n"
+    "<Configuration name='TWO' id='2' priority='10' samplingTime='1ms'>\n"
+    "<HKService id='5' interval='4'><SampledOnce><ParamRef name='GOAL'/></SampledOnce></HKService>\n"
+    "</Configuration></Subsystem>\n";
+
+static telemetry_directory_t directory;
+static mirror_t mirror;
+static descriptor_loader_t loader;
+static subsystem_descriptor_t descriptor;
+
+void setUp(void)
+{
+    descriptor_loader_init(&loader);
+    const status_t status =
+        descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &descriptor);
+    TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
+    telemetry_directory_init(&directory);
+    telemetry_directory_learn(&directory, &descriptor);
+    const mirror_sizes_t sizes = telemetry_directory_sizes(&directory);
+    mirror_init(&mirror, &sizes);
+}
+
+void tearDown(void)
+{
+}
+
+static void expect_scalar(const char* const name, const uint32_t id, const uint32_t offset,
+                          const value_type_t type)
+{
+    telemetry_scalar_t scalar;
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, telemetry_directory_find(&directory, name, &scalar), name);
+    TEST_ASSERT_EQUAL_HEX32(id, scalar.parameter_id);
+    TEST_ASSERT_EQUAL_UINT32(offset, scalar.offset);
+    TEST_ASSERT_EQUAL(type, scalar.type);
+}
+
+static void scalars_are_found_by_name(void)
+{
+    expect_scalar("ARM.VALUES.MODE", VALUES, 0U, VALUE_UINT8);
+    expect_scalar("ARM.VALUES.POSITION[0]", VALUES, 1U, VALUE_DOUBLE);
+    expect_scalar("ARM.VALUES.POSITION[1]", VALUES, 9U, VALUE_DOUBLE);
+    expect_scalar("ARM.VALUES.FLAGS", VALUES, 17U, VALUE_UINT16);
+    expect_scalar("ARM.GOAL[2]", GOAL, 4U, VALUE_INT16);
+    expect_scalar("ARM.AGE", AGE, 0U, VALUE_UINT32);
+    TEST_ASSERT_EQUAL_UINT32(0U, directory.full);
+}
+
+static void what_is_no_scalar_is_not_found(void)
+{
+    static const char* const names[] = {"",
+                                        "ARM",
+                                        "ARM.VALUES",
+                                        "ARM.VALUES.POSITION",
+                                        "ARM.VALUES.POSITION[2]",
+                                        "ARM.VALUES.POSITION[4294967297]",
+                                        "ARM.VALUES.POSITION[]",
+                                        "ARM.VALUES.POSITION[/]",
+                                        "ARM.VALUES.POSITION[0",
+                                        "ARM.VALUES.POSITION[0]]",
+                                        "ARM.VALUES.MODE[0]",
+                                        "ARM.AGE[0]",
+                                        "ARM.GOAL",
+                                        "HAND.AGE",
+                                        "AGE",
+                                        "[0]"};
+    for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
+        telemetry_scalar_t scalar;
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_NOT_FOUND, telemetry_directory_find(&directory, names[i], &scalar),
+                                  names[i]);
+    }
+}
+
+/// A report of structure 5 with so many octets, each one more than that before it.
+static void report(const uint16_t size)
+{
+    uint8_t data[64] = {0, 5};
+    for (uint8_t i = 0U; i < size; i++) {
+        data[2U + i] = (uint8_t)(i + 1U);
+    }
+    const pus_tm_t tm = {.apid    = ARM,
+                         .service = PUS_SERVICE_HOUSEKEEPING,
+                         .subtype = 25U,
+                         .time_ns = 7U,
+                         .data    = data,
+                         .size    = 2U + (size_t)size};
+    mirror_observe(&mirror, &tm);
+}
+
+static void expect_value(const uint32_t id, const uint16_t size, const uint8_t first)
+{
+    const uint8_t* octets = NULL;
+    uint16_t found        = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, mirror_value(&mirror, id, &octets, &found));
+    TEST_ASSERT_EQUAL_UINT16(size, found);
+    TEST_ASSERT_EQUAL_UINT8(first, octets[0]);
+}
+
+static void the_mirror_takes_reports_of_the_configuration(void)
+{
+    const uint8_t* octets = NULL;
+    uint16_t size         = 0U;
+    report(27U);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, mirror_value(&mirror, VALUES, &octets, &size));
+    telemetry_directory_define(&directory, &mirror, ARM, 1U);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, mirror_value(&mirror, VALUES, &octets, &size));
+    report(27U); // 19, and twice 4.
+    expect_value(VALUES, 19U, 1U);
+    expect_value(AGE, 4U, 24U); // The last sample.
+    telemetry_directory_define(&directory, &mirror, ARM, 2U);
+    report(6U);
+    expect_value(GOAL, 6U, 1U);
+    TEST_ASSERT_EQUAL_UINT32(0U, mirror.counters.unfitting);
+    telemetry_directory_define(&directory, &mirror, ARM, 3U); // Has none,
+    telemetry_directory_define(&directory, &mirror, 17U, 1U); // nor has another.
+    report(6U);
+    TEST_ASSERT_EQUAL_UINT32(0U, mirror.counters.unfitting);
+}
+
+static void sizes_are_told(void)
+{
+    const mirror_sizes_t sizes = telemetry_directory_sizes(&directory);
+    uint16_t size              = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, sizes.size_of(sizes.context, VALUES, &size));
+    TEST_ASSERT_EQUAL_UINT16(19U, size);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, sizes.size_of(sizes.context, VALUES + 1U, &size));
+}
+
+static void what_has_no_room_is_counted(void)
+{
+    directory.field_count = TELEMETRY_FIELDS - 2U;
+    telemetry_directory_learn(&directory, &descriptor);
+    TEST_ASSERT_EQUAL_UINT32(3U, directory.full);
+    directory.parameter_count = TELEMETRY_PARAMETERS;
+    telemetry_directory_learn(&directory, &descriptor);
+    TEST_ASSERT_EQUAL_UINT32(6U, directory.full);
+    directory.structure_count = TELEMETRY_STRUCTURES - 1U;
+    telemetry_directory_learn(&directory, &descriptor);
+    TEST_ASSERT_EQUAL_UINT32(10U, directory.full);
+    directory.structure_count = 0U;
+    directory.content_used    = TELEMETRY_CONTENT - 8U; // For the second, not for the first.
+    telemetry_directory_learn(&directory, &descriptor);
+    TEST_ASSERT_EQUAL_UINT32(14U, directory.full);
+    TEST_ASSERT_EQUAL_UINT16(1U, directory.structure_count);
+    descriptor.parameters[0].wire_size = 65536U;
+    telemetry_directory_init(&directory);
+    telemetry_directory_learn(&directory, &descriptor);
+    TEST_ASSERT_EQUAL_UINT32(1U, directory.full);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(scalars_are_found_by_name);
+    RUN_TEST(what_is_no_scalar_is_not_found);
+    RUN_TEST(the_mirror_takes_reports_of_the_configuration);
+    RUN_TEST(sizes_are_told);
+    RUN_TEST(what_has_no_room_is_counted);
+    return UNITY_END();
+}
