@@ -189,7 +189,7 @@ _PROCEDURE_USAGE = (
 _PROCEDURE_ONE = {"suspend": (18, 5), "resume": (18, 6), "stop": (18, 4), "abort": (18, 12), "unload": (18, 2)}
 _CODE_MAX = packets.PACKET_MAX - packets.TC_HEADER - packets.CRC_SIZE - 12  # Name, size and checksum beside it.
 _AT_A_STEP = ("suspend", "stop")
-_ENGINE = {"start": (18, 21), "stop": (18, 22)}
+_PROCEDURE_ALL = {"procedure status": (18, 8), "procedure engine start": (18, 21), "procedure engine stop": (18, 22)}
 
 
 def _arguments(words):
@@ -213,28 +213,34 @@ def _until_started(request):
     return Command(request.text, procedure, (request,))
 
 
+def _load_procedure(dictionary, name, path):
+    code = pathlib.Path(path).read_bytes()
+    if len(code) > _CODE_MAX:
+        raise UsageError(f"{path} has {len(code)} octets, a request takes {_CODE_MAX}: load it by TC[18,13] from a file on board")
+    given = {"obcp_id": name, "obcp_code": code, "checksum": packets.crc16(code)}
+    return _planned(dictionary, SUPERVISOR_APID, (18, 1), given, f"procedure load {name}")
+
+
+def _begin_procedure(dictionary, verb, name, arguments):
+    given = {"obcp_id": name, "observability_level": "step level", "n": list(_arguments(arguments))}
+    request = _request(dictionary, SUPERVISOR_APID, 18, 3, given, f"procedure {verb} {name}")
+    return simple(request) if verb == "run" else _until_started(request)
+
+
 def _procedure(dictionary, words):
     verb, rest = (words[0], words[1:]) if words else ("", [])
-    text = f"procedure {' '.join(words[:2])}"
-    if verb == "status" and not rest:
-        return _planned(dictionary, SUPERVISOR_APID, (18, 8), {}, text)
-    if verb == "engine" and len(rest) == 1 and rest[0] in _ENGINE:
-        return _planned(dictionary, SUPERVISOR_APID, _ENGINE[rest[0]], {}, text)
+    text = " ".join(["procedure", *words[:2]])
+    if verb in ("run", "activate") and rest:
+        return _begin_procedure(dictionary, verb, rest[0], rest[1:])
+    if verb == "load" and len(rest) == 2:
+        return _load_procedure(dictionary, *rest)
+    if verb == "tell" and len(rest) > 1:
+        return _planned(dictionary, SUPERVISOR_APID, (18, 7), {"obcp_id": rest[0], "n": list(_arguments(rest[1:]))}, text)
     if verb in _PROCEDURE_ONE and len(rest) == 1:
         given = {"obcp_id": rest[0], **({"step_id": 0} if verb in _AT_A_STEP else {})}
         return _planned(dictionary, SUPERVISOR_APID, _PROCEDURE_ONE[verb], given, text)
-    if verb == "tell" and len(rest) > 1:
-        return _planned(dictionary, SUPERVISOR_APID, (18, 7), {"obcp_id": rest[0], "n": list(_arguments(rest[1:]))}, text)
-    if verb in ("run", "activate") and rest:
-        given = {"obcp_id": rest[0], "observability_level": "step level", "n": list(_arguments(rest[1:]))}
-        request = _request(dictionary, SUPERVISOR_APID, 18, 3, given, text)
-        return simple(request) if verb == "run" else _until_started(request)
-    if verb == "load" and len(rest) == 2:
-        code = pathlib.Path(rest[1]).read_bytes()
-        if len(code) > _CODE_MAX:
-            raise UsageError(f"{rest[1]} has {len(code)} octets, a request takes {_CODE_MAX}: load it by TC[18,13] from a file on board")
-        given = {"obcp_id": rest[0], "obcp_code": code, "checksum": packets.crc16(code)}
-        return _planned(dictionary, SUPERVISOR_APID, (18, 1), given, text)
+    if text in _PROCEDURE_ALL and len(words) < 3:
+        return _planned(dictionary, SUPERVISOR_APID, _PROCEDURE_ALL[text], {}, text)
     raise UsageError(f"usage: {_PROCEDURE_USAGE}")
 
 
