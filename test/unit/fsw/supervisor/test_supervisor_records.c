@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the supervisor's services keep, where it comes back after a power cut, and what is told of records
+// that do not.
+#include "test/support/recorded_media.h"
+#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/releases.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define RECORDS 256U
+#define LONE_REACHED "18 TC 17.1 from 1\n"
+#define MS 1000000ULL
+
+static journal_t journal;
+static journal_slot_t slots[JOURNAL_SLOTS(RECORDS)];
+static medium_t media[ONBOARD_STORES];
+static image_t images[2];
+static bool has_store; // On `media`.
+
+static void open_journal(void)
+{
+    const journal_configuration_t configuration = {.media    = {recorded_medium(0U), recorded_medium(1U)},
+                                                   .limit    = MEDIUM_MAX,
+                                                   .slack    = 16384U,
+                                                   .slots    = slots,
+                                                   .capacity = RECORDS};
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
+}
+
+static void give_journal(supervisor_config_t* const config)
+{
+    config->journal     = &journal;
+    config->store_media = has_store ? media : NULL;
+}
+
+void setUp(void)
+{
+    static const image_t empty[2];
+    recorded_clear(empty);
+    has_store     = false;
+    bed_configure = give_journal;
+    open_journal();
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+    bed_configure = NULL;
+}
+
+/// Power comes back on media as they are in `images`.
+static void begin_anew(void)
+{
+    bed_close();
+    recorded_clear(images);
+    open_journal();
+    bed_open();
+    bed_run(60U);
+}
+
+static void power_cut(void)
+{
+    recorded_durable(images);
+    begin_anew();
+}
+
+static void definitions_of_each_service_come_back(void)
+{
+    schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
+    schedule_enable(PUS_SERVICE_POSITION_SCHEDULE);
+    release_at(3600000U * MS, LONE, 0U);
+    release_where(100U * (uint64_t)PUS_POSITION_TICKS, LONE, 1U);
+    release_on(4U, LONE, 2U);
+    release_in_sequence(LONE, 3U);
+    REQUEST(PUS_SERVICE_FORWARDING, 1U, "\1\0\20\1\3\1\31");
+    REQUEST(PUS_SERVICE_TIME, 1U, "\7");
+    REQUEST(PUS_SERVICE_HOUSEKEEPING, 29U, "\1\0\1\1"); // Of the component itself: TC[3,29] of a structure.
+    bed_forget();
+    power_cut();
+    TEST_ASSERT_FALSE(bed_has("G 5."));
+    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.onboard.refused);
+    const onboard_t* const onboard = &bed.supervisor.onboard;
+    TEST_ASSERT_EQUAL_UINT32(1U, onboard->schedules.time.schedule.count);
+    TEST_ASSERT_EQUAL_UINT32(1U, onboard->schedules.position.schedule.count);
+    TEST_ASSERT_EQUAL_UINT8(7U, onboard->storage.time.exponent);
+    REQUEST(PUS_SERVICE_SEQUENCES, 4U, "SEQ\0\0\0\0\0");
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
+    bed_forget();
+    bed_event(BED_ARM, 2U, 4U);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
+}
+
+static void a_record_of_nobody_is_told(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 99U, 0x12345678U, (const uint8_t*)"a", 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, PUS_SERVICE_STORAGE, 5U, (const uint8_t*)"a", 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, PUS_SERVICE_TEST, 6U, (const uint8_t*)"a", 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
+    power_cut();
+    TEST_ASSERT_EQUAL_UINT32(3U, bed.supervisor.onboard.refused);
+    TEST_ASSERT_TRUE(bed_has("G 5.2 000B6312345678"));
+    TEST_ASSERT_TRUE(bed_has("G 5.2 000B0F00000005"));
+    TEST_ASSERT_TRUE(bed_has("G 5.2 000B1100000006")); // ST[17] keeps nothing.
+}
+
+static void a_journal_that_cannot_be_read_is_told(void)
+{
+    REQUEST(PUS_SERVICE_TIME, 1U, "\7");
+    bed_close();
+    recorded.failure    = STATUS_IO;
+    recorded.fail_from  = recorded.calls + 1U;
+    recorded.fail_count = 1U;
+    bed_open();
+    bed_run(60U);
+    TEST_ASSERT_TRUE(bed_has("G 5.2 000B0000000000"));
+    TEST_ASSERT_EQUAL_UINT8(PUS_TIME_NO_REPORTS, bed.supervisor.onboard.storage.time.exponent);
+}
+
+static status_t fail_to_read(void* const context, const uint64_t offset, uint8_t* const octets,
+                             const size_t size)
+{
+    (void)context;
+    (void)offset;
+    (void)octets;
+    (void)size;
+    return STATUS_IO;
+}
+
+static status_t fail_to_tell_size(void* const context, uint64_t* const out_size)
+{
+    (void)context;
+    *out_size = 0U;
+    return STATUS_IO;
+}
+
+static void a_service_that_cannot_begin_is_told(void)
+{
+    for (unsigned i = 0U; i < ONBOARD_STORES; i++) {
+        media[i]      = recorded_medium(1U);
+        media[i].read = fail_to_read;
+        media[i].size = fail_to_tell_size;
+    }
+    REQUEST(PUS_SERVICE_STORAGE, 20U, "\1RING\0\0\0\0\0\1\0\0\0\0");
+    has_store = true;
+    power_cut();
+    TEST_ASSERT_TRUE(bed_has("G 5.2 000B0F00000000"));
+    TEST_ASSERT_EQUAL_UINT32(1U, bed.supervisor.onboard.refused);
+}
+
+/// What a supervisor tells that begins anew: 0 the release comes again, 1 it is in doubt, 2 it was done.
+static unsigned outcome(void)
+{
+    const bool is_reached = bed_has(LONE_REACHED);
+    const bool is_told    = bed_has("G 5.2 000C000100120005");
+    TEST_ASSERT_FALSE(is_reached && is_told);
+    return is_reached ? 0U : (is_told ? 1U : 2U);
+}
+
+/// Whatever the moment of a power cut: what was not released is, and what may have been is told, not done
+/// again.
+static void a_release_is_never_lost_untold(void)
+{
+    static image_t before[2];
+    unsigned seen[3] = {0U};
+    unsigned last    = 0U;
+    bool is_all      = false;
+    schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
+    release_at(700U * MS, LONE, 5U);
+    recorded_durable(before);
+    for (size_t cut = 0U; !is_all; cut++) {
+        recorded_copy(images, before);
+        begin_anew();
+        const size_t start = recorded.count;
+        bed_run(20U);
+        TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
+        is_all = (start + cut) == recorded.count;
+        recorded_copy(images, before);
+        for (size_t i = 0U; i < (start + cut); i++) {
+            recorded_apply(&recorded.operations[i], recorded.operations[i].size, images);
+        }
+        begin_anew();
+        bed_run(20U);
+        const unsigned now = outcome();
+        TEST_ASSERT_TRUE(now >= last);
+        seen[now]++;
+        last = now;
+    }
+    TEST_ASSERT_TRUE((seen[0] > 0U) && (seen[1] > 0U) && (seen[2] > 0U));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(definitions_of_each_service_come_back);
+    RUN_TEST(a_record_of_nobody_is_told);
+    RUN_TEST(a_journal_that_cannot_be_read_is_told);
+    RUN_TEST(a_service_that_cannot_begin_is_told);
+    RUN_TEST(a_release_is_never_lost_untold);
+    return UNITY_END();
+}

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests that services of the supervisor release: when, and what becomes of those that find no room.
+#include "fsw/supervisor/onboard.h"
+
+#include "fsw/supervisor/supervisor_internal.h"
+#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/releases.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define LONE_REACHED "18 TC 17.1 from 1\n"
+#define NOTE 4U // Event of ARM.
+#define MS 1000000ULL
+
+void setUp(void)
+{
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static void at_a_time(void)
+{
+    const uint64_t due_ns = bed.now_ns + (25U * MS);
+    schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
+    release_at(due_ns, LONE, 0U);
+    bed_run(2U);
+    bed_expect("");
+    const uint64_t wake_ns = supervisor_step(&bed.supervisor, bed.now_ns); // Between two ticks.
+    TEST_ASSERT_TRUE((wake_ns <= due_ns) && (wake_ns > (due_ns - 100U)));
+    bed.now_ns = due_ns;
+    bed_run(1U);
+    bed_expect(LONE_REACHED);
+    bed_run(10U);
+    bed_expect("");
+}
+
+static void at_a_position(void)
+{
+    const uint64_t here = pus_position_schedule_now(&bed.supervisor.onboard.schedules.position);
+    schedule_enable(PUS_SERVICE_POSITION_SCHEDULE);
+    release_where(here + 3U, LONE, 0U);
+    bed_run(10U);
+    bed_expect("");
+    bed_run(20U); // A step of the angle takes 85 ms.
+    bed_expect(LONE_REACHED);
+}
+
+static void on_an_event(void)
+{
+    release_on(NOTE, LONE, 0U);
+    bed_event(BED_ARM, 2U, NOTE + 1U);
+    bed_event(BED_HAND, 2U, NOTE);
+    bed_report(BED_ARM, PUS_SERVICE_EVENTS, 2U, "\4", 1U);
+    bed_report(BED_ARM, PUS_SERVICE_EVENTS, 8U, "\0\4", 2U); // A list of disabled events.
+    bed_report(BED_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, "\0\4", 2U);
+    bed_run(3U);
+    TEST_ASSERT_FALSE(bed_has(LONE_REACHED));
+    bed_event(BED_ARM, 2U, NOTE);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
+}
+
+static void in_a_sequence(void)
+{
+    release_in_sequence(LONE, 0U);
+    bed_run(1U);
+    bed_expect(LONE_REACHED);
+}
+
+// ---- Without room ----
+
+/// LONE takes nothing in until it has no credit left.
+static void fill_lone(void)
+{
+    bed.members[BED_LONE].is_deaf = true;
+    while (router_has_room(&bed.supervisor, LONE)) {
+        (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        bed_step();
+    }
+    bed_forget();
+}
+
+static void a_request_waits_for_its_addressee_and_others_behind_it(void)
+{
+    fill_lone();
+    schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
+    release_at(bed.now_ns + (5U * MS), LONE, 0U);
+    release_at(bed.now_ns + (6U * MS), HAND, 1U);
+    bed_run(5U);
+    bed_expect("");
+    bed.members[BED_LONE].is_deaf = false;
+    bed_run(5U);
+    TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
+    TEST_ASSERT_TRUE(bed_has("17 TC 17.1 from 1"));
+    TEST_ASSERT_FALSE(bed_has("G 1.10"));
+}
+
+static void a_request_that_has_waited_enough_is_refused(void)
+{
+    fill_lone();
+    schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
+    release_at(bed.now_ns + (5U * MS), LONE, 3U);
+    release_at(bed.now_ns + (6U * MS), HAND, 1U);
+    bed_run((unsigned)(ONBOARD_PATIENCE_NS / BED_TICK_NS));
+    bed_expect("");
+    bed_run(3U);
+    bed_expect("G 1.10 #3 0109 12\n17 TC 17.1 from 1\n");
+}
+
+static void what_is_no_request_holds_nobody_up(void)
+{
+    static const uint8_t nonsense[] = "This is not a telecommand.";
+    const uint32_t before           = bed.supervisor.counters.tc_malformed;
+    TEST_ASSERT_EQUAL(STATUS_OK, onboard_release(&bed.supervisor, nonsense, sizeof nonsense));
+    schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
+    release_at(bed.now_ns + (5U * MS), LONE, 0U);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
+    TEST_ASSERT_EQUAL_UINT32(before + 1U, bed.supervisor.counters.tc_malformed);
+}
+
+/// The queue of released requests is full of such as LONE has no credit for.
+static void fill_queue(void)
+{
+    static const uint8_t data[400];
+    uint8_t packet[512];
+    size_t size       = 0U;
+    const pus_tc_t tc = {.apid    = LONE,
+                         .service = PUS_SERVICE_TEST,
+                         .subtype = 1U,
+                         .source  = BED_USER,
+                         .data    = data,
+                         .size    = sizeof data};
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &size));
+    fill_lone();
+    bed_step();
+    while (onboard_release(&bed.supervisor, packet, size) == STATUS_OK) {
+    }
+    const octet_ring_t* const queue = &bed.supervisor.onboard.released;
+    while (onboard_release(&bed.supervisor, packet, octet_ring_room(queue)) == STATUS_OK) {
+    }
+}
+
+static void expect_retried(void)
+{
+    const uint64_t wake_ns = supervisor_step(&bed.supervisor, bed.now_ns);
+    TEST_ASSERT_EQUAL_UINT64(bed.now_ns + ONBOARD_RETRY_NS, wake_ns);
+    bed_forget();
+}
+
+static void a_service_that_finds_the_queue_full_tries_again(void)
+{
+    schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
+    release_at(bed.now_ns + (25U * MS), LONE, 0U);
+    fill_queue();
+    bed.now_ns += 25U * MS;
+    expect_retried();
+    TEST_ASSERT_TRUE(pus_schedule_is_waiting(&bed.supervisor.onboard.schedules.time.schedule));
+}
+
+static void an_event_that_finds_the_queue_full_is_remembered(void)
+{
+    release_on(NOTE, LONE, 0U);
+    fill_queue();
+    bed_event(BED_ARM, 2U, NOTE);
+    expect_retried();
+    TEST_ASSERT_TRUE(pus_event_action_is_waiting(&bed.supervisor.onboard.schedules.actions));
+}
+
+static void a_sequence_that_finds_the_queue_full_waits(void)
+{
+    fill_queue();
+    release_in_sequence(LONE, 0U);
+    expect_retried();
+    TEST_ASSERT_TRUE(pus_sequences_next_ns(&bed.supervisor.onboard.sequences.service) <= bed.now_ns);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(at_a_time);
+    RUN_TEST(at_a_position);
+    RUN_TEST(on_an_event);
+    RUN_TEST(in_a_sequence);
+    RUN_TEST(a_request_waits_for_its_addressee_and_others_behind_it);
+    RUN_TEST(a_request_that_has_waited_enough_is_refused);
+    RUN_TEST(what_is_no_request_holds_nobody_up);
+    RUN_TEST(a_service_that_finds_the_queue_full_tries_again);
+    RUN_TEST(an_event_that_finds_the_queue_full_is_remembered);
+    RUN_TEST(a_sequence_that_finds_the_queue_full_waits);
+    return UNITY_END();
+}
