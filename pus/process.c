@@ -28,6 +28,13 @@ void pus_process_init(pus_process_t* const process, const uint16_t apid, const u
     process->port     = *port;
 }
 
+void pus_process_lengthen(pus_process_t* const process, const pus_long_port_t* const port)
+{
+    FSW_ASSERT((process != NULL) && (port != NULL) && (port->begin != NULL) && (port->post != NULL) &&
+               (port->data_max >= PUS_TM_DATA_MAX));
+    process->longer = *port;
+}
+
 /// Counter of a message type and destination; a new entry if there is none; null if the table is full.
 static pus_message_counter_t* counter_of(pus_process_t* const process, const uint8_t* const packet)
 {
@@ -211,6 +218,32 @@ status_t pus_tm_close_large(pus_process_t* const process, octet_writer_t* const 
     count(process, counter);
     *out_size = size + PUS_CRC_SIZE;
     return STATUS_OK;
+}
+
+size_t pus_tm_data_max(const pus_process_t* const process)
+{
+    FSW_ASSERT(process != NULL);
+    return (process->longer.begin != NULL) ? process->longer.data_max : PUS_TM_DATA_MAX;
+}
+
+status_t pus_tm_begin_sized(pus_process_t* const process, const uint8_t service, const uint8_t subtype,
+                            const uint16_t destination, const uint64_t now_ns, const size_t size,
+                            octet_writer_t* const out_writer)
+{
+    FSW_ASSERT((process != NULL) && (size <= pus_tm_data_max(process)) && (out_writer != NULL));
+    if (size > PUS_TM_DATA_MAX) {
+        return process->longer.begin(process->longer.context, service, subtype, destination, now_ns,
+                                     out_writer);
+    }
+    *out_writer = pus_tm_begin(process, service, subtype, destination, now_ns);
+    return STATUS_OK;
+}
+
+status_t pus_tm_post_sized(pus_process_t* const process, octet_writer_t* const writer)
+{
+    FSW_ASSERT((process != NULL) && (writer != NULL));
+    return (writer->octets == process->building) ? pus_tm_post(process, writer)
+                                                 : process->longer.post(process->longer.context, writer);
 }
 
 void pus_tm_cancel(pus_process_t* const process)

@@ -30,6 +30,16 @@ typedef struct {
     status_t (*send)(void* context, const uint8_t* packet, size_t size);
 } pus_port_t;
 
+/// Where reports that may be longer than a packet are built and sent from: ST[13].
+typedef struct {
+    void* context;
+    size_t data_max; ///< Source data of the longest one [octets].
+    /// STATUS_OK, or STATUS_FULL: no buffer is free now.
+    status_t (*begin)(void* context, uint8_t service, uint8_t subtype, uint16_t destination, uint64_t now_ns,
+                      octet_writer_t* out_writer);
+    status_t (*post)(void* context, octet_writer_t* writer);
+} pus_long_port_t;
+
 /// Private: message type counter of one service, subtype and destination.
 typedef struct {
     uint8_t service; // 0 = free entry.
@@ -43,6 +53,7 @@ typedef struct { // All fields are private, except `counters`: read-only, for te
     uint16_t sequence;
     uint64_t epoch_ns;
     pus_port_t port;
+    pus_long_port_t longer; // `begin` is null: there is none.
     pus_message_counter_t messages[PUS_MESSAGE_COUNTERS];
     bool is_building;
     size_t backlog_size;
@@ -62,6 +73,9 @@ typedef struct { // All fields are private, except `counters`: read-only, for te
 /// apid 1..2046; epoch_s: mission epoch [seconds since 1958-01-01 TAI], packet time = epoch + now_ns.
 void pus_process_init(pus_process_t* process, uint16_t apid, uint32_t epoch_s, const pus_port_t* port);
 
+/// From now on the process has reports longer than a packet.
+void pus_process_lengthen(pus_process_t* process, const pus_long_port_t* port);
+
 /// Begin a report; the writer takes up to PUS_TM_DATA_MAX octets of source data.
 octet_writer_t pus_tm_begin(pus_process_t* process, uint8_t service, uint8_t subtype, uint16_t destination,
                             uint64_t now_ns);
@@ -74,6 +88,15 @@ status_t pus_tm_post(pus_process_t* process, octet_writer_t* writer);
 /// Send, or keep, a report that another process of the same APID has built: it gets this one's numbers and
 /// keeps its time. `packet` is whole, checksum included. Statuses of pus_tm_post but STATUS_INVALID.
 status_t pus_tm_forward(pus_process_t* process, const uint8_t* packet, size_t size);
+/// Source data of the longest report of the process [octets]: PUS_TM_DATA_MAX, or more with ST[13].
+size_t pus_tm_data_max(const pus_process_t* process);
+/// Begin a report of `size` octets of source data, at most pus_tm_data_max. STATUS_OK, STATUS_FULL (it is
+/// longer than a packet, and no buffer is free).
+MUST_USE status_t pus_tm_begin_sized(pus_process_t* process, uint8_t service, uint8_t subtype,
+                                     uint16_t destination, uint64_t now_ns, size_t size,
+                                     octet_writer_t* out_writer);
+/// Finish and send, or keep, a report begun so: statuses of pus_tm_post.
+status_t pus_tm_post_sized(pus_process_t* process, octet_writer_t* writer);
 /// Begin a report that may be larger than a packet in a buffer of the caller's, beside the one that is being
 /// built. capacity >= PUS_TM_MIN.
 octet_writer_t pus_tm_begin_large(const pus_process_t* process, uint8_t* octets, size_t capacity,

@@ -201,6 +201,9 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
     if (operation == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, access->config.operation_count);
     }
+    if (request->reader.size > sizeof operation->data) { // It came in parts.
+        return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
+    }
     operation->refused = 0U;
     operation->failure = pus_failure(PUS_FAILURE_NONE, 0U);
     operation->token   = request->token;

@@ -514,6 +514,9 @@ pus_reply_t memory_start(pus_memory_service_t* const service, pus_request_t* con
     if (operation == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, service->config.operation_count);
     }
+    if (request->reader.size > sizeof operation->data) { // It came in parts.
+        return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
+    }
     if (has_file && (service->config.files == NULL)) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, (uint32_t)place);
     }

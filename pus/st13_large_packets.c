@@ -10,7 +10,6 @@
 enum {
     FIRST_DOWN  = 1,
     MIDDLE_DOWN = 2,
-    LAST_DOWN   = 3,
     LAST_UP     = 11,
     ABORTED     = 16
 };
@@ -19,10 +18,14 @@ enum {
 #define PART_OFFSET 4U
 #define SOURCE_OFFSET 9U // In a request [octets].
 #define SERVICE_OFFSET 7U
+#define LENGTH_OFFSET 4U
+#define LENGTH_EXCESS 7U // A packet is longer than its length field says.
+#define APID_MASK 0x7FFU
 
 void pus_large_init(pus_large_t* const large, const pus_large_config_t* const config)
 {
-    FSW_ASSERT((large != NULL) && (config != NULL) && (config->process != NULL) && (config->take != NULL));
+    FSW_ASSERT((large != NULL) && (config != NULL) && (config->process != NULL) && (config->take != NULL) &&
+               (config->limit != NULL));
     FSW_ASSERT((config->reports != NULL) && (config->report_octets != NULL) && (config->report_count >= 1U));
     FSW_ASSERT((config->report_size >= PUS_PACKET_MAX) && (config->report_size <= PUS_LARGE_MAX));
     FSW_ASSERT((config->uplinks != NULL) && (config->uplink_octets != NULL) &&
@@ -94,8 +97,9 @@ static bool send_part(pus_large_t* const large, const uint64_t now_ns)
     const bool is_last               = left <= PUS_LARGE_PART;
     const size_t size                = is_last ? left : PUS_LARGE_PART;
     const uint8_t between            = (report->sent == 0U) ? FIRST_DOWN : MIDDLE_DOWN;
-    octet_writer_t writer            = pus_tm_begin(large->config.process, PUS_SERVICE_LARGE_PACKETS,
-                                         is_last ? LAST_DOWN : between, report->destination, now_ns);
+    octet_writer_t writer =
+        pus_tm_begin(large->config.process, PUS_SERVICE_LARGE_PACKETS,
+                     is_last ? PUS_LARGE_LAST_DOWN : between, report->destination, now_ns);
     octet_write_u16(&writer, report->transaction);
     octet_write_u16(&writer, (uint16_t)((report->sent / PUS_LARGE_PART) + 1U));
     octet_write_octets(&writer, &octets_of_report(large, large->first_report)[report->sent], size);
@@ -155,6 +159,22 @@ static pus_large_uplink_t* find_uplink(const pus_large_t* const large, const boo
     return NULL;
 }
 
+/// How long the request that is being put together may be, and in *out_size how long it will be as far as is
+/// known.
+static size_t limit_of(const pus_large_t* const large, const pus_large_uplink_t* const uplink,
+                       size_t* const out_size)
+{
+    const pus_large_config_t* const config = &large->config;
+    const uint8_t* const octets            = octets_of(large, uplink);
+    *out_size                              = 0U;
+    if (uplink->size < PUS_PRIMARY_HEADER_SIZE) {
+        return config->uplink_size;
+    }
+    *out_size          = (size_t)octets_u16_at(&octets[LENGTH_OFFSET]) + LENGTH_EXCESS;
+    const size_t limit = config->limit(config->context, octets_u16_at(octets) & APID_MASK);
+    return (limit < config->uplink_size) ? limit : config->uplink_size;
+}
+
 /// Append a part. PUS_DONE, or the uplink is given up and the request refused.
 static pus_reply_t append(pus_large_t* const large, pus_large_uplink_t* const uplink,
                           const pus_request_t* const request, const uint8_t* const part, const size_t size)
@@ -166,7 +186,13 @@ static pus_reply_t append(pus_large_t* const large, pus_large_uplink_t* const up
     (void)memcpy(&octets_of(large, uplink)[uplink->size], part, size);
     uplink->size += size;
     uplink->next_part++;
-    uplink->heard_ns = request->now_ns;
+    uplink->heard_ns   = request->now_ns;
+    size_t whole_size  = 0U;
+    const size_t limit = limit_of(large, uplink, &whole_size);
+    if ((whole_size > limit) || (uplink->size > limit)) {
+        give_up(large, uplink, PUS_LARGE_INTERNAL, request->now_ns);
+        return refuse(large, PUS_FAILURE_TABLE_FULL, (uint32_t)limit);
+    }
     return pus_done();
 }
 
@@ -282,7 +308,7 @@ bool pus_large_is_busy(const pus_large_t* const large)
     FSW_ASSERT(large != NULL);
     bool is_busy = large->posted > 0U;
     for (size_t i = 0U; i < large->config.uplink_count; i++) {
-        is_busy = is_busy || large->config.uplinks[i].is_used;
+        is_busy = is_busy || (large->config.uplinks[i].is_used && large->config.uplinks[i].is_whole);
     }
     return is_busy;
 }
@@ -291,6 +317,27 @@ static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)
 {
     (void)cycle;
     pus_large_step(self, now_ns);
+}
+
+static status_t begin_long(void* const context, const uint8_t service, const uint8_t subtype,
+                           const uint16_t destination, const uint64_t now_ns,
+                           octet_writer_t* const out_writer)
+{
+    return pus_large_begin(context, service, subtype, destination, now_ns, out_writer);
+}
+
+static status_t post_long(void* const context, octet_writer_t* const writer)
+{
+    return pus_large_post(context, writer);
+}
+
+pus_long_port_t pus_large_port(pus_large_t* const large)
+{
+    FSW_ASSERT(large != NULL);
+    return (pus_long_port_t){.context  = large,
+                             .data_max = large->config.report_size - PUS_TM_MIN,
+                             .begin    = begin_long,
+                             .post     = post_long};
 }
 
 pus_service_t pus_large_service(pus_large_t* const large)

@@ -13,7 +13,8 @@
 ///
 ///     PUS_FAILURE_OUT_OF_RANGE   part number, or a part without octets: offset
 ///     PUS_FAILURE_UNKNOWN_ID     no such transaction is under way: its id
-///     PUS_FAILURE_TABLE_FULL     all buffers are taken: their number; too long: how long it may be
+///     PUS_FAILURE_TABLE_FULL     all buffers are taken: their number; too long, by its own length field as
+///                                soon as that has come, or by what came: how long it may be
 ///     PUS_FAILURE_EMBEDDED       what was put together is no request: its length; is one of this service, or
 ///                                of another source: offset of that in it
 ///
@@ -29,6 +30,8 @@
 #include "pus/service.h"
 
 #define PUS_LARGE_PART 512U ///< Of a report; its last part may be shorter [octets].
+
+#define PUS_LARGE_LAST_DOWN 3U ///< Subtype of a report's last part; the others lie below.
 
 typedef enum {
     PUS_LARGE_TIMEOUT       = 1,
@@ -66,6 +69,8 @@ typedef struct {
     size_t uplink_size;  ///< Longest request that is put together [octets], up to PUS_LARGE_MAX.
     uint64_t timeout_ns; ///< Longest time between two parts, and until `take` takes it.
     void* context;
+    /// How long a request to an application may be [octets]; more than `uplink_size` is as that.
+    size_t (*limit)(void* context, uint16_t apid);
     /// Take a whole request in, like one that was received. STATUS_OK, or any other status: try again later.
     status_t (*take)(void* context, const uint8_t* packet, size_t size, uint64_t now_ns);
 } pus_large_config_t;
@@ -100,8 +105,11 @@ void pus_large_cancel(pus_large_t* large);
 
 /// Send parts, hand whole requests over, give up what waits too long; call once per cycle.
 void pus_large_step(pus_large_t* large, uint64_t now_ns);
-/// True if the next step has something to do.
+/// True if the next step has something to do; it need not have for an uplink that waits for its next part,
+/// which is given up with the first step behind its time-out.
 bool pus_large_is_busy(const pus_large_t* large);
+/// Port by which a process builds its long reports here (pus_process_lengthen); `context` is the service.
+pus_long_port_t pus_large_port(pus_large_t* large);
 /// The service's entry for a dispatcher.
 pus_service_t pus_large_service(pus_large_t* large);
 

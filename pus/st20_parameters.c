@@ -38,20 +38,23 @@ static void decide(pus_parameters_t* const parameters, pus_request_t* const requ
     if (is_good) {
         pus_request_perform(request);
     } else if (status == STATUS_OK) {
-        refuse(parameters, request, instruction, PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX);
+        refuse(parameters, request, instruction, PUS_FAILURE_TABLE_FULL,
+               (uint32_t)pus_tm_data_max(request->process));
     } else {
         refuse(parameters, request, instruction, code_of_find(status), id);
     }
 }
 
 /// Walk through the ids of a request and decide about each: refuse what cannot be reported or does not fit,
-/// and perform the rest; or, with a writer, write {id, value} of that rest, by the same decisions.
-static void walk_values(pus_parameters_t* const parameters, pus_request_t* const request,
-                        octet_writer_t* const writer)
+/// and perform the rest; or, with a writer, write {id, value} of that rest, by the same decisions. Returns
+/// the source data that rest takes [octets].
+static size_t walk_values(pus_parameters_t* const parameters, pus_request_t* const request,
+                          octet_writer_t* const writer)
 {
     const pus_parameter_port_t* const port = &parameters->port;
     const uint8_t count                    = octet_read_u8(&request->reader);
-    size_t room                            = PUS_TM_DATA_MAX - sizeof(uint16_t);
+    const size_t most                      = pus_tm_data_max(request->process);
+    size_t room                            = most - sizeof(uint16_t);
     for (uint16_t i = 1U; i <= count; i++) {
         const uint32_t id     = octet_read_u32(&request->reader);
         uint16_t handle       = 0U;
@@ -72,19 +75,24 @@ static void walk_values(pus_parameters_t* const parameters, pus_request_t* const
             // Refused before.
         }
     }
+    return most - room;
 }
 
 static pus_reply_t report_values(void* const self, pus_request_t* const request)
 {
     pus_parameters_t* const parameters = self;
     const octet_reader_t list          = request->reader;
-    walk_values(parameters, request, NULL);
+    const size_t size                  = walk_values(parameters, request, NULL);
     if (request->performed > 0U) {
-        octet_writer_t writer = pus_answer_begin(request, VALUES);
+        octet_writer_t writer;
+        if (pus_tm_begin_sized(request->process, request->token.service, VALUES, request->token.source,
+                               request->now_ns, size, &writer) != STATUS_OK) {
+            return pus_failed(PUS_FAILURE_IO, (uint32_t)STATUS_FULL);
+        }
         octet_write_u16(&writer, request->performed);
         request->reader = list;
-        walk_values(parameters, request, &writer);
-        (void)pus_tm_post(request->process, &writer); // What is lost here the process counts.
+        (void)walk_values(parameters, request, &writer);
+        (void)pus_tm_post_sized(request->process, &writer); // What is lost here the process counts.
     }
     return pus_done();
 }

@@ -8,7 +8,7 @@
 static const onboard_binding_t* const bindings[] = {
     &onboard_time_schedule, &onboard_position_schedule, &onboard_event_action, &onboard_sequences,
     &onboard_files,         &onboard_forwarding,        &onboard_connection,   &onboard_storage,
-    &onboard_time,          &onboard_procedures};
+    &onboard_time,          &onboard_procedures,        &onboard_large_packets};
 #define BINDINGS (sizeof bindings / sizeof bindings[0])
 
 // ---- What values the subsystems report ----

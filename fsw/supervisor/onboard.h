@@ -14,6 +14,7 @@
 #include "fsw/framework/message/octet_ring.h"
 #include "fsw/supervisor/mirror.h"
 #include "fsw/supervisor/onboard_files.h"
+#include "fsw/supervisor/onboard_large_packets.h"
 #include "fsw/supervisor/onboard_memory.h"
 #include "fsw/supervisor/onboard_procedures.h"
 #include "fsw/supervisor/onboard_schedules.h"
@@ -88,6 +89,7 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     onboard_files_t files;
     onboard_connections_t connections;
     onboard_storage_t storage;
+    onboard_large_packets_t large_packets;
     onboard_memory_t memory; // Of ST[06], which the component has.
     onboard_procedures_t procedures;
     telemetry_directory_t directory;
@@ -105,6 +107,7 @@ extern const onboard_binding_t onboard_connection;
 extern const onboard_binding_t onboard_storage;
 extern const onboard_binding_t onboard_time;
 extern const onboard_binding_t onboard_procedures;
+extern const onboard_binding_t onboard_large_packets;
 
 /// Where services keep their lasting records; null if nothing is kept.
 const pus_persistence_t* onboard_persistence(struct supervisor* supervisor);

@@ -16,10 +16,13 @@ static void log_status(supervisor_t* const supervisor, const status_t status)
     }
 }
 
+/// A request longer than a packet is in the log already, in parts.
 static void log_packet(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
 {
-    const bool is_tc = pus_packet_is_tc(packet, size);
-    log_status(supervisor, packet_log_append(&supervisor->log, supervisor->now_ns, is_tc, packet, size));
+    if (size <= PUS_PACKET_MAX) {
+        const bool is_tc = pus_packet_is_tc(packet, size);
+        log_status(supervisor, packet_log_append(&supervisor->log, supervisor->now_ns, is_tc, packet, size));
+    }
 }
 
 void router_flush_log(supervisor_t* const supervisor)
@@ -149,7 +152,7 @@ static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* 
                                 const uint8_t* const packet, const size_t size)
 {
     if (tc->apid == SUPERVISOR_APID) {
-        component_accept(&supervisor->component, packet, size, supervisor->now_ns);
+        component_accept_large(&supervisor->component, packet, size, supervisor->now_ns);
         return STATUS_OK;
     }
     const status_t status = message_send(supervisor->config.endpoint, tc->apid, packet, size);
@@ -166,7 +169,7 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
     pus_tc_t tc;
     pus_failure_t failure;
     log_packet(supervisor, packet, size);
-    const status_t decoded = pus_tc_decode(packet, size, &tc, &failure);
+    const status_t decoded = pus_tc_decode_large(packet, size, &tc, &failure);
     if (decoded != STATUS_OK) {
         supervisor->counters.tc_malformed++;
         const pus_token_t token = pus_token_of(&tc);
@@ -204,6 +207,22 @@ void router_route_released(supervisor_t* const supervisor, const uint8_t* const 
     route_request(supervisor, is_from_ground ? COMMUNICATION_APID : SUPERVISOR_APID, packet, size);
 }
 
+status_t router_route_whole(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
+{
+    pus_tc_t tc;
+    pus_failure_t failure;
+    const status_t status = pus_tc_decode_large(packet, size, &tc, &failure);
+    FSW_ASSERT(status == STATUS_OK); // It has been checked.
+    const roster_entry_t* const entry = roster_find(supervisor, tc.apid);
+    const bool is_there               = (entry != NULL) && (entry->process == PROCESS_RUNNING);
+    if (is_there && !router_has_room(supervisor, tc.apid)) {
+        return STATUS_FULL;
+    }
+    const uint16_t onboard = (uint16_t)(tc.source & ~PUS_USER_ONBOARD);
+    route_request(supervisor, is_ground(tc.source) ? COMMUNICATION_APID : onboard, packet, size);
+    return STATUS_OK;
+}
+
 void router_take_in(supervisor_t* const supervisor)
 {
     for (unsigned i = 0U; i < NO_PACKETS_LIMIT; i++) {
@@ -237,6 +256,12 @@ static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const 
     }
 }
 
+/// Of a report longer than a packet.
+static bool is_part(const pus_tm_t* const tm)
+{
+    return (tm->service == PUS_SERVICE_LARGE_PACKETS) && (tm->subtype <= PUS_LARGE_LAST_DOWN);
+}
+
 status_t router_send(void* const context, const uint8_t* const packet, const size_t size)
 {
     supervisor_t* const supervisor = (supervisor_t*)context;
@@ -255,6 +280,9 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
     pus_failure_t failure;
     const status_t decoded = pus_tm_decode(packet, size, &tm, &failure);
     FSW_ASSERT(decoded == STATUS_OK);
+    if (is_part(&tm) && (octet_ring_room(&supervisor->ground_backlog) < SUPERVISOR_PARTS_ROOM)) {
+        return STATUS_FULL; // What is more than a packet leaves the way to ground open for others.
+    }
     log_packet(supervisor, packet, size);
     if (is_ground(tm.destination) && onboard_forwards(supervisor, &tm)) {
         send_to_ground(supervisor, packet, size); // Logged in any case; the ground may be absent.

@@ -30,7 +30,8 @@
 #define COMMUNICATION_APID 2U
 #define SUPERVISOR_LINK_SESSIONS 8U
 #define SUPERVISOR_GROUND_BACKLOG 65536U ///< Reports that wait for the mailbox of `communication` [octets].
-#define SUPERVISOR_PLANS 8U              ///< Recovery plans under way.
+#define SUPERVISOR_PARTS_ROOM (SUPERVISOR_GROUND_BACKLOG / 2U) ///< Left in it before a part of a long report.
+#define SUPERVISOR_PLANS 8U                                    ///< Recovery plans under way.
 
 /// How the supervisor reaches processes; the launcher is behind it.
 typedef struct {

@@ -29,6 +29,10 @@ void order_owed(supervisor_t* supervisor);
 /// Order to a subsystem: TC[129,3].
 status_t order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t configuration);
 
+/// Route a request that came in parts and is whole now, from the user that sent them. STATUS_OK, STATUS_FULL
+/// (no room in the mailbox of its addressee: try again later).
+status_t router_route_whole(supervisor_t* supervisor, const uint8_t* packet, size_t size);
+
 /// roster.c
 roster_entry_t* roster_find(supervisor_t* supervisor, uint16_t apid);
 void roster_init(supervisor_t* supervisor);

@@ -80,6 +80,14 @@ void component_accept(component_t* const component, const uint8_t* const packet,
     }
 }
 
+void component_accept_large(component_t* const component, const uint8_t* const packet, const size_t size,
+                            const uint64_t now_ns)
+{
+    FSW_ASSERT((component != NULL) && (packet != NULL));
+    component->now_ns = now_ns;
+    (void)pus_dispatch_large(&component->dispatcher, packet, size, now_ns);
+}
+
 /// A MEDIUM error waits a few cycles for the supervisor, then acts by itself.
 static void watch_medium(component_t* const component)
 {

@@ -214,6 +214,8 @@ typedef struct subsystem component_t;
 void component_init(component_t* component, const component_config_t* config);
 /// Take in one packet (request or report). Nothing about it is trusted.
 void component_accept(component_t* component, const uint8_t* packet, size_t size, uint64_t now_ns);
+/// Take in one request that may be longer than a packet, as ST[13] has put it together.
+void component_accept_large(component_t* component, const uint8_t* packet, size_t size, uint64_t now_ns);
 /// The time, for a program that lets callbacks of its own raise events between two steps.
 void component_tell_time(component_t* component, uint64_t now_ns);
 /// Run what is due. Returns the time of the next wake [ns of the run].

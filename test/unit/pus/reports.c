@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/unit/pus/reports.h"
 
+#include "fsw/framework/base/crc.h"
 #include "pus/st01_verification.h"
 #include "unity.h"
 
@@ -64,6 +65,25 @@ status_t bench_request(const uint8_t subtype, const void* const data, const size
     bench.request_id = (0x18000000U | (TEST_APID << 16U)) | 0xC000U | bench.sequence;
     bench.sequence   = (uint16_t)((bench.sequence + 1U) % PUS_SEQUENCE_COUNT);
     return pus_dispatch(&bench.dispatcher, octets, packet_size, TEST_NOW_NS);
+}
+
+status_t bench_request_large(const uint8_t subtype, const void* const data, const size_t size)
+{
+    static uint8_t octets[PUS_LARGE_MAX];
+    const size_t packet_size = PUS_TC_MIN + size;
+    TEST_ASSERT_TRUE(packet_size <= sizeof octets);
+    bench.request_id      = (0x18000000U | (TEST_APID << 16U)) | 0xC000U | bench.sequence;
+    bench.sequence        = (uint16_t)((bench.sequence + 1U) % PUS_SEQUENCE_COUNT);
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_u32(&writer, bench.request_id);
+    octet_write_u16(&writer, (uint16_t)(packet_size - 7U));
+    octet_write_u8(&writer, (uint8_t)((PUS_VERSION << 4U) | bench.ack));
+    octet_write_u8(&writer, bench.services[0].type);
+    octet_write_u8(&writer, subtype);
+    octet_write_u16(&writer, TEST_SOURCE);
+    octet_write_octets(&writer, data, size);
+    octet_write_u16(&writer, crc16_ccitt(octets, writer.position));
+    return pus_dispatch_large(&bench.dispatcher, octets, packet_size, TEST_NOW_NS);
 }
 
 pus_tm_t bench_report(const size_t index)

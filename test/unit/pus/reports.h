@@ -38,6 +38,8 @@ void bench_clear(void);
 
 /// Send a request of the bench's service to the dispatcher.
 status_t bench_request(uint8_t subtype, const void* data, size_t size);
+/// The same with a request that may be longer than a packet.
+status_t bench_request_large(uint8_t subtype, const void* data, size_t size);
 /// Decoded report number `index`, which must be well-formed.
 pus_tm_t bench_report(size_t index);
 /// Source data of report `index` as a reader.

@@ -466,6 +466,19 @@ static void a_device_that_does_not_answer_is_given_up(void)
     TEST_ASSERT_EQUAL_UINT32(2U, access.counters.timed_out);
 }
 
+/// One that came in parts, and is well-formed.
+static void a_request_longer_than_a_packet_is_refused(void)
+{
+    static uint8_t octets[5000];
+    octets[0] = 1U;
+    octets_put_u16(&octets[1], SILENT);
+    octets_put_u16(&octets[7], sizeof octets - 9U);
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request_large(7U, octets, sizeof octets));
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, PUS_TC_DATA_MAX);
+}
+
 static void several_requests_are_under_way_at_once(void)
 {
     devices.full = 1U;
@@ -518,6 +531,7 @@ int main(void)
     RUN_TEST(logical_devices_answer_with_a_value_alone);
     RUN_TEST(a_device_that_does_not_answer_is_given_up);
     RUN_TEST(a_request_goes_on_when_the_one_before_it_has_ended);
+    RUN_TEST(a_request_longer_than_a_packet_is_refused);
     RUN_TEST(several_requests_are_under_way_at_once);
     return UNITY_END();
 }

@@ -455,6 +455,19 @@ static void a_dump_goes_on_when_the_one_before_it_has_ended(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 6, 6, 1, 7, 6, 6, 6, 6, 6, 6, 1, 7);
 }
 
+/// One that came in parts, and is well-formed.
+static void a_request_longer_than_a_packet_is_refused(void)
+{
+    static uint8_t octets[5000];
+    octets[0] = RAM;
+    octets_put_u16(&octets[1], sizeof octets - 20U);
+    octets[sizeof octets - 15U] = 1U;
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request_large(19U, octets, sizeof octets));
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, PUS_TC_DATA_MAX);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -477,5 +490,6 @@ int main(void)
     RUN_TEST(a_dump_to_a_file_ends_with_its_first_failure);
     RUN_TEST(a_file_that_cannot_be_opened_refuses_the_request);
     RUN_TEST(a_file_of_which_nothing_is_wanted_is_closed_or_not_made);
+    RUN_TEST(a_request_longer_than_a_packet_is_refused);
     return UNITY_END();
 }

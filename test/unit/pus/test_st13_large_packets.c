@@ -19,9 +19,8 @@ static pus_large_report_t reports[REPORTS];
 static uint8_t report_octets[REPORTS * REPORT_SIZE];
 static pus_large_uplink_t uplinks[UPLINKS];
 static uint8_t uplink_octets[UPLINKS * UPLINK_SIZE];
-static octet_writer_t writer;
 static uint8_t data[PUS_TC_DATA_MAX];
-static uint8_t whole[PUS_LARGE_MAX]; // What is sent up, or has come down.
+static uint8_t whole[PUS_LARGE_MAX]; // What is sent up.
 static size_t whole_size;
 static uint8_t taken[UPLINK_SIZE];
 static size_t taken_size;
@@ -39,6 +38,12 @@ static status_t take(void* const context, const uint8_t* const packet, const siz
     return take_status;
 }
 
+static size_t limit(void* const context, const uint16_t apid)
+{
+    TEST_ASSERT_EQUAL_PTR(&taken_size, context);
+    return (apid == TEST_APID) ? PUS_LARGE_MAX : PUS_PACKET_MAX;
+}
+
 static void start(const size_t report_size)
 {
     pus_large_init(&large, &(pus_large_config_t){.process        = &bench.process,
@@ -53,6 +58,7 @@ static void start(const size_t report_size)
                                                  .uplink_size    = UPLINK_SIZE,
                                                  .timeout_ns     = TIMEOUT_NS,
                                                  .context        = &taken_size,
+                                                 .limit          = limit,
                                                  .take           = take});
 }
 
@@ -73,195 +79,6 @@ static void step(const uint64_t now_ns)
 {
     pus_dispatcher_step(&bench.dispatcher, now_ns, 1U);
 }
-
-// --- down --------------------------------------------------------------------------------------------------
-
-static status_t post(const size_t size, const uint8_t first)
-{
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_large_begin(&large, 3U, 25U, TEST_SOURCE, TEST_NOW_NS, &writer));
-    for (size_t i = 0U; i < size; i++) {
-        octet_write_u8(&writer, (uint8_t)(first + (i % 251U)));
-    }
-    return pus_large_post(&large, &writer);
-}
-
-/// Put the parts among the reports of the bench together, from report `index` on. Returns where they end.
-static size_t put_together(size_t index, const uint16_t transaction)
-{
-    bool is_last = false;
-    whole_size   = 0U;
-    for (uint16_t number = 1U; !is_last; number++) {
-        const pus_tm_t tm = bench_report(index);
-        TEST_ASSERT_EQUAL_UINT8(13U, tm.service);
-        TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, tm.destination);
-        is_last = (tm.subtype == 3U);
-        TEST_ASSERT_EQUAL_UINT8(is_last ? 3U : ((number == 1U) ? 1U : 2U), tm.subtype);
-        octet_reader_t reader = octet_reader(tm.data, tm.size);
-        TEST_ASSERT_EQUAL_UINT16(transaction, octet_read_u16(&reader));
-        TEST_ASSERT_EQUAL_UINT16(number, octet_read_u16(&reader));
-        const size_t size = octet_reader_left(&reader);
-        TEST_ASSERT_TRUE((size == PUS_LARGE_PART) || (is_last && (size > 0U) && (size < PUS_LARGE_PART)));
-        memcpy(&whole[whole_size], octet_read_octets(&reader, size), size);
-        whole_size += size;
-        index++;
-    }
-    return index;
-}
-
-/// What came down is a report of `size` octets of source data.
-static void expect_whole(const size_t size, const uint8_t first, const uint16_t counter)
-{
-    TEST_ASSERT_EQUAL_UINT64(size + PUS_TM_MIN, whole_size);
-    TEST_ASSERT_EQUAL_HEX16(0U, crc16_ccitt(whole, whole_size));
-    TEST_ASSERT_EQUAL_UINT64(whole_size - 7U, octets_u16_at(&whole[4]));
-    TEST_ASSERT_EQUAL_HEX16(0x0800U | TEST_APID, octets_u16_at(whole));
-    TEST_ASSERT_EQUAL_UINT8(3U, whole[7]);
-    TEST_ASSERT_EQUAL_UINT8(25U, whole[8]);
-    TEST_ASSERT_EQUAL_UINT16(counter, octets_u16_at(&whole[9]));
-    TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, octets_u16_at(&whole[11]));
-    for (size_t i = 0U; i < size; i++) {
-        TEST_ASSERT_EQUAL_UINT8((uint8_t)(first + (i % 251U)), whole[PUS_TM_HEADER_SIZE + i]);
-    }
-}
-
-static unsigned run(void)
-{
-    unsigned steps = 0U;
-    for (; pus_large_is_busy(&large); steps++) {
-        TEST_ASSERT_TRUE(steps < 1000U);
-        step(TEST_NOW_NS);
-    }
-    return steps;
-}
-
-static void a_report_that_fits_is_sent_as_it_is(void)
-{
-    TEST_ASSERT_EQUAL(STATUS_OK, post(PUS_TM_DATA_MAX, 1U));
-    EXPECT_MESSAGES(3, 25);
-    TEST_ASSERT_EQUAL_UINT64(PUS_TM_DATA_MAX, bench_report(0U).size);
-    TEST_ASSERT_EQUAL_UINT8(2U, bench_report(0U).data[1]);
-    TEST_ASSERT_FALSE(pus_large_is_busy(&large));
-    TEST_ASSERT_EQUAL(STATUS_OK, post(0U, 1U));
-    EXPECT_MESSAGES(3, 25, 3, 25);
-    TEST_ASSERT_EQUAL_UINT16(1U, bench_report(1U).counter);
-}
-
-static void a_longer_report_goes_in_parts(void)
-{
-    static const size_t sizes[] = {PUS_TM_DATA_MAX + 1U, (PUS_LARGE_PART * 20U) - PUS_TM_MIN,
-                                   (PUS_LARGE_PART * 20U) - PUS_TM_MIN + 1U, REPORT_SIZE - PUS_TM_MIN};
-    for (uint16_t i = 0U; i < 4U; i++) {
-        bench_clear();
-        TEST_ASSERT_EQUAL(STATUS_OK, post(sizes[i], (uint8_t)i));
-        TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
-        const size_t parts = ((sizes[i] + PUS_TM_MIN) + (PUS_LARGE_PART - 1U)) / PUS_LARGE_PART;
-        TEST_ASSERT_EQUAL_UINT64((parts + 3U) / 4U, run());
-        TEST_ASSERT_EQUAL_UINT64(parts, bench.count);
-        TEST_ASSERT_EQUAL_UINT64(parts, put_together(0U, i));
-        expect_whole(sizes[i], (uint8_t)i, i);
-        // It has the sequence count of its first part.
-        TEST_ASSERT_EQUAL_HEX16(0xC000U | bench_report(0U).sequence, octets_u16_at(&whole[2]));
-    }
-    TEST_ASSERT_EQUAL_UINT32(4U, large.counters.reports);
-}
-
-static void the_longest_report_of_all_goes_too(void)
-{
-    static pus_large_report_t one[1];
-    static uint8_t octets[PUS_LARGE_MAX];
-    pus_large_config_t config = large.config;
-    config.reports            = one;
-    config.report_octets      = octets;
-    config.report_count       = 1U;
-    config.report_size        = PUS_LARGE_MAX;
-    pus_large_init(&large, &config);
-    TEST_ASSERT_EQUAL(STATUS_OK, post(PUS_LARGE_MAX - PUS_TM_MIN, 3U));
-    (void)run();
-    (void)put_together(0U, 0U);
-    expect_whole(PUS_LARGE_MAX - PUS_TM_MIN, 3U, 0U);
-}
-
-static void what_does_not_fit_the_buffer_is_not_sent(void)
-{
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, post((REPORT_SIZE - PUS_TM_MIN) + 1U, 1U));
-    TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.oversized);
-    step(TEST_NOW_NS);
-    TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
-    TEST_ASSERT_EQUAL(STATUS_OK, post(5000U, 2U));
-    (void)run();
-    (void)put_together(0U, 0U);
-    expect_whole(5000U, 2U, 0U);
-}
-
-static void reports_follow_one_another(void)
-{
-    TEST_ASSERT_EQUAL(STATUS_OK, post(5000U, 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, post(6000U, 2U));
-    TEST_ASSERT_EQUAL(STATUS_FULL, pus_large_begin(&large, 3U, 25U, TEST_SOURCE, TEST_NOW_NS, &writer));
-    TEST_ASSERT_EQUAL_UINT32(1U, large.counters.refused);
-    step(TEST_NOW_NS);
-    TEST_ASSERT_EQUAL_UINT64(4U, bench.count);
-    step(TEST_NOW_NS);
-    step(TEST_NOW_NS); // The first one is out with its tenth part.
-    TEST_ASSERT_EQUAL(STATUS_OK, post(7000U, 3U));
-    (void)run();
-    size_t end = put_together(0U, 0U);
-    expect_whole(5000U, 1U, 0U);
-    end = put_together(end, 1U);
-    expect_whole(6000U, 2U, 1U);
-    end = put_together(end, 2U);
-    expect_whole(7000U, 3U, 2U);
-    TEST_ASSERT_EQUAL_UINT64(bench.count, end);
-}
-
-static void a_port_that_takes_nothing_loses_no_part(void)
-{
-    TEST_ASSERT_EQUAL(STATUS_OK, post(9000U, 1U));
-    for (unsigned i = 0U; pus_large_is_busy(&large); i++) {
-        TEST_ASSERT_TRUE(i < 1000U);
-        bench.refusals = i % 3U;
-        step(TEST_NOW_NS);
-    }
-    (void)put_together(0U, 0U);
-    expect_whole(9000U, 1U, 0U);
-    TEST_ASSERT_EQUAL_UINT32(0U, bench.process.counters.kept);
-}
-
-static void a_report_may_be_given_up(void)
-{
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_large_begin(&large, 3U, 25U, TEST_SOURCE, TEST_NOW_NS, &writer));
-    pus_large_cancel(&large);
-    TEST_ASSERT_FALSE(pus_large_is_busy(&large));
-    TEST_ASSERT_EQUAL(STATUS_OK, post(1U, 1U));
-    EXPECT_MESSAGES(3, 25);
-}
-
-/// The table of message type counters is full: a long report is sent with 0, as a short one would be.
-static void an_uncounted_report_is_told(void)
-{
-    for (uint16_t i = 0U; i < PUS_MESSAGE_COUNTERS; i++) {
-        octet_writer_t report = pus_tm_begin(&bench.process, 17U, 2U, i, TEST_NOW_NS);
-        TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&bench.process, &report));
-    }
-    TEST_ASSERT_EQUAL(STATUS_OK, post(5000U, 1U));
-    TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.uncounted);
-}
-
-/// No length field could tell it.
-static void more_than_the_longest_report_cannot_be_closed(void)
-{
-    static uint8_t octets[PUS_LARGE_MAX + 1U];
-    size_t size = 9U;
-    writer = pus_tm_begin_large(&bench.process, octets, sizeof(octets), 3U, 25U, TEST_SOURCE, TEST_NOW_NS);
-    while (!writer.failed && (writer.position < (sizeof(octets) - PUS_CRC_SIZE))) {
-        octet_write_u8(&writer, 1U);
-    }
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tm_close_large(&bench.process, &writer, &size));
-    TEST_ASSERT_EQUAL_UINT64(0U, size);
-    TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.oversized);
-}
-
-// --- up ----------------------------------------------------------------------------------------------------
 
 /// A request of `size` octets to be sent up.
 static void make_request(const size_t size, const uint8_t service, const uint16_t source)
@@ -327,12 +144,14 @@ static void expect_aborted(const size_t index, const uint16_t transaction, const
 
 static void parts_become_one_request(void)
 {
-    static const size_t sizes[][2] = {{UPLINK_SIZE, 512U}, {5000U, 4000U}, {PUS_TC_MIN, 7U}, {600U, 599U}};
-    for (uint16_t i = 0U; i < 4U; i++) {
+    static const size_t sizes[][2] = {
+        {UPLINK_SIZE, 512U}, {5000U, 4000U}, {PUS_TC_MIN, 7U}, {600U, 599U}, {600U, 5U}};
+    for (uint16_t i = 0U; i < 5U; i++) {
         make_request(sizes[i][0], 20U, TEST_SOURCE);
         const uint16_t last = send_all_but_last(i, sizes[i][1]);
-        TEST_ASSERT_TRUE(pus_large_is_busy(&large));
+        TEST_ASSERT_FALSE(pus_large_is_busy(&large)); // It waits for a part.
         send_last(i, last, sizes[i][1]);
+        TEST_ASSERT_TRUE(pus_large_is_busy(&large));
         EXPECT_MESSAGES(1, 1, 1, 3);
         TEST_ASSERT_EQUAL_UINT64(0U, taken_size);
         bench_clear();
@@ -343,7 +162,7 @@ static void parts_become_one_request(void)
         TEST_ASSERT_FALSE(pus_large_is_busy(&large));
         taken_size = 0U;
     }
-    TEST_ASSERT_EQUAL_UINT32(4U, large.counters.requests);
+    TEST_ASSERT_EQUAL_UINT32(5U, large.counters.requests);
 }
 
 static void parts_out_of_order_end_the_uplink(void)
@@ -423,17 +242,49 @@ static void sources_number_their_transactions_on_their_own(void)
     step(TEST_NOW_NS);
     TEST_ASSERT_EQUAL_UINT64(5000U, taken_size);
     TEST_ASSERT_EQUAL_MEMORY(whole, taken, taken_size);
-    TEST_ASSERT_TRUE(pus_large_is_busy(&large)); // With the other one's.
 }
 
-static void too_long_a_request_is_given_up(void)
+static void expect_too_long(const size_t longest)
 {
-    make_request(UPLINK_SIZE + 1U, 20U, TEST_SOURCE);
-    const uint16_t last = send_all_but_last(7U, 4000U);
-    send_last(7U, last, 4000U);
     EXPECT_MESSAGES(1, 1, 13, 16, 1, 4);
     expect_aborted(1U, 7U, PUS_LARGE_INTERNAL);
-    expect_failure(2U, 4U, PUS_FAILURE_TABLE_FULL, 0U, UPLINK_SIZE);
+    expect_failure(2U, 4U, PUS_FAILURE_TABLE_FULL, 0U, (uint32_t)longest);
+}
+
+static void too_long_a_request_is_given_up_as_soon_as_it_says_so(void)
+{
+    make_request(UPLINK_SIZE + 1U, 20U, TEST_SOURCE);
+    send_part(9U, 7U, 1U, whole, 600U);
+    expect_too_long(UPLINK_SIZE);
+    send_part(9U, 7U, 1U, whole, 5U); // Half a length field says nothing.
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    send_part(10U, 7U, 2U, &whole[5], 1U);
+    expect_too_long(UPLINK_SIZE);
+}
+
+static void too_long_a_request_is_given_up_when_its_length_field_lies(void)
+{
+    make_request(UPLINK_SIZE + 1U, 20U, TEST_SOURCE);
+    octets_put_u16(&whole[4], 6U);
+    const uint16_t last = send_all_but_last(7U, 4000U);
+    send_last(7U, last, 4000U);
+    expect_too_long(UPLINK_SIZE);
+}
+
+/// What is put together for another process than this one has to fit a packet.
+static void a_request_to_another_process_may_have_another_limit(void)
+{
+    make_request(PUS_PACKET_MAX + 1U, 20U, TEST_SOURCE);
+    octets_put_u16(whole, 0x1800U | (TEST_APID + 1U));
+    send_part(9U, 7U, 1U, whole, 600U);
+    expect_too_long(PUS_PACKET_MAX);
+    make_request(PUS_PACKET_MAX, 20U, TEST_SOURCE);
+    octets_put_u16(whole, 0x1800U | (TEST_APID + 1U));
+    octets_put_u16(&whole[PUS_PACKET_MAX - 2U], crc16_ccitt(whole, PUS_PACKET_MAX - 2U));
+    const uint16_t last = send_all_but_last(7U, 600U);
+    send_last(7U, last, 600U);
+    step(TEST_NOW_NS);
+    TEST_ASSERT_EQUAL_UINT64(PUS_PACKET_MAX, taken_size);
 }
 
 static void all_buffers_may_be_taken(void)
@@ -485,7 +336,9 @@ static void an_uplink_that_stops_is_given_up(void)
     step(TEST_NOW_NS + TIMEOUT_NS);
     EXPECT_MESSAGES(13, 16);
     expect_aborted(0U, 7U, PUS_LARGE_TIMEOUT);
-    TEST_ASSERT_FALSE(pus_large_is_busy(&large));
+    send_part(10U, 7U, 2U, &whole[512], 512U);
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 7U);
 }
 
 static void a_request_that_is_not_taken_is_offered_again(void)
@@ -525,6 +378,8 @@ static void a_large_request_is_dispatched(void)
     make_request(5000U, 13U, TEST_SOURCE); // A first part of 4987 octets: a service that takes any length.
     whole[8] = 9U;
     octets_put_u16(&whole[13], 1U);
+    octets_put_u16(&whole[15], TEST_APID);
+    octets_put_u16(&whole[19], 6000U);
     octets_put_u16(&whole[4998], crc16_ccitt(whole, 4998U));
     TEST_ASSERT_EQUAL(STATUS_OK, pus_dispatch_large(&bench.dispatcher, whole, whole_size, TEST_NOW_NS));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
@@ -547,22 +402,15 @@ static void every_request_has_a_strict_shape(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_report_that_fits_is_sent_as_it_is);
-    RUN_TEST(a_longer_report_goes_in_parts);
-    RUN_TEST(the_longest_report_of_all_goes_too);
-    RUN_TEST(what_does_not_fit_the_buffer_is_not_sent);
-    RUN_TEST(reports_follow_one_another);
-    RUN_TEST(a_port_that_takes_nothing_loses_no_part);
-    RUN_TEST(a_report_may_be_given_up);
-    RUN_TEST(an_uncounted_report_is_told);
-    RUN_TEST(more_than_the_longest_report_cannot_be_closed);
     RUN_TEST(parts_become_one_request);
     RUN_TEST(parts_out_of_order_end_the_uplink);
     RUN_TEST(parts_without_octets_are_refused);
     RUN_TEST(a_transaction_that_begins_anew_goes_on);
     RUN_TEST(a_whole_request_is_not_begun_anew);
     RUN_TEST(sources_number_their_transactions_on_their_own);
-    RUN_TEST(too_long_a_request_is_given_up);
+    RUN_TEST(too_long_a_request_is_given_up_as_soon_as_it_says_so);
+    RUN_TEST(too_long_a_request_is_given_up_when_its_length_field_lies);
+    RUN_TEST(a_request_to_another_process_may_have_another_limit);
     RUN_TEST(all_buffers_may_be_taken);
     RUN_TEST(what_is_no_request_is_not_taken);
     RUN_TEST(an_uplink_that_stops_is_given_up);

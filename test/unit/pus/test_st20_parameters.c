@@ -102,6 +102,57 @@ static void what_does_not_fit_the_report_is_refused_alone(void)
     TEST_ASSERT_EQUAL_UINT8(3U, tm.data[1]);
 }
 
+// A port for long reports: one buffer, which may be taken.
+static uint8_t long_octets[3U * PUS_TM_DATA_MAX];
+static size_t long_size;
+static bool is_long_taken;
+
+static status_t begin_long(void* const context, const uint8_t service, const uint8_t subtype,
+                           const uint16_t destination, const uint64_t now_ns,
+                           octet_writer_t* const out_writer)
+{
+    TEST_ASSERT_EQUAL_PTR(&long_size, context);
+    TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, destination);
+    *out_writer = pus_tm_begin_large(&bench.process, long_octets, sizeof long_octets, service, subtype,
+                                     destination, now_ns);
+    return is_long_taken ? STATUS_FULL : STATUS_OK;
+}
+
+static status_t post_long(void* const context, octet_writer_t* const report)
+{
+    TEST_ASSERT_EQUAL_PTR(&long_size, context);
+    TEST_ASSERT_FALSE(report->failed);
+    long_size = report->position - PUS_TM_HEADER_SIZE;
+    return STATUS_OK;
+}
+
+static void what_fits_no_packet_goes_as_a_long_report(void)
+{
+    const pus_long_port_t port = {&long_size, sizeof long_octets - PUS_TM_MIN, begin_long, post_long};
+    pus_process_lengthen(&bench.process, &port);
+    begin(4U);
+    add(P_LARGE);
+    add(P_LARGE);
+    add(P_LARGE);
+    add(P_U8);
+    TEST_ASSERT_EQUAL(STATUS_OK, request(1U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    TEST_ASSERT_EQUAL_UINT64(2U + (3U * 2004U) + 5U, long_size);
+    TEST_ASSERT_EQUAL_UINT16(4U, octets_u16_at(&long_octets[PUS_TM_HEADER_SIZE]));
+    TEST_ASSERT_EQUAL_UINT32(P_LARGE, octets_u32_at(&long_octets[PUS_TM_HEADER_SIZE + 2U + 2004U]));
+    is_long_taken = true;
+    TEST_ASSERT_EQUAL(STATUS_OK, request(1U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
+    expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
+    is_long_taken = false;
+    begin(7U);
+    for (unsigned i = 0U; i < 7U; i++) {
+        add(P_LARGE);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, request(1U));
+    expect_failure(2U, 4U, PUS_FAILURE_TABLE_FULL, 7U, sizeof long_octets - PUS_TM_MIN);
+}
+
 static void up_to_255_values_are_reported(void)
 {
     static const unsigned counts[] = {1U, 2U, 254U, 255U};
@@ -229,6 +280,7 @@ int main(void)
     RUN_TEST(values_are_reported_in_the_order_asked);
     RUN_TEST(what_cannot_be_reported_is_refused_alone);
     RUN_TEST(what_does_not_fit_the_report_is_refused_alone);
+    RUN_TEST(what_fits_no_packet_goes_as_a_long_report);
     RUN_TEST(up_to_255_values_are_reported);
     RUN_TEST(a_value_is_set_whole);
     RUN_TEST(each_refusal_has_its_code_and_the_rest_is_set);

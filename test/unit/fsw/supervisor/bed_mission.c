@@ -71,6 +71,7 @@ static const char mission_document[] =
     "<Allow tc='20,3' to='ARM' modes='NOMINAL' states='PRE_OPERATIONAL'/>\n"
     "<Allow tc='9,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='11,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
+    "<Allow tc='13,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='14,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='15,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='19,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+// What came in parts is routed like a request that came whole; what is longer than a packet goes in parts.
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include "fsw/framework/base/crc.h"
+
+#include <string.h>
+
+#define PART 400U
+#define SUPERVISOR_STATUS ((1UL << 21U) | (24UL << 16U)) // Its first parameter, a structure.
+#define VALUES_ASKED 255U
+#define REPORT_PARTS 12U // Of 255 values of 24 octets, with a count and the packet around it.
+
+static uint8_t whole[PUS_LARGE_MAX];
+static size_t whole_size;
+
+void setUp(void)
+{
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+/// A request with `size` octets of data, which begin with `data` and go on with zeros; its number is 99.
+static void make_request(const uint16_t apid, const uint8_t service, const uint8_t subtype,
+                         const uint16_t source, const void* const data, const size_t begin, const size_t size)
+{
+    memset(whole, 0, sizeof whole);
+    whole_size = PUS_TC_MIN + size;
+    octets_put_u16(whole, (uint16_t)(0x1800U | apid));
+    octets_put_u16(&whole[2], 0xC063U);
+    octets_put_u16(&whole[4], (uint16_t)(whole_size - 7U));
+    whole[6] = 0x2FU;
+    whole[7] = service;
+    whole[8] = subtype;
+    octets_put_u16(&whole[9], source);
+    memcpy(&whole[11], data, begin);
+    octets_put_u16(&whole[whole_size - 2U], crc16_ccitt(whole, whole_size - 2U));
+}
+
+static void send_part(const uint16_t number, const size_t sent, const size_t size, const bool is_last)
+{
+    uint8_t data[4U + PART] = {0U, 7U, (uint8_t)(number >> 8U), (uint8_t)number};
+    const uint8_t between   = (number == 1U) ? 9U : 10U;
+    memcpy(&data[4], &whole[sent], size);
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_LARGE_PACKETS, is_last ? 11U : between, data, 4U + size);
+    bed_run(1U);
+}
+
+/// Send it, in two parts at least; forget what was told of all parts but the last.
+static void send_request(void)
+{
+    uint16_t number = 1U;
+    size_t sent     = 0U;
+    bed.ack         = 0U;
+    for (size_t part = (whole_size > PART) ? PART : 8U; sent < whole_size; number++) {
+        const size_t left = whole_size - sent;
+        send_part(number, sent, (left < part) ? left : part, left <= part);
+        sent += (left < part) ? left : part;
+    }
+    bed.ack = PUS_ACK_ALL;
+}
+
+static void ask_for_values(void)
+{
+    static uint8_t data[1U + (4U * VALUES_ASKED)] = {VALUES_ASKED};
+    for (size_t i = 0U; i < VALUES_ASKED; i++) {
+        octets_put_u32(&data[1U + (4U * i)], SUPERVISOR_STATUS);
+    }
+    make_request(SUPERVISOR_APID, PUS_SERVICE_PARAMETERS, 1U, BED_USER, data, sizeof data, sizeof data);
+    send_request();
+}
+
+static void a_request_in_parts_is_routed(void)
+{
+    const uint8_t target = (uint8_t)STATE_PRE_OPERATIONAL;
+    make_request(ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REQUEST_STATE, BED_USER, &target, 1U, 1U);
+    send_request();
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 03 from 1"));
+    TEST_ASSERT_TRUE(bed_has("G/16 1.7 #99"));
+    TEST_ASSERT_EQUAL_UINT32(1U, bed.supervisor.onboard.large_packets.service.counters.requests);
+}
+
+static void parts_are_no_way_around_permission(void)
+{
+    make_request(ARM, PUS_SERVICE_FUNCTIONS, 1U, BED_USER, "MOVE\0\0\0", 8U, 8U);
+    send_request();
+    bed_run(1U);
+    bed_expect("G 1.2 #99 0110 100\n");
+    make_request(99U, PUS_SERVICE_TEST, 1U, BED_USER, "", 0U, 0U);
+    send_request();
+    bed_run(1U);
+    bed_expect("G 1.10 #99 0001 63\n");
+    const uint8_t none = 0U; // Application data that TC[17,1] does not have.
+    make_request(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, BED_USER, &none, 1U, 60000U);
+    send_request();
+    bed_run(1U);
+    bed_expect("G 1.2 #99 0108 0\n");
+}
+
+static void a_request_to_another_subsystem_fits_a_packet(void)
+{
+    make_request(ARM, PUS_SERVICE_TEST, 1U, BED_USER, "", 0U, PUS_TC_DATA_MAX + 1U);
+    bed.ack = 0U;
+    send_part(1U, 0U, PART, false);
+    TEST_ASSERT_TRUE(bed_has("G 13.16 000703"));
+    TEST_ASSERT_TRUE(bed_has("G 1.4 #0 0205 1000"));
+}
+
+/// ARM's mailbox is full: the request waits for it.
+static void a_request_waits_for_room(void)
+{
+    bed.members[BED_ARM].is_deaf = true;
+    bed.ack                      = 0U;
+    for (unsigned i = 0U; i < MESSAGE_WINDOW; i++) {
+        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, "", 0U);
+        bed_step();
+    }
+    make_request(ARM, PUS_SERVICE_TEST, 1U, BED_USER, "", 0U, 0U);
+    send_request();
+    bed_run(2U);
+    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.onboard.large_packets.service.counters.requests);
+    bed.members[BED_ARM].is_deaf = false;
+    bed_run(3U);
+    TEST_ASSERT_EQUAL_UINT32(1U, bed.supervisor.onboard.large_packets.service.counters.requests);
+    TEST_ASSERT_TRUE(bed_has("G/16 1.1 #99"));
+}
+
+/// The parts of a user on board become a request of that user.
+static void a_user_on_board_may_send_parts(void)
+{
+    uint8_t packet[PUS_TC_MIN + 4U + 32U];
+    make_request(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, PUS_USER_ONBOARD | ARM, "", 0U, 0U);
+    for (uint8_t i = 0U; i < 2U; i++) {
+        const size_t first   = (i == 0U) ? 0U : 8U;
+        const size_t size    = (i == 0U) ? 8U : (whole_size - 8U);
+        uint8_t data[4U + 8] = {0U, 7U, 0U, (uint8_t)(i + 1U)};
+        size_t packet_size   = 0U;
+        const pus_tc_t tc    = {.apid    = SUPERVISOR_APID,
+                                .service = PUS_SERVICE_LARGE_PACKETS,
+                                .subtype = (uint8_t)(9U + (2U * i)),
+                                .source  = PUS_USER_ONBOARD | ARM,
+                                .data    = data,
+                                .size    = 4U + size};
+        memcpy(&data[4], &whole[first], size);
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &packet_size));
+        bed_send(BED_ARM, packet, packet_size);
+        bed_run(1U);
+    }
+    bed_run(1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, bed.supervisor.onboard.large_packets.service.counters.requests);
+    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.counters.tc_forbidden);
+}
+
+static void a_report_longer_than_a_packet_goes_in_parts(void)
+{
+    ask_for_values();
+    bed_run(3U);
+    TEST_ASSERT_TRUE(bed_has("G 1.7 #99"));
+    TEST_ASSERT_TRUE(bed_has("G 13.1 00000001"));
+    TEST_ASSERT_TRUE(bed_has("G 13.2 00000002"));
+    TEST_ASSERT_TRUE(bed_has("G 13.3 0000000C"));
+    TEST_ASSERT_EQUAL_UINT32(REPORT_PARTS, bed.supervisor.onboard.large_packets.service.counters.parts);
+    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.onboard.large_packets.service.counters.aborted);
+}
+
+/// They leave half of what may wait for ground to others, and are lost themselves neither.
+static void parts_wait_for_ground(void)
+{
+    const pus_large_t* const service = &bed.supervisor.onboard.large_packets.service;
+    bed.members[BED_GROUND].is_deaf  = true;
+    for (unsigned i = 0U; i < 8U; i++) {
+        ask_for_values();
+        bed_run(2U);
+    }
+    TEST_ASSERT_TRUE(service->counters.reports < 8U);
+    TEST_ASSERT_TRUE(octet_ring_room(&bed.supervisor.ground_backlog) >
+                     (SUPERVISOR_PARTS_ROOM - PUS_PACKET_MAX));
+    const uint32_t lost             = service->counters.refused; // What finds no buffer is told.
+    bed.members[BED_GROUND].is_deaf = false;
+    bed_run(100U);
+    TEST_ASSERT_EQUAL_UINT32(8U - lost, service->counters.reports);
+    TEST_ASSERT_EQUAL_UINT32((8U - lost) * REPORT_PARTS, service->counters.parts);
+    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.counters.tc_unroutable);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_request_in_parts_is_routed);
+    RUN_TEST(parts_are_no_way_around_permission);
+    RUN_TEST(a_request_to_another_subsystem_fits_a_packet);
+    RUN_TEST(a_request_waits_for_room);
+    RUN_TEST(a_user_on_board_may_send_parts);
+    RUN_TEST(a_report_longer_than_a_packet_goes_in_parts);
+    RUN_TEST(parts_wait_for_ground);
+    return UNITY_END();
+}
