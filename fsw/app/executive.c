@@ -18,7 +18,7 @@ typedef struct { // All storage that the program itself needs, beside its compon
     seat_t seat;
     mission_descriptor_t mission;
     subsystem_descriptor_t own;
-    descriptor_loader_t loader;
+    seat_reader_t reader;
     osal_shm_t run_shm;
     osal_shm_t calendar_shm;
     loop_tasks_t loop_tasks;
@@ -56,15 +56,16 @@ static unsigned number_of(const char* const digits)
 static const char* take_seat(run_block_t* const run, const unsigned component,
                              osal_calendar_t* const calendar)
 {
-    descriptor_loader_init(&storage.loader);
+    seat_reader_init(&storage.reader);
     const uint16_t apid      = run->components[component].apid;
     const bool is_supervisor = (apid == 1U); // The launcher has looked at all for the others.
-    if (descriptor_load_mission_for(&storage.loader, run->mission_path, apid, is_supervisor, &storage.mission,
-                                    &storage.own) != STATUS_OK) {
-        return descriptor_error(&storage.loader);
+    if (descriptor_load_mission_for(&storage.reader.loader, run->mission_path, apid, is_supervisor,
+                                    &storage.mission, &storage.own) != STATUS_OK) {
+        return descriptor_error(&storage.reader.loader);
     }
-    return (seat_take(&storage.seat, run, &storage.mission, &storage.own, component, calendar, NULL) ==
-            STATUS_OK)
+    const seat_surroundings_t surroundings = {
+        .run = run, .mission = &storage.mission, .reader = &storage.reader, .calendar = calendar};
+    return (seat_take(&storage.seat, &surroundings, &storage.own, component) == STATUS_OK)
                ? NULL
                : storage.seat.error;
 }

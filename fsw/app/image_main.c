@@ -23,7 +23,7 @@ typedef struct { // Everything the image holds beside its components' own storag
     osal_shm_t calendar_shm;
     osal_calendar_t* calendar;
     mission_descriptor_t mission;
-    descriptor_loader_t loader;
+    seat_reader_t reader;
     ring_carrier_t hub;
     seat_t seats[MISSION_SUBSYSTEMS_MAX];
     subsystem_descriptor_t own[MISSION_SUBSYSTEMS_MAX];
@@ -77,25 +77,29 @@ static const char* attach(image_t* const self, const char* const run_name_text)
         return "there is no such run; the image is started by `hirosco run FORM=image`";
     }
     self->calendar = osal_calendar_attach(osal_shm_address(&self->calendar_shm));
-    descriptor_loader_init(&self->loader);
-    if (descriptor_load_mission(&self->loader, self->run->mission_path, &self->mission, &self->own[0]) !=
-        STATUS_OK) {
-        return descriptor_error(&self->loader);
+    seat_reader_init(&self->reader);
+    if (descriptor_load_mission(&self->reader.loader, self->run->mission_path, &self->mission,
+                                &self->own[0]) != STATUS_OK) {
+        return descriptor_error(&self->reader.loader);
     }
     return (self->calendar == NULL) ? "the run's calendar is gone" : NULL;
 }
 
 static const char* seat_all(image_t* const self)
 {
+    const seat_surroundings_t surroundings = {.run      = self->run,
+                                              .mission  = &self->mission,
+                                              .reader   = &self->reader,
+                                              .calendar = self->calendar,
+                                              .hub      = &self->hub};
     ring_carrier_init(&self->hub, (delivery_notice_t){self, delivered});
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         char path[RUN_PATH_MAX];
         if (!descriptor_path(self->run, self->mission.subsystems[i].descriptor, path, sizeof path) ||
-            (descriptor_load_subsystem(&self->loader, path, &self->own[i]) != STATUS_OK)) {
-            return descriptor_error(&self->loader);
+            (descriptor_load_subsystem(&self->reader.loader, path, &self->own[i]) != STATUS_OK)) {
+            return descriptor_error(&self->reader.loader);
         }
-        if (seat_take(&self->seats[i], self->run, &self->mission, &self->own[i], i, self->calendar,
-                      &self->hub) != STATUS_OK) {
+        if (seat_take(&self->seats[i], &surroundings, &self->own[i], i) != STATUS_OK) {
             return self->seats[i].error;
         }
         const program_open_t open = program_find(self->mission.subsystems[i].executable);

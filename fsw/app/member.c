@@ -20,7 +20,8 @@ bool descriptor_path(const run_block_t* const run, const char* const relative, c
 
 static status_t check(member_t* const member, const subsystem_descriptor_t* const descriptor)
 {
-    return descriptor_check_interface(&member->loader, member->path, descriptor, member->interface_hash);
+    return descriptor_check_interface(&member->seat->reader->loader, member->path, descriptor,
+                                      member->interface_hash);
 }
 
 bool member_load(member_t* const member, seat_t* const seat, const uint64_t interface_hash)
@@ -30,31 +31,31 @@ bool member_load(member_t* const member, seat_t* const seat, const uint64_t inte
     FSW_ASSERT(subsystem != NULL);
     member->seat           = seat;
     member->in_force       = seat->own;
-    member->spare          = &member->second;
     member->interface_hash = interface_hash;
-    descriptor_loader_init(&member->loader);
     if (!descriptor_path(seat->run, subsystem->descriptor, member->path, sizeof member->path) ||
         (check(member, seat->own) != STATUS_OK)) {
         text_t text = text_in(seat->error, sizeof seat->error);
-        text_add(&text, descriptor_error(&member->loader));
+        text_add(&text, descriptor_error(&seat->reader->loader));
         return false;
     }
-    return record_store_open(&member->records, seat, member->slots, MEMBER_RECORDS,
-                             seat->clock.mode != OSAL_CLOCK_REAL) == STATUS_OK;
+    return (seat_open_inbox(seat, member->inbox, sizeof member->inbox) == STATUS_OK) &&
+           (record_store_open(&member->records, seat, member->slots, MEMBER_RECORDS,
+                              seat->clock.mode != OSAL_CLOCK_REAL) == STATUS_OK);
 }
 
 /// TC[129,6]: a descriptor that is refused leaves the old one in force.
 static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
 {
-    member_t* const member = (member_t*)context;
-    status_t status        = descriptor_load_subsystem(&member->loader, member->path, member->spare);
+    member_t* const member      = (member_t*)context;
+    seat_reader_t* const reader = member->seat->reader;
+    status_t status             = descriptor_load_subsystem(&reader->loader, member->path, reader->spare);
     if (status == STATUS_OK) {
-        status = check(member, member->spare);
+        status = check(member, reader->spare);
     }
     if (status == STATUS_OK) {
         subsystem_descriptor_t* const old = member->in_force;
-        member->in_force                  = member->spare;
-        member->spare                     = old;
+        member->in_force                  = reader->spare;
+        reader->spare                     = old;
         *out_descriptor                   = member->in_force;
     }
     return status;

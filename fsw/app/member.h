@@ -14,12 +14,10 @@ typedef struct { // Private, except `component`.
     seat_t* seat;
     component_t component;
     subsystem_descriptor_t* in_force;
-    subsystem_descriptor_t* spare; // What is read anew goes there.
-    subsystem_descriptor_t second;
-    descriptor_loader_t loader;
     uint64_t interface_hash;
     char path[RUN_PATH_MAX];
     uint8_t packet[PUS_PACKET_MAX];
+    uint8_t inbox[MESSAGE_INBOX_OCTETS(1U)]; // From the supervisor.
     record_store_t records;
     journal_slot_t slots[JOURNAL_SLOTS(MEMBER_RECORDS)];
     pus_persistence_t persistence;

@@ -5,7 +5,6 @@
 #include "fsw/framework/base/text.h"
 #include "osal/include/osal/console.h"
 
-#include <stddef.h>
 #include <string.h>
 
 #define PUMP_PATIENCE_MS 100U
@@ -206,13 +205,13 @@ static status_t add_peers(seat_t* const seat)
     return status;
 }
 
-static status_t open_messages(seat_t* const seat, ring_carrier_t* const hub)
+static status_t open_messages(seat_t* const seat, uint8_t* const inbox, const size_t octets)
 {
     const run_component_t* const self = &seat->run->components[seat->component];
-    if (hub != NULL) {
-        message_open(&seat->endpoint, seat->apid, self->start_count, ring_carrier_port(hub), seat->inbox,
-                     sizeof seat->inbox);
-        return ring_carrier_attach(hub, &seat->endpoint);
+    if (seat->hub != NULL) {
+        message_open(&seat->endpoint, seat->apid, self->start_count, ring_carrier_port(seat->hub), inbox,
+                     octets);
+        return ring_carrier_attach(seat->hub, &seat->endpoint);
     }
     const delivery_notice_t notice = {seat, seat_delivered};
     message_carrier_t carrier      = {NULL, NULL};
@@ -227,22 +226,42 @@ static status_t open_messages(seat_t* const seat, ring_carrier_t* const hub)
         carrier = udp_carrier_port(&seat->udp);
     }
     if (status == STATUS_OK) {
-        message_open(&seat->endpoint, seat->apid, self->start_count, carrier, seat->inbox,
-                     sizeof seat->inbox);
+        message_open(&seat->endpoint, seat->apid, self->start_count, carrier, inbox, octets);
     }
     return status;
 }
 
-status_t seat_take(seat_t* const seat, run_block_t* const run, const mission_descriptor_t* const mission,
-                   subsystem_descriptor_t* const own, const unsigned index, osal_calendar_t* const calendar,
-                   ring_carrier_t* const hub)
+void seat_reader_init(seat_reader_t* const reader)
 {
-    FSW_ASSERT((seat != NULL) && (run != NULL) && (mission != NULL) && (own != NULL) &&
-               (index < run->component_count));
-    (void)memset(seat, 0, offsetof(seat_t, inbox));
+    FSW_ASSERT(reader != NULL);
+    descriptor_loader_init(&reader->loader);
+    reader->spare = &reader->model;
+}
+
+status_t seat_open_inbox(seat_t* const seat, uint8_t* const inbox, const size_t octets)
+{
+    FSW_ASSERT((seat != NULL) && (inbox != NULL));
+    status_t status = open_messages(seat, inbox, octets);
+    if (status != STATUS_OK) {
+        return fail(seat, "cannot open its message socket", status);
+    }
+    status = add_peers(seat);
+    return (status == STATUS_OK) ? STATUS_OK : fail(seat, "too many components", status);
+}
+
+status_t seat_take(seat_t* const seat, const seat_surroundings_t* const surroundings,
+                   subsystem_descriptor_t* const own, const unsigned index)
+{
+    FSW_ASSERT((seat != NULL) && (surroundings != NULL) && (surroundings->run != NULL) &&
+               (surroundings->mission != NULL) && (surroundings->reader != NULL) && (own != NULL) &&
+               (index < surroundings->run->component_count));
+    run_block_t* const run = surroundings->run;
+    (void)memset(seat, 0, sizeof *seat);
     seat->run                       = run;
-    seat->mission                   = mission;
+    seat->mission                   = surroundings->mission;
     seat->own                       = own;
+    seat->reader                    = surroundings->reader;
+    seat->hub                       = surroundings->hub;
     seat->component                 = index;
     seat->apid                      = run->components[index].apid;
     seat->message_socket.descriptor = -1;
@@ -259,22 +278,14 @@ status_t seat_take(seat_t* const seat, run_block_t* const run, const mission_des
                                      .methods    = methods_of_port,
                                      .delivered  = link_delivered};
     seat->uplink = (pus_port_t){seat, send_up};
-    if (calendar != NULL) {
-        osal_clock_open_stepped(&seat->clock, calendar, run_participant(index));
+    if (surroundings->calendar != NULL) {
+        osal_clock_open_stepped(&seat->clock, surroundings->calendar, run_participant(index));
     } else if (run->is_stepped) {
         osal_clock_open_granted(&seat->clock, &seat->deliveries);
     } else {
         osal_clock_open_real(&seat->clock, run->origin_ns);
     }
-    status_t status = open_messages(seat, hub);
-    if (status != STATUS_OK) {
-        return fail(seat, "cannot open its message socket", status);
-    }
-    status = add_peers(seat);
-    if (status != STATUS_OK) {
-        return fail(seat, "too many components", status);
-    }
-    status = open_link_sockets(seat);
+    const status_t status = open_link_sockets(seat);
     return (status == STATUS_OK) ? STATUS_OK : fail(seat, "cannot open its link sockets", status);
 }
 

@@ -8,6 +8,7 @@
 
 #include "fsw/app/run_block.h"
 #include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"
 #include "fsw/framework/message/tipc_carrier.h"
@@ -16,9 +17,14 @@
 #include "osal/include/osal/clock.h"
 #include "pus/process.h"
 
-#define SEAT_INBOX_OCTETS MESSAGE_INBOX_OCTETS(MISSION_SUBSYSTEMS_MAX, 512U)
 #define SEAT_SOCKETS_MAX 8U
 #define SEAT_ERROR_MAX 512U
+
+typedef struct { // How descriptors are read: once for all components of a program, one after the other.
+    descriptor_loader_t loader;
+    subsystem_descriptor_t model;
+    subsystem_descriptor_t* spare; ///< What is read anew goes there; who takes it leaves its old one.
+} seat_reader_t;
 
 typedef struct { // Private, except the members named below.
     run_block_t* run;
@@ -26,6 +32,7 @@ typedef struct { // Private, except the members named below.
     unsigned component; ///< Index in run->components.
     uint16_t apid;
     subsystem_descriptor_t* own; ///< The component's descriptor, read with the mission; it may read it anew.
+    seat_reader_t* reader;       ///< With which it does.
     osal_clock_t clock;
     osal_deliveries_t deliveries; // Where the calendar is out of reach.
     message_endpoint_t endpoint;
@@ -41,15 +48,29 @@ typedef struct { // Private, except the members named below.
     link_resolver_t links;
     pus_port_t uplink; ///< To the supervisor.
     char error[SEAT_ERROR_MAX];
-    uint8_t inbox[SEAT_INBOX_OCTETS]; // Not cleared: nothing is read that did not arrive.
+    ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run says.
 } seat_t;
 
-/// Take the seat of component `index` of the run, whose descriptor is `own`. `calendar` null: real time, or,
-/// where the run is stepped, a clock whose grants are brought (osal_clock_take_grant). `hub` null: messages
-/// by UDP or TIPC, as the run says. STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
-MUST_USE status_t seat_take(seat_t* seat, run_block_t* run, const mission_descriptor_t* mission,
-                            subsystem_descriptor_t* own, unsigned index, osal_calendar_t* calendar,
-                            ring_carrier_t* hub);
+/// Before any component takes a seat.
+void seat_reader_init(seat_reader_t* reader);
+
+typedef struct { // What the components of a program share.
+    run_block_t* run;
+    const mission_descriptor_t* mission;
+    seat_reader_t* reader;
+    osal_calendar_t* calendar; ///< Null: real time, or, where the run is stepped, a clock whose grants are
+                               ///< brought (osal_clock_take_grant).
+    ring_carrier_t* hub;       ///< Null: messages by UDP or TIPC, as the run says.
+} seat_surroundings_t;
+
+/// Take the seat of component `index` of the run, whose descriptor is `own`. The component then opens its
+/// inbox. STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
+MUST_USE status_t seat_take(seat_t* seat, const seat_surroundings_t* surroundings,
+                            subsystem_descriptor_t* own, unsigned index);
+/// Where messages to this component wait, which lives as long as the seat: MESSAGE_INBOX_OCTETS of its peers,
+/// the supervisor's being all others and the others' the supervisor. Nothing is taken in before.
+/// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
+MUST_USE status_t seat_open_inbox(seat_t* seat, uint8_t* inbox, size_t octets);
 /// Sockets that wake this component, for the program's wait. Returns their number.
 size_t seat_sockets(seat_t* seat, osal_socket_t** out_sockets, size_t capacity);
 /// Take in datagrams. Stepped: exactly the `messages` that were announced with the grant (waiting for those

@@ -13,13 +13,13 @@
 typedef struct {
     seat_t* seat;
     supervisor_t supervisor;
-    descriptor_loader_t loader;
     subsystem_descriptor_t other; // The last one that was asked for.
     record_store_t records;
     osal_directory_t files;
     store_files_t stores;
     supervisor_services_t services;
     journal_slot_t slots[JOURNAL_SLOTS(RECORDS_MAX)];
+    uint8_t inbox[MESSAGE_INBOX_OCTETS(MISSION_SUBSYSTEMS_MAX - 1U)];
 } supervisor_program_t;
 
 static supervisor_program_t storage;
@@ -112,13 +112,12 @@ static bool is_fitting(seat_t* const seat)
 {
     char path[RUN_PATH_MAX];
     const mission_subsystem_t* const subsystem = mission_find_subsystem(seat->mission, seat->apid);
-    descriptor_loader_init(&storage.loader);
     const bool fits = descriptor_path(seat->run, subsystem->descriptor, path, sizeof path) &&
-                      (descriptor_check_interface(&storage.loader, path, seat->own,
+                      (descriptor_check_interface(&seat->reader->loader, path, seat->own,
                                                   SUPERVISOR_INTERFACE_HASH) == STATUS_OK);
     if (!fits) {
         text_t text = text_in(seat->error, sizeof seat->error);
-        text_add(&text, descriptor_error(&storage.loader));
+        text_add(&text, descriptor_error(&seat->reader->loader));
     }
     return fits;
 }
@@ -135,7 +134,7 @@ static status_t load_descriptor(void* const context, const uint16_t index,
         return STATUS_OK;
     }
     return descriptor_path(seat->run, subsystem->descriptor, path, sizeof path)
-               ? descriptor_load_subsystem(&storage.loader, path, &storage.other)
+               ? descriptor_load_subsystem(&seat->reader->loader, path, &storage.other)
                : STATUS_TOO_LARGE;
 }
 
@@ -158,7 +157,8 @@ static bool open_files(seat_t* const seat)
 
 bool supervisor_open(seat_t* const seat, program_t* const out_program)
 {
-    if (!is_fitting(seat) || !open_files(seat) ||
+    if (!is_fitting(seat) || (seat_open_inbox(seat, storage.inbox, sizeof storage.inbox) != STATUS_OK) ||
+        !open_files(seat) ||
         (record_store_open(&storage.records, seat, storage.slots, RECORDS_MAX, true) != STATUS_OK)) {
         return false;
     }

@@ -21,7 +21,7 @@
 
 static message_endpoint_t ends[2];
 static ring_carrier_t hub;
-static uint8_t inboxes[2][MESSAGE_INBOX_OCTETS(2U, OCTETS)];
+static uint8_t inboxes[2][MESSAGE_INBOX_OCTETS(2U)];
 static uint8_t message[OCTETS];
 static volatile uint32_t sink; // Keeps the compiler from dropping the work.
 

@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Text (code and constants), compiled with -Os and without tables for unwinding.
+"""Text (code and constants), compiled with -Os and without tables for unwinding, and the RAM of each subsystem.
 
 On x86-64: of each library of the framework and of the packet services by its objects; of the framework with the services
 that every subsystem has, linked together as a program holds them, where equal texts are there once and the rest of the
 libraries only as far as these reach it; and what each other service adds to that, with what it needs. For a Cortex-M: of
-all packet services by their objects. Baselines: what the whole of each may be."""
+all packet services by their objects. Baselines: what the whole of each may be.
+
+RAM of a subsystem is what an image grows by with it, on x86-64, all of it static: its component with services and lasting
+records, its own code's storage, its inbox, its seat in the run, its descriptor. What a program has once whatever it holds
+is a row of its own: the mission's descriptor, the reader of descriptors, the stand-in's stream. Not counted: stacks,
+constants, the operating system's port beneath, shared memory of buses and links. The supervisor keeps the services of the whole
+spacecraft, and communication a queue for each of the ground's connections: rows of their own without a bound."""
 
 import pathlib
 import re
@@ -19,6 +25,14 @@ CORTEX_M = ["clang", "--target=thumbv7em-none-eabi", "-mcpu=cortex-m4", *FLAGS, 
 OUT = pathlib.Path("build/size")
 ALLOWED = 90000
 ALLOWED_CORTEX_M = 128 * 1024
+ALLOWED_RAM = 256 * 1024
+SIZES = """
+#include "fsw/app/seat.h"
+#include "fsw/subsystems/communication/communication.h"
+uint8_t seat[sizeof(seat_t)];
+uint8_t descriptor[sizeof(subsystem_descriptor_t)];
+uint8_t queues[sizeof((const communication_t*)0)->queues];
+"""
 SERVICE = re.compile(r"pus/st(\d+)_")
 EVERYWHERE = {1, 3, 5, 8, 17, 20, 129, 130, 131} # Services that every subsystem has.
 # Only what an optional service needs: its connection to a component, and what it keeps.
@@ -74,6 +88,29 @@ def report_cortex_m(sources):
     print(f"BENCH {name} {sum(text_of(compiled(source, CORTEX_M)) for source in sources)} octets {ALLOWED_CORTEX_M}")
 
 
+def symbols(target):
+    """Size of each object in memory of an object file: name -> octets."""
+    lines = subprocess.run(["nm", "-S", str(target)], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
+    fields = [line.split() for line in lines]
+    return {each[3]: int(each[1], 16) for each in fields if len(each) == 4 and each[2] in "bBdD"}
+
+
+def report_ram():
+    """What each program of a subsystem places in memory for it, with what its host places for each subsystem."""
+    source = OUT / "sizes.c"
+    source.write_text(SIZES)
+    sizes = symbols(compiled(source))
+    for program in sorted(pathlib.Path("fsw/app").glob("*_program.c")):
+        name = program.stem.removesuffix("_program")
+        octets = symbols(compiled(program))["storage"] + sizes["seat"] + sizes["descriptor"]
+        if name == "communication":
+            octets -= sizes["queues"]
+            print(f"BENCH ram_communication_queues {sizes['queues']} octets -")
+        print(f"BENCH ram_{name} {octets} octets {'-' if name == 'supervisor' else ALLOWED_RAM}")
+    once = symbols(compiled(pathlib.Path("fsw/app/executive.c")))["storage"] - sizes["seat"] - sizes["descriptor"]
+    print(f"BENCH ram_once_in_a_program {once} octets -")
+
+
 def main():
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
@@ -84,6 +121,7 @@ def main():
         objects.update(of_folder)
         print(f"BENCH text_{folder.name} {sum(map(text_of, of_folder.values()))} octets -")
     report_services(objects)
+    report_ram()
     report_cortex_m(sorted(pathlib.Path("pus").glob("*.c")))
 
 

@@ -9,7 +9,7 @@
 /// all else is configuration, read at run time, guarded by configuration_hash (descriptors.md says over what
 /// each is taken).
 ///
-/// Ownership  The caller places the model (static; about 70 KiB). Context: any, read-only after loading.
+/// Ownership  The caller places the model (static; about 32 KiB). Context: any, read-only after loading.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 
@@ -22,23 +22,23 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define DESCRIPTOR_TEXT_OCTETS 16384U
-#define DESCRIPTOR_FIELDS_MAX 320U
+#define DESCRIPTOR_TEXT_OCTETS 6144U
+#define DESCRIPTOR_FIELDS_MAX 160U
 #define DESCRIPTOR_PARAMETERS_MAX 64U
 #define DESCRIPTOR_EVENTS_MAX 48U
 #define DESCRIPTOR_FUNCTIONS_MAX 32U
 #define DESCRIPTOR_SERVICES_MAX 8U
 #define DESCRIPTOR_CONFIGURATIONS_MAX 8U
-#define DESCRIPTOR_INITIALS_MAX 128U
+#define DESCRIPTOR_INITIALS_MAX 64U
 #define DESCRIPTOR_REFERENCES_MAX 192U
 #define DESCRIPTOR_STRUCTURES_MAX 32U
 #define DESCRIPTOR_SAMPLED_MAX 32U
 #define DESCRIPTOR_LOOPS_MAX 16U
-#define DESCRIPTOR_CONFIGURATION_LOOPS_MAX 4U ///< Loops of one configuration beside its own.
+#define DESCRIPTOR_CONFIGURATION_LOOPS_MAX 2U ///< Loops of one configuration beside its own.
 #define DESCRIPTOR_PORTS_MAX 16U
 #define DESCRIPTOR_DEVICES_MAX 32U
-#define DESCRIPTOR_SETTINGS_MAX 256U
-#define DESCRIPTOR_ENDNODES_MAX 48U
+#define DESCRIPTOR_SETTINGS_MAX 128U
+#define DESCRIPTOR_ENDNODES_MAX 32U
 #define DESCRIPTOR_STATES 10U
 #define DESCRIPTOR_STATE_WORDS 192U ///< Characters of the names of all states with a space behind each.
 #define DESCRIPTOR_METHODS 5U
@@ -70,14 +70,14 @@ typedef enum {
 typedef struct { // One field of a parameter, an argument of a function, or an element of a port's layout.
     const char* name; ///< Of a structure within the parameter: "GROUP.NAME".
     value_type_t type;
-    uint16_t id;      ///< Arguments: argument id; otherwise the order within its owner, from 0.
-    uint16_t count;   ///< >= 1.
-    uint32_t offset;  ///< [octets] in the generated C structure of its owner, as this compiler lays it out.
+    uint16_t id;     ///< Arguments: argument id; otherwise the order within its owner, from 0.
+    uint16_t count;  ///< >= 1.
+    uint32_t offset; ///< [octets] in the generated C structure of its owner, as this compiler lays it out.
+    uint32_t line;
     const char* unit; ///< "" if none.
     const char* init; ///< Text of `count` numbers, or NULL (zero).
     double min;       ///< -DBL_MAX if none.
     double max;       ///< DBL_MAX if none.
-    uint32_t line;
 } descriptor_field_t;
 
 typedef struct {

@@ -94,11 +94,28 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
     const status_t status =
         endpoint->carrier.send(endpoint->carrier.context, channel->peer, frame, MESSAGE_HEADER_OCTETS + size);
     if (status == STATUS_OK) {
-        channel->told = channel->taken;
+        channel->told   = channel->taken;
+        channel->untold = 0U;
     } else if (status != STATUS_FULL) {
         endpoint->counters.unreachable++;
     }
     return status;
+}
+
+/// Blocks that may be sent: none where the largest one would not fit the window any more.
+static uint32_t credit_of(const message_channel_t* const channel)
+{
+    return ((channel->under_way + MESSAGE_FRAME_MAX) > MESSAGE_WINDOW_OCTETS)
+               ? 0U
+               : (MESSAGE_WINDOW - (channel->sent - channel->credited));
+}
+
+/// The peer has taken all frames before number `taken`.
+static void credit_up_to(message_channel_t* const channel, const uint32_t taken)
+{
+    for (; channel->credited != taken; channel->credited++) {
+        channel->under_way -= channel->sizes[channel->credited % MESSAGE_WINDOW];
+    }
 }
 
 /// Ask what the peer has taken: after a loss of the whole window in both directions nobody else would say a
@@ -137,7 +154,7 @@ uint32_t message_credit(const message_endpoint_t* const endpoint, const uint16_t
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
         const message_channel_t* const channel = &endpoint->channels[i];
         if (channel->peer == peer) {
-            return MESSAGE_WINDOW - (channel->sent - channel->credited);
+            return credit_of(channel);
         }
     }
     return 0U;
@@ -154,12 +171,15 @@ status_t message_send(message_endpoint_t* const endpoint, const uint16_t to, con
     if (size > MESSAGE_PAYLOAD_MAX) {
         return STATUS_TOO_LARGE;
     }
-    if ((channel->sent - channel->credited) >= MESSAGE_WINDOW) {
+    if (credit_of(channel) == 0U) {
         refused_for_credit(endpoint, channel);
         return STATUS_FULL;
     }
     const status_t status = send_frame(endpoint, channel, KIND_DATA, octets, size);
     if (status == STATUS_OK) {
+        const uint16_t frame_size                      = (uint16_t)(MESSAGE_HEADER_OCTETS + size);
+        channel->sizes[channel->sent % MESSAGE_WINDOW] = frame_size;
+        channel->under_way += frame_size;
         channel->sent++;
         endpoint->counters.sent++;
     }
@@ -197,9 +217,11 @@ static void meet(message_channel_t* const channel, const uint32_t peer_epoch)
     channel->expected     = 0U;
     channel->taken        = 0U;
     channel->told         = 0U;
+    channel->untold       = 0U;
     if (is_restart) { // What was under way to its predecessor is gone.
-        channel->sent     = 0U;
-        channel->credited = 0U;
+        channel->sent      = 0U;
+        channel->credited  = 0U;
+        channel->under_way = 0U;
     }
 }
 
@@ -218,7 +240,7 @@ static bool is_current(message_endpoint_t* const endpoint, message_channel_t* co
         return false;
     }
     if ((frame->taken - channel->credited) <= (channel->sent - channel->credited)) {
-        channel->credited = frame->taken;
+        credit_up_to(channel, frame->taken);
     }
     channel->refusals = 0U;
     return true;
@@ -238,12 +260,17 @@ static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t
     endpoint->counters.lost += ahead;
     channel->expected = frame->sequence + ((frame->kind == KIND_DATA) ? 1U : 0U);
     channel->taken    = channel->expected; // Lost blocks give their credit back, too.
-    return (frame->kind == KIND_DATA);
+    if (frame->kind != KIND_DATA) {
+        return false;
+    }
+    channel->untold += (uint32_t)(MESSAGE_HEADER_OCTETS + frame->size);
+    return true;
 }
 
 static void return_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
-    if ((channel->taken - channel->told) >= (MESSAGE_WINDOW / 2U)) {
+    if (((channel->taken - channel->told) >= (MESSAGE_WINDOW / 2U)) ||
+        (channel->untold >= (MESSAGE_WINDOW_OCTETS / 2U))) {
         (void)send_frame(endpoint, channel, KIND_CREDIT, NULL, 0U); // If refused, again at the next receive.
     }
 }

@@ -2,8 +2,10 @@
 /// Carries octet blocks between components, in order, with sequence numbers and end-to-end credits.
 ///
 /// An endpoint has an address (the component's id) and a channel to each peer. A sender may have at most
-/// MESSAGE_WINDOW blocks under way that the receiver has not taken; then message_send says STATUS_FULL and
-/// nothing is lost. The frame below is the same over every carrier (a ring of the same program, UDP, TIPC):
+/// MESSAGE_WINDOW blocks, of MESSAGE_WINDOW_OCTETS together, under way that the receiver has not taken; where
+/// these leave no room for the largest block, message_send says STATUS_FULL and nothing is lost. An inbox of
+/// MESSAGE_INBOX_OCTETS holds all that its peers may have under way. The frame below is the same over every
+/// carrier (a ring of the same program, UDP, TIPC):
 ///
 ///     magic u16 0x484D | version u8 1 | kind u8 (0 data, 1 credit, 2 probe) | from u16 | to u16 | from epoch
 ///     u32 | to epoch u32 (0 unknown) | sequence u32 | taken u32 | payload              (24 octets,
@@ -31,10 +33,14 @@
 #define MESSAGE_HEADER_OCTETS 24U
 #define MESSAGE_PAYLOAD_MAX 4096U
 #define MESSAGE_FRAME_MAX (MESSAGE_HEADER_OCTETS + MESSAGE_PAYLOAD_MAX)
-#define MESSAGE_WINDOW 32U ///< Blocks under way on a channel and direction.
+#define MESSAGE_WINDOW 32U           ///< Blocks under way on a channel and direction.
+#define MESSAGE_WINDOW_OCTETS 32768U ///< Octets of these with their headers.
 #define MESSAGE_PEERS_MAX 16U
-/// Inbox that holds a full window of `peers` channels with blocks of `typical` octets.
-#define MESSAGE_INBOX_OCTETS(peers, typical) ((peers) * (MESSAGE_WINDOW + 2U) * ((typical) + 32U))
+#define MESSAGE_ANSWERS 8U ///< Credits and probes on top of a full window, for which an inbox has room.
+/// Inbox that holds full windows of `peers` channels: each block takes its frame and four octets more.
+#define MESSAGE_INBOX_OCTETS(peers)                                                                          \
+    ((peers) *                                                                                               \
+     (MESSAGE_WINDOW_OCTETS + (MESSAGE_WINDOW * 4U) + (MESSAGE_ANSWERS * (MESSAGE_HEADER_OCTETS + 4U))))
 
 /// How a frame reaches a peer: STATUS_OK, STATUS_FULL (try again), anything else: nobody there now. Only a
 /// frame that was taken counts as sent.
@@ -56,13 +62,16 @@ typedef struct {
 
 typedef struct { // Private.
     uint16_t peer;
-    uint32_t peer_epoch; // 0: not heard of yet.
-    uint32_t sent;       // Data frames sent in this incarnation of the channel.
-    uint32_t credited;   // Of these, taken by the peer.
-    uint32_t expected;   // Next sequence number from the peer.
-    uint32_t taken;      // Data frames taken here.
-    uint32_t told;       // `taken` as last told to the peer.
-    uint32_t refusals;   // Sends refused for lack of credit since the peer was last heard.
+    uint32_t peer_epoch;            // 0: not heard of yet.
+    uint32_t sent;                  // Data frames sent in this incarnation of the channel.
+    uint32_t credited;              // Of these, taken by the peer.
+    uint32_t expected;              // Next sequence number from the peer.
+    uint32_t taken;                 // Data frames taken here.
+    uint32_t told;                  // `taken` as last told to the peer.
+    uint32_t refusals;              // Sends refused for lack of credit since the peer was last heard.
+    uint32_t under_way;             // Octets of frames that were sent and not credited.
+    uint32_t untold;                // Octets of frames taken since the peer was last told.
+    uint16_t sizes[MESSAGE_WINDOW]; // Of the frames under way, by their number.
 } message_channel_t;
 
 typedef struct { // Private, except `counters` and `inbox`.
@@ -89,7 +98,8 @@ MUST_USE status_t message_receive(message_endpoint_t* endpoint, uint16_t* out_fr
                                   size_t capacity, size_t* out_size);
 /// The way to a peer is there again: ask what it has taken of what was under way. No effect if nothing was.
 void message_probe(message_endpoint_t* endpoint, uint16_t peer);
-/// Blocks that may be sent to a peer now; 0 for an unknown one.
+/// Blocks that may be sent to a peer now, as long as their octets have room: the next one has, whatever its
+/// size, if this is not 0. 0 for an unknown peer.
 uint32_t message_credit(const message_endpoint_t* endpoint, uint16_t peer);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_H

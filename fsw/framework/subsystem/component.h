@@ -17,7 +17,7 @@
 /// that returns, with the priority of component_loop_priority, beside the task that calls component_step.
 /// What such a loop has finished leaves with the next component_step, numbered as any other report.
 ///
-/// Ownership  The program places component_t (static; about 150 KiB) and all that the configuration points
+/// Ownership  The program places component_t (static; about 120 KiB) and all that the configuration points
 ///            to.
 /// Context    One loop; component_loop_step and component_loop_priority may run in a task of their own for
 ///            each loop. None blocks but for short critical sections with priority inheritance.

@@ -22,7 +22,7 @@
 #define XML_ERROR_CHARACTERS 128U
 
 /// An arena of this size holds every document within the default limits [64-bit words].
-#define XML_ARENA_WORDS 32768U
+#define XML_ARENA_WORDS 8192U
 
 typedef struct {
     const char* name;

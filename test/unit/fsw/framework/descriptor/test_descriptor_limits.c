@@ -62,7 +62,7 @@ static const struct {
     {"<Parameters>", "<ParamRef name='P%u' id='%u' type='INT8'/>", "</Parameters>", DESCRIPTOR_PARAMETERS_MAX,
      "too many parameters, at most 64"},
     {"<Parameters><StructRef name='S' id='1' type='STRUCT'>", "<ParamRef name='F%u' type='INT8'/>",
-     "</StructRef></Parameters>", DESCRIPTOR_FIELDS_MAX, "too many fields in one descriptor, at most 320"},
+     "</StructRef></Parameters>", DESCRIPTOR_FIELDS_MAX, "too many fields in one descriptor, at most 160"},
     {"<Events>", "<Event name='E%u' id='%u' severity='LOW'/>", "</Events>", DESCRIPTOR_EVENTS_MAX,
      "too many events, at most 48"},
     {"<Functions>", "<Function name='F%u' id='%u' states='*'/>", "</Functions>", DESCRIPTOR_FUNCTIONS_MAX,
@@ -73,9 +73,9 @@ static const struct {
      DESCRIPTOR_DEVICES_MAX, "too many devices, at most 32"},
     {CONFIGURATION "<Devices><Device name='D' type='x'>",
      "<Setting object='0x6060:00' type='INT16' value='%u'/>", "</Device></Devices></Configuration>",
-     DESCRIPTOR_SETTINGS_MAX, "too many <Setting>, at most 256"},
+     DESCRIPTOR_SETTINGS_MAX, "too many <Setting>, at most 128"},
     {CONFIGURATION "<Devices><Device name='D' type='x'>", "<Endnode type='SHM' name='n%u'/>",
-     "</Device></Devices></Configuration>", DESCRIPTOR_ENDNODES_MAX, "too many <Endnode>, at most 48"},
+     "</Device></Devices></Configuration>", DESCRIPTOR_ENDNODES_MAX, "too many <Endnode>, at most 32"},
     {CONFIGURATION "<RTLinkService>",
      "<Provides name='P%u' id='%u' methods='UDP'><ParamRef name='A' type='INT8'/></Provides>",
      "</RTLinkService></Configuration>", DESCRIPTOR_PORTS_MAX, "too many ports, at most 16"},
@@ -169,7 +169,7 @@ static void more_octets_than_allowed_are_refused_with_their_number(void)
     }
 }
 
-/// Eighteen texts of 901 octets and the names fit into 16384; the nineteenth function stands in line 20.
+/// Six texts of 901 octets and the names fit into 6144; the seventh function stands in line 8.
 static void texts_beyond_the_models_room_are_refused(void)
 {
     char function[1000];
@@ -183,7 +183,7 @@ static void texts_beyond_the_models_room_are_refused(void)
     add_numbered(function, DESCRIPTOR_FUNCTIONS_MAX);
     add("</Functions></Subsystem>");
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, load());
-    TEST_ASSERT_EQUAL_STRING("arm.xml:20: the texts of the file are too long together",
+    TEST_ASSERT_EQUAL_STRING("arm.xml:8: the texts of the file are too long together",
                              descriptor_error(&loader));
 }
 

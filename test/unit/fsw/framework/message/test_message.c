@@ -11,6 +11,8 @@ static party_t party;
 static uint8_t block[MESSAGE_PAYLOAD_MAX + 1U];
 static uint8_t taken[MESSAGE_PAYLOAD_MAX];
 
+#define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX) ///< Of the largest size, under way.
+
 void setUp(void)
 {
 }
@@ -188,6 +190,34 @@ static void answer_each(void)
     }
     TEST_ASSERT_EQUAL(200U, party.frames[0][1]); // No frame was needed for credit alone.
     TEST_ASSERT_EQUAL(200U, party.frames[1][0]);
+}
+
+/// The largest blocks fill the window before their number does, and their octets give credit back.
+static void fill_the_octets_of_the_window(void)
+{
+    size_t size = 0U;
+    octet_ring_init(&end(1U)->inbox, party.members[1].inbox, MESSAGE_INBOX_OCTETS(1U));
+    for (uint32_t i = 0U; i < LARGEST_BLOCKS; i++) {
+        TEST_ASSERT_TRUE(credit(0U, 1U) > 0U);
+        TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, block, MESSAGE_PAYLOAD_MAX));
+    }
+    TEST_ASSERT_EQUAL(0U, credit(0U, 1U));
+    TEST_ASSERT_EQUAL(STATUS_FULL, party_send(&party, 0U, 1U, block, 1U));
+    TEST_ASSERT_EQUAL(1U, end(0U)->counters.no_credit);
+    for (uint32_t i = 0U; i < LARGEST_BLOCKS; i++) {
+        unsigned member = 0U;
+        TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &member, taken, sizeof taken, &size));
+        TEST_ASSERT_EQUAL(MESSAGE_PAYLOAD_MAX, size);
+    }
+    expect_nothing(0U); // But for the credit.
+    TEST_ASSERT_TRUE(credit(0U, 1U) >= (LARGEST_BLOCKS / 2U));
+    TEST_ASSERT_EQUAL(0U, end(1U)->inbox.refused);
+    TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
+}
+
+static void a_window_of_octets_is_all_that_may_be_under_way(void)
+{
+    in_each_form(fill_the_octets_of_the_window);
 }
 
 static void data_carries_credit_along(void)
@@ -393,11 +423,11 @@ static void a_full_inbox_keeps_datagrams_in_the_socket(void)
 {
     party_open(&party, PARTY_UDP);
     octet_ring_init(&end(1U)->inbox, party.members[1].inbox, 3U * (MESSAGE_FRAME_MAX + 4U));
-    for (uint32_t i = 0U; i < 20U; i++) {
+    for (uint32_t i = 0U; i < LARGEST_BLOCKS; i++) {
         (void)memcpy(block, &i, sizeof i);
         TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, block, MESSAGE_PAYLOAD_MAX));
     }
-    for (uint32_t i = 0U; i < 20U; i++) {
+    for (uint32_t i = 0U; i < LARGEST_BLOCKS; i++) {
         unsigned from  = 0U;
         size_t size    = 0U;
         uint32_t found = 99U;
@@ -416,6 +446,7 @@ int main(void)
     RUN_TEST(only_peers_are_known);
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
     RUN_TEST(a_window_is_all_that_may_be_under_way);
+    RUN_TEST(a_window_of_octets_is_all_that_may_be_under_way);
     RUN_TEST(data_carries_credit_along);
     RUN_TEST(whatever_is_accepted_arrives_in_order);
     RUN_TEST(a_full_carrier_loses_nothing);

@@ -119,8 +119,6 @@ static void without_its_configuration_a_loop_rests(void)
     begin();
     TEST_ASSERT_EQUAL(5U, component_loop_priority(&bed.component, SLOW));
     TEST_ASSERT_EQUAL(20U, component_loop_priority(&bed.component, FAST));
-    TEST_ASSERT_EQUAL(0U, component_loop_priority(&bed.component, FAST + 1U));
-    TEST_ASSERT_TRUE(component_loop_step(&bed.component, FAST + 1U, bed.now_ns) == COMPONENT_NEVER);
     (void)bed_select(BED_LINKED); // Which has none.
     bed_run(3U);
     TEST_ASSERT_EQUAL(0U, component_loop_priority(&bed.component, SLOW));
