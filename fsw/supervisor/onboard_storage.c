@@ -128,7 +128,7 @@ static pus_service_t open_time(supervisor_t* const supervisor)
 {
     pus_time_t* const time         = &supervisor->onboard.storage.time;
     const pus_time_config_t config = {.epoch_s     = supervisor->mission->epoch_s,
-                                      .format      = PUS_TIME_CUC,
+                                      .format      = (pus_time_format_t)supervisor->mission->time_reports,
                                       .exponent    = PUS_TIME_NO_REPORTS,
                                       .port        = {supervisor, router_send_time},
                                       .persistence = onboard_persistence(supervisor)};

@@ -12,7 +12,7 @@ from source import METHODS, REST_STATES, SEVERITIES, STATES, canonical, fnv64, r
 from subsystem import unique
 
 TABLE = {
-    ("", "Mission"): "name! epoch! power!",
+    ("", "Mission"): "name! epoch! power! timeReports",
     ("Mission", "Subsystems"): "",
     ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts node",
     ("Subsystem", "Power"): "state! watts!",
@@ -34,6 +34,7 @@ TABLE = {
     ("Mission", "Ground"): "address! port!",
 }
 REDUNDANT_BUS = "a bus of the mission that is not redundant itself and has one redundant bus"
+TIME_FORMATS = ("CUC", "CDS")
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
 EPOCH = re.compile(r"(\d{4})-(\d{2})-(\d{2})T(\d{2}):(\d{2}):(\d{2})\Z")
 REQUESTABLE = tuple(STATES[number] for number in REST_STATES)
@@ -65,6 +66,7 @@ def load(path):
     root = read(path, TABLE, "Mission")
     mission = Mission(root, root.lower_identifier(), root.text("epoch"), _epoch(root))
     root.unsigned("power", 0, 1000000)
+    root.word("timeReports", TIME_FORMATS)
     checks = {
         "Subsystems": _list_subsystems,
         "Modes": _modes,

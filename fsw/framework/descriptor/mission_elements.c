@@ -28,6 +28,7 @@ enum { // Kinds of elements.
 };
 
 #define RING_RECORDS 4096U
+#define MISSION_TIME_CUC 2U // The first word.
 
 // ---- Lists ----
 
@@ -85,6 +86,12 @@ static const source_attribute_t mission_attributes[] = {
      .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
      .high = 1000000U,
      SOURCE_TO(mission_descriptor_t, power_available_w)},
+    {.name      = "timeReports",
+     .form      = SOURCE_WORD,
+     .words     = "CUC CDS",
+     .low       = MISSION_TIME_CUC,
+     .otherwise = MISSION_TIME_CUC,
+     SOURCE_TO(mission_descriptor_t, time_reports)},
 };
 static const source_attribute_t listed_attributes[] = {
     NAMED_AS(SOURCE_UPPER, mission_subsystem_t),

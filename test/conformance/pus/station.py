@@ -187,6 +187,6 @@ def merged(parts):
     return whole
 
 
-def launch(folder, *options):
+def launch(folder, *options, **how):
     """A flight without a scenario, which its station ends."""
-    return flying.start(folder, "--scenario", "none", "--duration", ENDLESS_S, "--form", "image", *options)
+    return flying.start(folder, "--scenario", "none", "--duration", ENDLESS_S, "--form", "image", *options, **how)

@@ -253,6 +253,15 @@ static void reads_epochs_of_leap_years_and_at_the_ends(void)
     }
 }
 
+static void time_is_reported_in_the_format_of_the_mission(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document));
+    TEST_ASSERT_EQUAL(2U, mission.time_reports);
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "power=", "timeReports='CDS' power=")));
+    TEST_ASSERT_EQUAL(3U, mission.time_reports);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, load(damaged(flight_document, "power=", "timeReports='UTC' power=")));
+}
+
 static void a_rule_may_select_anything(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "select='MOVE_TO'", "select='*'")));
@@ -447,6 +456,7 @@ int main(void)
     RUN_TEST(an_error_in_a_subsystem_names_its_file);
     RUN_TEST(ports_that_share_no_method_make_no_link);
     RUN_TEST(reads_epochs_of_leap_years_and_at_the_ends);
+    RUN_TEST(time_is_reported_in_the_format_of_the_mission);
     RUN_TEST(a_rule_may_select_anything);
     RUN_TEST(of_several_mistakes_the_first_is_told);
     RUN_TEST(paths_are_relative_to_the_mission_or_absolute);

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""ST[09] of a mission whose descriptor has its time reported as CDS."""
+
+import shutil
+import signal
+
+import flying
+import pytest
+import station as stations
+
+MISSION = "descriptors/missions/rokviss.xml"
+
+
+@pytest.fixture
+def day_segmented(notes, tmp_path):
+    """The mission, but for the format of its time reports."""
+    house = tmp_path / "house"
+    shutil.copytree(flying.ROOT / "descriptors", house / "descriptors")
+    for name in ("build", "sim", "gse"):
+        (house / name).symlink_to(flying.ROOT / name)
+    text = (house / MISSION).read_text(encoding="utf-8")
+    (house / MISSION).write_text(text.replace('power="200"', 'power="200" timeReports="CDS"', 1), encoding="utf-8")
+    flight = stations.launch(tmp_path / "run", root=house)
+    ground = stations.Station(flight, notes)
+    yield ground
+    ground.close()
+    flight.process.send_signal(signal.SIGINT)
+    flight.wait()
+
+
+def test_the_time_is_reported_as_days_and_milliseconds(day_segmented):
+    station = day_segmented
+    station.do("SUPERVISOR", 9, 1, rate_exponential_value=0)
+    since = len(station.reports)
+    station.report(9, 3, apid=0, since=since)
+    station.wait(lambda: sum(p.message == (9, 3) for p, _ in station.reports[since:]) >= 3, "three time reports")
+    reports = [packet for packet, _ in station.reports[since:] if packet.service == 9]
+    assert {packet.message for packet in reports} == {(9, 3)}
+    times = [packet.time_ns for packet in reports]
+    assert all(900_000_000 < later - earlier < 1_100_000_000 for earlier, later in zip(times, times[1:]))
+    assert all(0 <= time_ns - station.dictionary.epoch_ns < 1_000_000 * 1_000_000_000 for time_ns in times)
