@@ -131,5 +131,6 @@ status_t pus_verification_read(const pus_tm_t* const tm, pus_verification_t* con
 bool pus_verification_is_final(const pus_verification_t* const verification)
 {
     FSW_ASSERT(verification != NULL);
-    return has_failure(verification->subtype) || (verification->subtype == COMPLETED);
+    const bool is_failed = has_failure(verification->subtype) && (verification->subtype != PROGRESS_FAILED);
+    return is_failed || (verification->subtype == COMPLETED);
 }

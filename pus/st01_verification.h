@@ -17,7 +17,7 @@ void pus_verify_rejected(pus_process_t* process, const pus_token_t* token, const
 void pus_verify_started(pus_process_t* process, const pus_token_t* token, uint64_t now_ns);
 void pus_verify_start_failed(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                              uint64_t now_ns);
-/// Progress: TM[1,5], TM[1,6].
+/// Progress: TM[1,5], TM[1,6]. Whoever tells of a failed step ends the request with TM[1,8] later.
 void pus_verify_progress(pus_process_t* process, const pus_token_t* token, uint16_t step, uint64_t now_ns);
 void pus_verify_progress_failed(pus_process_t* process, const pus_token_t* token, uint16_t step,
                                 const pus_failure_t* failure, uint64_t now_ns);
@@ -42,7 +42,8 @@ typedef struct {
 
 /// STATUS_OK, STATUS_NOT_FOUND (no report of ST[01]), STATUS_INVALID (octets missing or left over).
 MUST_USE status_t pus_verification_read(const pus_tm_t* tm, pus_verification_t* out_verification);
-/// True if the report ends the request's chain: a failure of any stage, or completion.
+/// True if the report ends the request's chain: completion, or a failure of any stage but progress. A step
+/// that failed is followed by others or by TM[1,8].
 bool pus_verification_is_final(const pus_verification_t* verification);
 
 #endif // PUS_ST01_VERIFICATION_H

@@ -260,7 +260,7 @@ static bool report_registers(const pus_device_access_t* const access,
 
 /// An instruction has ended; an acquisition is to be reported, whatever came of it.
 static void settle(pus_device_access_t* const access, pus_device_operation_t* const operation,
-                   const status_t status)
+                   const status_t status, const uint64_t now_ns)
 {
     const uint8_t kind    = operation->walk.kind;
     const uint16_t number = operation->walk.number;
@@ -279,10 +279,12 @@ static void settle(pus_device_access_t* const access, pus_device_operation_t* co
     access->counters.timed_out += is_late ? 1U : 0U;
     leave_out(operation, number);
     operation->result.size = 0U;
-    if (operation->failure.code == PUS_FAILURE_NONE) {
-        operation->failure = is_late ? pus_failure(PUS_FAILURE_NO_ANSWER, name_of(&operation->action))
+    pus_failure_t failure  = is_late ? pus_failure(PUS_FAILURE_NO_ANSWER, name_of(&operation->action))
                                      : pus_failure(PUS_FAILURE_DEVICE, operation->result.detail);
-        operation->failure.instruction = number;
+    failure.instruction    = number;
+    pus_verify_progress_failed(access->config.process, &operation->token, number, &failure, now_ns);
+    if (operation->failure.code == PUS_FAILURE_NONE) {
+        operation->failure = failure;
     }
     if (is_command(kind)) {
         operation->walk.left = 0U; // What follows may need what came to nothing.
@@ -322,7 +324,7 @@ static bool pursue(pus_device_access_t* const access, pus_device_operation_t* co
         return true;
     }
     if (!waits) {
-        settle(access, operation, status);
+        settle(access, operation, status, now_ns);
         return true;
     }
     if (now_ns < operation->deadline_ns) {
@@ -332,7 +334,7 @@ static bool pursue(pus_device_access_t* const access, pus_device_operation_t* co
         port->abandon(port->context, slot);
     }
     operation->result.return_code = PUS_DEVICE_TIMED_OUT;
-    settle(access, operation, STATUS_TIMEOUT);
+    settle(access, operation, STATUS_TIMEOUT, now_ns);
     return true;
 }
 

@@ -10,9 +10,9 @@
 /// whole (TM[1,4] with the instruction), since commands of one request belong together. For the same reason
 /// these two end with the first command that fails, the others go on. Refusals: PUS_FAILURE_UNKNOWN_ID
 /// (device), PUS_FAILURE_OUT_OF_RANGE (octet offset of the instruction: address, register, protocol or
-/// command data, reserved bit), PUS_FAILURE_STATE (device: not now). A request ends with TM[1,8] that names
-/// the first instruction that failed: PUS_FAILURE_NO_ANSWER (device id) after the time-out,
-/// PUS_FAILURE_DEVICE (what the device said) else.
+/// command data, reserved bit), PUS_FAILURE_STATE (device: not now). Each instruction that fails is told by
+/// TM[1,6], its number being the step, and the request ends with TM[1,8] that names the first of them:
+/// PUS_FAILURE_NO_ANSWER (device id) after the time-out, PUS_FAILURE_DEVICE (what the device said) else.
 ///
 /// TM[2,6] answers TC[2,5] with the registers that were read. Each acquisition has a TM[2,9] or [2,12] of its
 /// own, with the transaction id of the request: return code 0 and the data, or another return code and none.

@@ -381,6 +381,17 @@ static void report_progress(pus_files_t* const files, pus_file_copy_t* const cop
     }
 }
 
+/// The copy has come to nothing in the step under way.
+static void fail_copy(pus_files_t* const files, pus_file_copy_t* const copy, const status_t status,
+                      const uint64_t now_ns)
+{
+    const pus_failure_t failure = pus_failure(PUS_FAILURE_IO, (uint32_t)status);
+    files->counters.failed++;
+    pus_verify_progress_failed(files->config.process, &copy->token,
+                               (uint16_t)((copy->quarters + 1U) * (PERCENT / QUARTERS)), &failure, now_ns);
+    end_copy(files, copy, failure, files->config.process, now_ns);
+}
+
 static void commit(const pus_files_t* const files)
 {
     const pus_persistence_t* const port = files->config.persistence;
@@ -403,8 +414,7 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
         status = finish_copy(files, copy);
     }
     if (status != STATUS_OK) {
-        files->counters.failed++;
-        end_copy(files, copy, pus_failure(PUS_FAILURE_IO, (uint32_t)status), files->config.process, now_ns);
+        fail_copy(files, copy, status, now_ns);
         commit(files);
     } else if (is_whole) {
         files->counters.copied++;

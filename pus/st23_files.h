@@ -23,8 +23,9 @@
 ///
 /// A copy is made under a name that no request can have, synced, and renamed in the end, so that the target
 /// is whole or not there. Copies take turns, one slice each; `slices` per step. Progress is reported with
-/// TM[1,5] at 25, 50 and 75 % (step id). An aborted one ends with TM[1,8] PUS_FAILURE_ABORTED and leaves
-/// nothing. The status report names all copies (0 pending, 1 in progress, 2 on hold), also if there are none.
+/// TM[1,5] at 25, 50 and 75 % (step id); one that fails is told by TM[1,6] with the step it was in (25 to
+/// 100) before its TM[1,8]. An aborted one ends with TM[1,8] PUS_FAILURE_ABORTED and leaves nothing. The
+/// status report names all copies (0 pending, 1 in progress, 2 on hold), also if there are none.
 ///
 /// A search looks at the directory and all below it, one reading of a directory per step; the paths come in
 /// order. Its answers, and those to TC 12, are as many reports as it takes, each whole in itself.

@@ -71,11 +71,14 @@ def test_a_faulty_command_refuses_them_all(station, arm):
 
 
 def test_what_a_drive_refuses_is_told(station, arm):
+    since = len(station.reports)
     outcome = station.refuse(0x0403, SUBSYSTEM, 2, 8, n=[{
         "transaction_id": 1, "physical_device_id": JOINT, "protocol_specific_data": protocol(0x5FFF, 0, 0)}])
     assert outcome.failure.detail == 0x06020000, "no such object"
     _, report = station.report(2, 9, where=lambda fields: fields["transaction_id"] == 1)
     assert (report["data_acquisition_return_code"], report["data_block"]) == (0x0602, "")
+    station.report(1, 6, since=since)
+    assert [(failure.stage, failure.step, failure.code) for failure in outcome.failures] == [(6, 1, 0x0403), (8, None, 0x0403)]
 
 
 def test_registers_are_objects_of_32_bits(station, arm):

@@ -127,6 +127,24 @@ def test_copies_are_suspended_resumed_and_aborted(station, flight):
     assert "copy1" not in _names(station)
 
 
+def test_a_copy_that_fails_on_its_way_tells_the_step(station, flight):
+    """Its source becomes shorter while it is on hold."""
+    _large_file(flight, 60_000_000)
+    since = len(station.reports)
+    copy = station.send(
+        "SUPERVISOR", 23, 14, operation_id=9, source_repository_path=FOLDER, source_file_name="large",
+        target_repository_path=FOLDER, target_file_name="copy",
+    )
+    station.settle(station.send("SUPERVISOR", 23, 16, n=[9]))
+    _large_file(flight, 1)
+    station.do("SUPERVISOR", 23, 17, n=[9])
+    outcome = station.settle(copy)
+    assert outcome.stages[-2:] == [6, 8] and outcome.failure.code == 0x0404
+    assert outcome.failures[0].step in (25, 50, 75, 100)
+    station.report(1, 6, since=since)
+    assert "copy" not in _names(station)
+
+
 def test_a_sequence_is_loaded_from_a_file(station, flight):
     """The file holds what TC[21,1] has behind the identifier."""
     content = station.catalogue.encode("TC", 21, 1, {"request_sequence_id": "X", "n": [{"request": packets.build_tc(17, 1, 17, 1, source=2), "delay": 0.1}]})[8:]

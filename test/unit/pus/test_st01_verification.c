@@ -85,7 +85,8 @@ static void reports_are_read_back(void)
         TEST_ASSERT_EQUAL_UINT16(((tm.subtype == 5U) || (tm.subtype == 6U)) ? 7U : 0U, read.step);
         TEST_ASSERT_EQUAL_HEX16(is_failure ? 0x0204U : 0U, read.failure.code);
         TEST_ASSERT_EQUAL_HEX32(is_failure ? 0xC0FFEE01U : 0U, read.failure.detail);
-        TEST_ASSERT_EQUAL(is_failure || (tm.subtype == 7U), pus_verification_is_final(&read));
+        TEST_ASSERT_EQUAL((is_failure && (tm.subtype != 6U)) || (tm.subtype == 7U),
+                          pus_verification_is_final(&read));
     }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/st02_device_access.h"
 
+#include "pus/st01_verification.h"
+
 #include "test/unit/pus/reports.h"
 #include "unity.h"
 
@@ -224,6 +226,17 @@ static void registers_are_loaded(void)
     expect_strict_shape(2U, data, writer.position);
 }
 
+/// Report `index` tells that this step failed.
+static void expect_progress_failure(const size_t index, const uint16_t number)
+{
+    const pus_tm_t tm = bench_report(index);
+    pus_verification_t told;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_verification_read(&tm, &told));
+    TEST_ASSERT_EQUAL_UINT8(6U, told.subtype);
+    TEST_ASSERT_EQUAL_UINT16(number, told.step);
+    TEST_ASSERT_EQUAL_UINT16(number, told.failure.instruction);
+}
+
 static void registers_are_dumped_but_those_that_fail(void)
 {
     begin(4U);
@@ -232,19 +245,20 @@ static void registers_are_dumped_but_those_that_fail(void)
     u32(UNKNOWN);
     u32(2U);
     request(5U);
-    bench.refusals = 1U;
+    bench.refusals = 2U; // Of the failed step, and of the registers.
     step();
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3);
     step();
-    EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 2, 6, 1, 8);
-    octet_reader_t reader = bench_data(3U);
+    EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 1, 6, 2, 6, 1, 8);
+    octet_reader_t reader = bench_data(4U);
     TEST_ASSERT_EQUAL_UINT16(2U, octet_read_u16(&reader));
     TEST_ASSERT_EQUAL_HEX32(1U, octet_read_u32(&reader));
     TEST_ASSERT_EQUAL_HEX32(0x101U, octet_read_u32(&reader));
     TEST_ASSERT_EQUAL_HEX32(2U, octet_read_u32(&reader));
     TEST_ASSERT_EQUAL_HEX32(0x102U, octet_read_u32(&reader));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
-    expect_failure(4U, 8U, PUS_FAILURE_DEVICE, 2U, 0x08000000U);
+    expect_progress_failure(3U, 2U);
+    expect_failure(5U, 8U, PUS_FAILURE_DEVICE, 2U, 0x08000000U);
     expect_strict_shape(5U, data, writer.position);
 }
 
@@ -362,8 +376,8 @@ static void the_first_command_that_fails_is_the_last(void)
     add_command(2U, "");
     request(7U);
     step();
-    EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
-    expect_failure(2U, 8U, PUS_FAILURE_DEVICE, 2U, 0x06020000U);
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 6, 1, 8);
+    expect_failure(3U, 8U, PUS_FAILURE_DEVICE, 2U, 0x06020000U);
     TEST_ASSERT_EQUAL_UINT(1U, devices.begun);
 }
 
@@ -375,8 +389,10 @@ static void other_requests_go_on_after_a_failure(void)
     u16(2U);
     request(1U);
     step();
-    EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
-    expect_failure(2U, 8U, PUS_FAILURE_DEVICE, 1U, 0x08000000U); // The first counts.
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 6, 1, 6, 1, 8);
+    expect_progress_failure(2U, 1U);
+    expect_progress_failure(3U, 2U);
+    expect_failure(4U, 8U, PUS_FAILURE_DEVICE, 1U, 0x08000000U); // The first counts.
     TEST_ASSERT_EQUAL_UINT16(2U, devices.actions[0].device);
     TEST_ASSERT_EQUAL_UINT32(2U, access.counters.failed);
 }
@@ -417,12 +433,12 @@ static void each_acquisition_has_a_report(void)
     step();
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3);
     step();
-    EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 2, 9, 2, 9, 1, 8);
+    EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 2, 9, 1, 6, 2, 9, 1, 8);
     TEST_ASSERT_EQUAL_UINT64(sizeof first, bench_report(3U).size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(first, bench_report(3U).data, sizeof first);
-    TEST_ASSERT_EQUAL_UINT64(sizeof second, bench_report(4U).size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(second, bench_report(4U).data, sizeof second);
-    TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(4U).destination);
+    TEST_ASSERT_EQUAL_UINT64(sizeof second, bench_report(5U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(second, bench_report(5U).data, sizeof second);
+    TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(5U).destination);
     TEST_ASSERT_EQUAL_STRING_LEN("PROT", devices.protocol[0], 4U);
     expect_strict_shape(8U, data, writer.position);
 }
@@ -455,13 +471,13 @@ static void a_device_that_does_not_answer_is_given_up(void)
     EXPECT_MESSAGES(1, 1, 1, 3);
     now_ns += 1U;
     step();
-    EXPECT_MESSAGES(1, 1, 1, 3, 2, 9);
-    TEST_ASSERT_EQUAL_HEX16(PUS_DEVICE_TIMED_OUT, octets_u16_at(&bench_report(2U).data[2]));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 6, 2, 9);
+    TEST_ASSERT_EQUAL_HEX16(PUS_DEVICE_TIMED_OUT, octets_u16_at(&bench_report(3U).data[2]));
     TEST_ASSERT_EQUAL_UINT(1U, devices.abandoned);
     now_ns += TIMEOUT_NS;
     step();
-    EXPECT_MESSAGES(1, 1, 1, 3, 2, 9, 2, 9, 1, 8);
-    expect_failure(4U, 8U, PUS_FAILURE_NO_ANSWER, 1U, SILENT);
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 6, 2, 9, 1, 6, 2, 9, 1, 8);
+    expect_failure(6U, 8U, PUS_FAILURE_NO_ANSWER, 1U, SILENT);
     TEST_ASSERT_EQUAL_UINT(1U, devices.abandoned); // The other was never begun.
     TEST_ASSERT_EQUAL_UINT32(2U, access.counters.timed_out);
 }
@@ -509,7 +525,7 @@ static void a_request_goes_on_when_the_one_before_it_has_ended(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     now_ns += TIMEOUT_NS;
     step();
-    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7, 1, 8);
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7, 1, 6, 1, 8);
 }
 
 int main(void)

@@ -189,8 +189,8 @@ static void a_source_that_becomes_shorter_fails_the_copy(void)
     filing_step();
     source->size = SLICE;
     filing_step();
-    EXPECT_MESSAGES(1, 8);
-    expect_failure(0U, 8U, PUS_FAILURE_IO, 0U, STATUS_TRUNCATED);
+    EXPECT_MESSAGES(1, 6, 1, 8);
+    expect_failure(1U, 8U, PUS_FAILURE_IO, 0U, STATUS_TRUNCATED);
 }
 
 static void a_part_of_somebody_else_is_replaced(void)
