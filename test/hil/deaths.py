@@ -16,6 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test" / "mission"))
 
 import flying
+from place import ARITHMETIC
 
 HIL = ROOT / "sim" / "scenarios" / "hil.scn"
 PROGRAM = "test/hil/deaths.py"
@@ -76,7 +77,8 @@ def fly(case, folder, scenario_folder):
     """The flight of a case; (Flight, what is left of it)."""
     scenario = scenario_folder / f"death-{case.number}.scn"
     scenario.write_text(f"{HIL.read_text()} {case.time_us / 1e6:.6f} fault {case.fault}\n")
-    flight = flying.start(folder, "--scenario", scenario, "--duration", DURATION_S, *case.options)
+    flight = flying.start(folder, "--scenario", scenario, "--duration", DURATION_S, *case.options,
+                          environment=ARITHMETIC)
     try:
         flight.wait(LIMIT_S)
     finally:

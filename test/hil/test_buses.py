@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The buses over SocketCAN: the same flight as on shared memory, frame by frame, as tools that nobody here wrote record it."""
 
-import pathlib
-import re
+import os
 import subprocess
 
+import cantools
 import pytest
 
 import place as places
+from recordings import assert_database_knows_all, assert_wireshark_names_all, frames, of_interface
 
 PROGRAM = "test/hil/guest/socketcan.py"
 SECONDS = 2400
-TELEPRESENCE, TELEPRESENCE_S = "test/hil/guest/telepresence.py", 8000
-TOOLS = ("7FE#EE", "7FF#FF")  # Probe and sentinel of the recorder.
-FD_FLAG = 0x4  # candump shows the kernel's mark of an FD frame among its flags; our log has the frame's own flags only.
+TELEPRESENCE, TELEPRESENCE_S, TELEPRESENCE_MB = "test/hil/guest/telepresence.py", 8000, 2048
 HIL = {"vcan": ("rokviss", "hil"), "controllers": ("classic", "classic")}
 
 
@@ -27,27 +26,22 @@ def flown(tmp_path_factory):
     """The same flights on shared memory, here."""
     folders = {}
     for name, (mission, scenario) in HIL.items():
-        folders[name] = tmp_path_factory.mktemp("buses") / name
-        ended = subprocess.run([places.ROOT / "build" / "bin" / "hirosco", "run", "--mission", mission, "--scenario", scenario,
-                                "--report", "no", "--out", folders[name]], cwd=places.ROOT, stdin=subprocess.DEVNULL,
-                               capture_output=True, text=True, timeout=600)
-        assert ended.returncode == 0, ended.stdout + ended.stderr
+        folders[name] = fly_here(tmp_path_factory.mktemp("buses") / name, mission, scenario)
     return folders
+
+
+def fly_here(folder, mission, scenario):
+    """A flight on shared memory that computes as those do which it is compared with."""
+    ended = subprocess.run([places.ROOT / "build" / "bin" / "hirosco", "run", "--mission", mission, "--scenario", scenario,
+                            "--report", "no", "--out", folder], cwd=places.ROOT, stdin=subprocess.DEVNULL, capture_output=True,
+                           text=True, env=os.environ | places.ARITHMETIC, timeout=places.SECONDS)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    return folder
 
 
 @pytest.mark.parametrize("case", places.cases(PROGRAM))
 def test_case(group, case):
     group.check(case)
-
-
-def frames(path, interface):
-    """Identifiers and data of an interface, in order; flags of FD frames without the mark that they are FD."""
-    found = []
-    for line in pathlib.Path(path).read_text().splitlines():
-        _, name, frame = line.split()[:3]
-        if name == interface and frame not in TOOLS:
-            found.append(re.sub("##(.)", lambda match: f"##{int(match[1], 16) & ~FD_FLAG:X}", frame))
-    return found
 
 
 @pytest.mark.parametrize("name", HIL)
@@ -71,12 +65,10 @@ def test_candump_recorded_the_same_frames(group, flown, bus, least):
 @pytest.mark.long
 @pytest.mark.timeout(TELEPRESENCE_S + 600)
 def test_whole_telepresence_is_that_of_shared_memory(place, tmp_path):
-    """Contact, springs, pulled plugs and coming back: the logs, and what candump has recorded."""
-    flight = tmp_path / "telepresence"
-    ended = subprocess.run([places.ROOT / "build" / "bin" / "hirosco", "run", "--scenario", "telepresence", "--report", "no",
-                            "--out", flight], cwd=places.ROOT, stdin=subprocess.DEVNULL, capture_output=True, text=True)
-    assert ended.returncode == 0, ended.stdout + ended.stderr
-    group = place.group("telepresence", f"{places.PYTHON} {TELEPRESENCE}", seconds=TELEPRESENCE_S)
+    """Contact, springs, pulled plugs and coming back: the logs, and what candump has recorded, which cantools and Wireshark know."""
+    flight = fly_here(tmp_path / "telepresence", "rokviss", "telepresence")
+    group = place.group("telepresence", f"{places.PYTHON} {TELEPRESENCE}", seconds=TELEPRESENCE_S,
+                        memory=TELEPRESENCE_MB)
     group.check("telepresence_is_flown_over_vcan")
     for log in ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log"):
         assert (group.result.folder / "telepresence" / log).read_bytes() == (flight / log).read_bytes(), log
@@ -86,3 +78,6 @@ def test_whole_telepresence_is_that_of_shared_memory(place, tmp_path):
         expected = frames(flight / f"can-{bus}.log", bus)
         assert len(expected) > 500_000
         assert frames(dump, f"vcan-{bus}") == expected, bus
+        own = of_interface(dump, f"vcan-{bus}")
+        assert_database_knows_all(own, cantools.database.load_file(places.ROOT / f"build/generated/rokviss-{bus}.dbc", strict=True))
+        assert_wireshark_names_all(own)

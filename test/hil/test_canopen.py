@@ -11,6 +11,7 @@ import can
 import cantools
 import pytest
 from place import PYTHON, ROOT, Group, Result, cases
+from recordings import assert_wireshark_names_all
 
 MASTER = "test/hil/guest/canopen_master.py"
 SLAVES = "test/hil/guest/canopen_slaves.py"
@@ -88,13 +89,7 @@ def test_database_knows_every_frame_that_candump_recorded(recorded):
 
 
 def test_wireshark_names_every_frame_that_candump_recorded(recorded):
-    arguments = ["tshark", "-r", recorded, "-d", "can.subdissector,canopen", "-T", "fields",
-                 "-e", "_ws.col.Protocol", "-e", "_ws.malformed", "-e", "_ws.col.Info"]
-    told = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout.splitlines()
-    assert len(told) == len(recorded.read_text().splitlines())
-    frames = [line.split("\t") for line in told]
-    assert {protocol for protocol, _, _ in frames} == {"CANopen"}
-    assert not [frame for frame in frames if frame[1] or not frame[2].strip()]
+    assert_wireshark_names_all(recorded)
 
 
 def test_candump_recorded_what_was_on_the_bus(there, recorded):

@@ -15,7 +15,7 @@ import flying
 import pytest
 from hirosco_gse import logs
 from hirosco_gse import run as runs
-from place import PYTHON
+from place import ARITHMETIC, PYTHON
 
 HERE = range(180)
 THERE = range(17660, 17680)  # Each carrier meets a member's death and a pulled plug in operation.
@@ -181,7 +181,7 @@ def asked(request, test):
 def undisturbed(tmp_path_factory):
     """The flight in which nothing happens."""
     folder = tmp_path_factory.mktemp("undisturbed") / "run"
-    flight = flying.fly(folder, "--scenario", "hil", "--form", "image")
+    flight = flying.fly(folder, "--scenario", "hil", "--form", "image", environment=ARITHMETIC)
     assert flight.code == 0, flight.told()
     return folder
 

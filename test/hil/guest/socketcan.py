@@ -20,6 +20,7 @@ OUT = pathlib.Path(os.environ["OUT"])
 BIN = pathlib.Path("build/bin")
 WORK = pathlib.Path("/dev/shm/flights")
 BOUND_S = 900
+BACKLOG = 1 << 25  # 80 000 frames: the kernel doubles it, and needs some 800 octets for each.
 CONTRACTS = ["contract/osal/test_can", "contract/osal/test_can_socket",
              "unit/fsw/framework/dataflow/test_flow_can_socket"]
 CASES = {"test_can_socket": 13, "test_flow_can_socket": 4}
@@ -76,12 +77,12 @@ def last_of(path):
 
 
 @contextlib.contextmanager
-def recorder(path, probe, *interfaces):
+def recorder(path, probe, *interfaces, backlog=BACKLOG):
     """candump of these interfaces, or all, on the processor that the flight does not use: nothing lost, nothing missed at either
-    end."""
+    end, however late it is served while the backlog [octets of each interface] is not full."""
     filters = [f"{interface},0:0,#FFFFFFFF" for interface in interfaces or ("any",)]
     with open(path, "w") as file:
-        process = subprocess.Popen(["taskset", "2", "candump", "-L", "-d", "-r", "33554432", *filters],
+        process = subprocess.Popen(["taskset", "2", "candump", "-L", "-d", "-r", str(backlog), *filters],
                                    stdin=subprocess.DEVNULL, stdout=file)
         try:
             def listens():
