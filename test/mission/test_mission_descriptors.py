@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wrong descriptors: the run does not begin, and says in which file and line it is wrong."""
 
+import json
 import re
 import shutil
 
@@ -123,3 +124,26 @@ def test_configuration_part_needs_no_recompilation(house):
 
     assert len(hashes(flight)) == 1
     assert hashes(flight) != hashes(plain)
+
+
+def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_told_with_both_hashes(house):
+    """It reads its descriptor anew, which has changed since; what the supervisor knows is that of the start."""
+    flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
+    try:
+        assert flying.gse(flight, "ping", "all").returncode == 0  # All have read theirs.
+        _replace(house, MANIPULATOR, '<HKService id="4711" interval="500">', '<HKService id="4711" interval="250">', count=2)
+        script = flying.write_scenario(house / "anew.scn", "0.0 operator reload MANIPULATOR",
+                                       "0.0 operator wait-event SUPERVISOR CONFIGURATION_DIFFERS 10", "0.0 operator shutdown")
+        done = flying.gse(flight, "script", script)
+        assert done.returncode == 0, done.stdout + done.stderr
+        flight.wait()
+    finally:
+        flight.abandon()
+    assert flight.code == 0, flight.told()
+    told = [raw[23:41] for _, direction, raw in flight.packets
+            if direction == "TM" and raw[7:9] == b"\x05\x02" and raw[21:23] == b"\x00\x0a"]
+    known = json.loads((flying.ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))
+    manipulator = next(subsystem for subsystem in known["subsystems"] if subsystem["name"] == "MANIPULATOR")
+    assert len(told) == 1
+    assert told[0][:10] == bytes([0, 16]) + int(manipulator["configuration_hash"], 16).to_bytes(8, "big")
+    assert told[0][10:] != told[0][2:10]
