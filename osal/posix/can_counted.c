@@ -14,6 +14,7 @@
 
 #define COUNTS_MAGIC 0x68697263616E636EULL
 #define PATIENCE_NS (OSAL_CAN_PATIENCE_MS * 1000000ULL)
+#define QUIET_NS 50000000ULL // A controller hands over within milliseconds.
 
 typedef struct {
     uint32_t announced; ///< By the sender [wraps].
@@ -90,6 +91,21 @@ static direction_t* direction_of(const osal_can_t* can, bool is_received)
     return ((can->end == OSAL_CAN_NODE) == is_received) ? &counts->to_node : &counts->to_wire;
 }
 
+/// What was sent while this end was not open is not for it, as on a ring, though it may still be on its way.
+/// It would be taken for what is announced later.
+static void pass_over(osal_can_t* can, direction_t* direction)
+{
+    const uint32_t announced = load(&direction->announced);
+    const uint64_t limit_ns  = osal_clock_monotonic_ns() + PATIENCE_NS;
+    bool is_quiet            = (direction->taken == announced);
+    while (!is_quiet && (osal_clock_monotonic_ns() < limit_ns)) {
+        osal_can_frame_t frame;
+        is_quiet = !can_socket_wait(can, osal_clock_monotonic_ns() + QUIET_NS) ||
+                   (can_socket_receive(can, &frame) == STATUS_CLOSED);
+    }
+    store(&direction->taken, announced);
+}
+
 status_t can_counted_open(osal_can_t* can, const char* name, const char* interface)
 {
     counts_t* counts = NULL;
@@ -102,9 +118,8 @@ status_t can_counted_open(osal_can_t* can, const char* name, const char* interfa
         (void)munmap(counts, sizeof(counts_t));
         return status;
     }
-    can->shared                  = counts;
-    direction_t* const direction = direction_of(can, true);
-    store(&direction->taken, load(&direction->announced)); // This socket has heard nothing of it.
+    can->shared = counts;
+    pass_over(can, direction_of(can, true));
     can->overruns = (can->end == OSAL_CAN_NODE) ? load(&counts->overruns) : 0U;
     return STATUS_OK;
 }

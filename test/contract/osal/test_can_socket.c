@@ -329,6 +329,36 @@ static void test_counted_ends_that_are_full_refuse_as_rings_do(void)
     osal_can_close(&wire);
 }
 
+/// As real controllers do, the interface hands over later than it was told to send.
+static void test_what_was_sent_before_a_counted_end_opens_is_not_for_it(void)
+{
+    char line[96];
+    osal_can_t node;
+    osal_can_t wire;
+    osal_can_frame_t out;
+    osal_can_hand_over_t counts;
+    const osal_can_frame_t before = frame_of(0x711U, 1U, 0U);
+    const osal_can_frame_t after  = frame_of(0x712U, 1U, 0U);
+    (void)snprintf(line, sizeof line, "tc qdisc replace dev %s root netem delay 5ms", first);
+    TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): a tool that nobody here wrote.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(counted_address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, counted_address, OSAL_CAN_WIRE));
+    for (unsigned i = 0U; i < 4U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &before));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, counted_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &after));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
+    assert_same(&after, &out);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_hand_over(counted_address, &counts));
+    TEST_ASSERT_EQUAL_UINT32(1U, counts.frames);
+    TEST_ASSERT_EQUAL_UINT32(0U, counts.lost + counts.foreign);
+    osal_can_close(&node);
+    osal_can_close(&wire);
+}
+
 /// The ends stand on interfaces that nothing joins: what is announced never comes.
 static void test_what_was_announced_and_does_not_come_is_counted_as_lost(void)
 {
@@ -380,6 +410,7 @@ int main(void)
         RUN_TEST(test_an_interface_that_is_deleted_is_told_to_who_receives);
         RUN_TEST(test_overruns_are_counted);
         RUN_TEST(test_counted_ends_take_in_what_was_announced);
+        RUN_TEST(test_what_was_sent_before_a_counted_end_opens_is_not_for_it);
         RUN_TEST(test_counted_ends_that_are_full_refuse_as_rings_do);
         RUN_TEST(test_what_was_announced_and_does_not_come_is_counted_as_lost);
     }
