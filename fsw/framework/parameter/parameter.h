@@ -9,7 +9,8 @@
 /// Ownership  The caller places entries, bounds and the published storage; all outlive the dictionary.
 /// Context    Any thread: a mutex with priority inheritance guards the content. Its owner updates a published
 ///            structure in place between parameter_lock and parameter_unlock. The lock is not recursive: no
-///            other function of this header may be called in between.
+///            other function of this header may be called in between. An entry found before is read without
+///            the lock unless values change meanwhile (docs/decisions/0023).
 /// Time       Finding O(log n); reading and writing O(size); publishing O(n).
 /// Errors     Each function lists every status. What comes from a wire is refused by status and counted.
 ///
@@ -84,6 +85,7 @@ typedef struct { // All fields are private, except `count` and `refusals`: read-
     uint16_t bounds_capacity;
     uint16_t bounds_used;
     osal_mutex_t mutex;
+    uint32_t guard; // Odd while values may change.
     parameter_refusals_t refusals;
 } parameter_dictionary_t;
 

@@ -134,6 +134,55 @@ static void a_read_that_does_not_fit_writes_nothing(void)
     TEST_ASSERT_EQUAL_UINT32(23U, dictionary.refusals.no_room);
 }
 
+static void an_entry_is_read_without_the_lock(void)
+{
+    const parameter_entry_t* entry = NULL;
+    octet_writer_t writer          = octet_writer(octets, 23U);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, VALUES, &entry));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_lock(&dictionary.mutex)); // Its holder may be at anything else.
+#ifndef THREAD_CHECKS
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_read_entry(&dictionary, entry, &writer));
+    TEST_ASSERT_EQUAL_UINT64(23U, writer.position);
+#endif
+    osal_mutex_unlock(&dictionary.mutex);
+    for (size_t room = 0U; room < 23U; room++) {
+        writer = octet_writer(octets, room);
+        TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, parameter_read_entry(&dictionary, entry, &writer));
+        TEST_ASSERT_EQUAL_UINT64(0U, writer.position);
+    }
+    writer.failed = true;
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, parameter_read_entry(&dictionary, entry, &writer));
+    TEST_ASSERT_EQUAL_UINT32(24U, dictionary.refusals.no_room);
+}
+
+/// The octets of the value are laid over the guard, which looks as if the owner had come in between.
+static void a_read_that_the_owner_overtakes_takes_the_lock(void)
+{
+    static const uint8_t expected[] = {0x3F, 0x80, 0x00, 0x00};
+    const parameter_entry_t* entry  = NULL;
+    octet_writer_t writer           = octet_writer((uint8_t*)&dictionary.guard, sizeof dictionary.guard);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, RATE, &entry));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_read_entry(&dictionary, entry, &writer));
+    TEST_ASSERT_EQUAL_UINT64(4U, writer.position);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, &dictionary.guard, sizeof expected);
+}
+
+static void while_values_change_an_entry_is_read_with_the_lock(void)
+{
+    const parameter_entry_t* entry = NULL;
+    octet_writer_t writer          = octet_writer(octets, 4U);
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, RATE, &entry));
+    dictionary.guard++; // As between parameter_lock and parameter_unlock.
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_read_entry(&dictionary, entry, &writer));
+    TEST_ASSERT_EQUAL_UINT64(4U, writer.position);
+    dictionary.guard++;
+    const uint32_t before = dictionary.guard;
+    parameter_lock(&dictionary);
+    TEST_ASSERT_EQUAL_UINT32(1U, dictionary.guard % 2U);
+    parameter_unlock(&dictionary);
+    TEST_ASSERT_EQUAL_UINT32(before + 2U, dictionary.guard);
+}
+
 static octet_reader_t target_value(const double first, const double second)
 {
     octet_writer_t writer = octet_writer(octets, sizeof octets);
@@ -349,6 +398,9 @@ int main(void)
     RUN_TEST(finds_by_id_and_by_name);
     RUN_TEST(refuses_what_is_published_already_or_does_not_fit);
     RUN_TEST(a_read_that_does_not_fit_writes_nothing);
+    RUN_TEST(an_entry_is_read_without_the_lock);
+    RUN_TEST(a_read_that_the_owner_overtakes_takes_the_lock);
+    RUN_TEST(while_values_change_an_entry_is_read_with_the_lock);
     RUN_TEST(writes_only_what_is_settable);
     RUN_TEST(a_write_changes_all_fields_or_none);
     RUN_TEST(refuses_what_is_no_value_of_the_type);
