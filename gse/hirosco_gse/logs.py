@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import packets
+from . import large, packets
 
 LCM_SYNC = 0xEDA1DA01
 _LCM_HEADER = struct.Struct(">IQQII")
@@ -155,11 +155,23 @@ def parse_packets(lines, path="packets.log"):
     return found
 
 
+def with_whole(found):
+    """The same list; behind the last part of a packet that went in parts (ST[13]) comes that packet."""
+    assembler, rows = large.Assembler(), []
+    for row in found:
+        rows.append(row)
+        time_ns, direction, packet, _ = row
+        whole = assembler.take(packet) if packet is not None and large.is_part(packet) else None
+        if whole is not None:
+            rows.append((time_ns, direction, whole, whole.raw))
+    return rows
+
+
 def read_packets(path):
-    """As parse_packets, of a file; empty if there is none."""
+    """As parse_packets and with_whole, of a file; empty if there is none."""
     try:
         with open(path, encoding="ascii") as log:
-            return parse_packets(log, path)
+            return with_whole(parse_packets(log, path))
     except FileNotFoundError:
         return []
 

@@ -15,6 +15,7 @@ P_FIELD = 0x1F
 TC_HEADER, TM_HEADER, PRIMARY_HEADER, CRC_SIZE = 11, 21, 6, 2
 TIME_PACKET = 18  # Spacecraft time packet: APID 0, no secondary header; rate, time and status.
 PACKET_MAX = 4096
+LARGE_MAX = 65542  # What a length field can tell; more than PACKET_MAX goes by ST[13].
 FRACTION = 1 << 24
 
 
@@ -97,8 +98,8 @@ def build_tc(apid, sequence, service, subtype, data=b"", source=1, ack=ACK_ALL):
     if not 0 <= apid <= 0x7FF:
         raise PacketError(f"APID {apid} does not fit 11 bits")
     length = TC_HEADER + len(data) + CRC_SIZE
-    if length > PACKET_MAX:
-        raise PacketError(f"packet of {length} octets, at most {PACKET_MAX} are allowed")
+    if length > LARGE_MAX:
+        raise PacketError(f"packet of {length} octets, at most {LARGE_MAX} are allowed")
     head = struct.pack(
         ">HHHBBBH",
         0x1800 | apid,

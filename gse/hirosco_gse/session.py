@@ -7,15 +7,17 @@ driver (link.py) at that time or whenever telemetry came, with `session.now_ns` 
 therefore runs in stepped and in real time.
 """
 
+import collections
 import random
 from dataclasses import dataclass, field
 
-from . import packets, telemetry
-from .dictionary import STATES
+from . import large, packets, telemetry
+from .dictionary import STATES, SUPERVISOR_APID
 from .failures import Failure
 
 GROUND_USER = 1
 FINAL_SUBTYPES = (2, 4, 7, 8, 10)
+ENDED = 32  # Requests whose reports may still come in parts.
 
 
 class SessionError(Exception):
@@ -61,6 +63,7 @@ class Verification:
     failures: list = field(default_factory=list)  # A request of several instructions may have several.
     is_finished: bool = False
     replies: list = field(default_factory=list)  # other reports addressed to us, since the request was sent
+    whole: object = None  # The Verification of the long request that this one carries a part of.
 
 
 class Session:
@@ -85,6 +88,9 @@ class Session:
         self._first = first_sequence
         self._sequences = {}
         self._open = {}
+        self._ended = collections.deque(maxlen=ENDED)
+        self._assembler = large.Assembler()
+        self._transaction = random.randrange(0x10000) if first_sequence is None else first_sequence
 
     def sequence(self, apid):
         """Next sequence count of an APID."""
@@ -102,11 +108,23 @@ class Session:
         return self.send_raw(raw, request)
 
     def send_raw(self, raw, request):
-        """Queue octets as they are."""
+        """Queue octets as they are; what is longer than a packet goes in parts."""
         verification = Verification(request, bytes(raw[:4]), self.now_ns)
         self._open[verification.request_id] = verification
-        self.outbox += raw
+        if len(raw) <= packets.PACKET_MAX:
+            self.outbox += raw
+        else:
+            self._send_parts(raw, verification)
         return verification
+
+    def _send_parts(self, raw, whole):
+        for subtype, data in large.cut(bytes(raw), self._transaction):
+            count = self.sequence(SUPERVISOR_APID)
+            part = packets.build_tc(SUPERVISOR_APID, count, large.SERVICE, subtype, data, self.source, packets.ACK_COMPLETION)
+            request = Request(SUPERVISOR_APID, large.SERVICE, subtype, data, f"part of {whole.request.text}")
+            self._open[part[:4]] = Verification(request, part[:4], self.now_ns, whole=whole)
+            self.outbox += part
+        self._transaction = (self._transaction + 1) & 0xFFFF
 
     def feed(self, octets):
         """Take in received octets."""
@@ -118,18 +136,40 @@ class Session:
                 continue
             if packet.direction == "TM":
                 self._take(packet)
+                self._put_together(packet)
+
+    def _put_together(self, packet):
+        if not large.is_part(packet):
+            return
+        whole = self._assembler.take(packet)
+        self.malformed += self._assembler.problems
+        self._assembler.problems.clear()
+        if whole is None:
+            return
+        asked = next((ended for ended in self._ended if self._awaits(ended, whole)), None)
+        decoded = self._take(whole)
+        if asked is not None:
+            asked.replies.append((whole, decoded))
+
+    def _awaits(self, ended, report):
+        """Whether a request that has ended is yet to be answered by a report, whose parts may come behind its end."""
+        request = ended.request
+        entry = self.dictionary.catalogue.find("TC", request.service, request.subtype) or {}
+        is_answer = (request.apid, request.service, entry.get("answer")) == (report.apid, *report.message)
+        return is_answer and report.user == self.source and all(packet.message != report.message for packet, _ in ended.replies)
 
     def _take(self, packet):
         decoded = telemetry.decode(packet, self.dictionary, self.configurations)
         if packet.service == 1:
             self._verify(packet)
-        elif packet.user == self.source:
+        elif packet.user == self.source and not large.is_part(packet):
             for verification in self._open.values():
                 if verification.request.apid == packet.apid:
                     verification.replies.append((packet, decoded))
         self._remember(packet, decoded)
         for listener in list(self.listeners):
             listener(packet, decoded)
+        return decoded
 
     def _verify(self, packet):
         verification = self._open.get(packet.data[:4])
@@ -144,6 +184,16 @@ class Session:
             is_of_instruction = packet.subtype == 4 and verification.failure.instruction > 0
             if not is_of_instruction:  # Others may follow, and the end of the whole.
                 del self._open[packet.data[:4]]
+                self._ended.append(verification)
+            if verification.failure is not None and verification.whole is not None:
+                self._give_up(verification.whole, verification.failure)
+
+    def _give_up(self, whole, failure):
+        """A part of a long request was refused: the request itself will not be told of."""
+        if self._open.pop(whole.request_id, None) is whole:
+            whole.failure = failure
+            whole.failures.append(failure)
+            whole.is_finished = True
 
     def _compare(self, packet, decoded):
         subsystem = self.dictionary.subsystem_of_apid(packet.apid)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""ST[13] on the ground: a packet longer than PACKET_MAX is cut into parts, and parts are put together again.
+
+The parts carry the whole packet, headers and checksum included, numbered from 1; they are as long as their packets allow."""
+
+import struct
+
+from . import packets
+
+SERVICE = 13
+REPORT_PARTS, REQUEST_PARTS, ABORTED = (1, 2, 3), (9, 10, 11), 16
+HEAD = struct.Struct(">HH")  # Transaction and part number, from 1.
+PART_MAX = packets.PACKET_MAX - packets.TC_HEADER - HEAD.size - packets.CRC_SIZE
+FIRST, MIDDLE, LAST = range(3)
+
+
+def is_part(packet):
+    """Whether a packet carries a part of another one."""
+    return packet.service == SERVICE and packet.subtype in (REPORT_PARTS if packet.direction == "TM" else REQUEST_PARTS)
+
+
+def cut(raw, transaction, part=PART_MAX):
+    """The (subtype, application data) of the requests that take the octets of a long request up."""
+    pieces = [raw[at : at + part] for at in range(0, len(raw), part)]
+    if len(pieces) < 2:
+        raise packets.PacketError(f"{len(raw)} octets are one part, not several")
+    kinds = [FIRST] + [MIDDLE] * (len(pieces) - 2) + [LAST]
+    return [
+        (REQUEST_PARTS[kind], HEAD.pack(transaction & 0xFFFF, number) + piece)
+        for number, (kind, piece) in enumerate(zip(kinds, pieces), 1)
+    ]
+
+
+class Assembler:
+    """Puts parts together, of any number of processes, users and transactions; a part that is missing ends its packet."""
+
+    def __init__(self):
+        self.problems = []  # What could not be put together, in words.
+        self._open = {}  # Direction, APID, user, transaction -> octets of the parts so far.
+
+    def take(self, packet):
+        """The packet that is whole with this part, or None."""
+        transaction, number = HEAD.unpack_from(packet.data) if len(packet.data) >= HEAD.size else (None, 0)
+        kind = (REPORT_PARTS if packet.direction == "TM" else REQUEST_PARTS).index(packet.subtype)
+        key = packet.direction, packet.apid, packet.user, transaction
+        parts = self._open.pop(key, [])
+        if kind == FIRST:
+            parts = []
+        if number != len(parts) + 1 or (kind != FIRST and not parts):
+            self.problems.append(f"{packet.title} of transaction {transaction}: part {number}, {len(parts) + 1} expected")
+            return None
+        parts.append(packet.data[HEAD.size :])
+        if kind != LAST:
+            self._open[key] = parts
+            return None
+        try:
+            return packets.parse(b"".join(parts))
+        except packets.PacketError as error:
+            self.problems.append(f"{packet.title} of transaction {transaction}: {error}")
+            return None
