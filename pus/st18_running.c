@@ -189,7 +189,7 @@ static bool send(pus_procedures_t* const self, const pus_procedure_t* const proc
     pus_requester_t* const requester = self->config.requester;
     pus_token_t token                = {0};
     octet_writer_t writer            = pus_tc_begin(requester, call->apid, call->service, call->subtype,
-                                         call->does_wait ? PUS_ACK_COMPLETION : 0U);
+                                         call->does_wait ? (PUS_ACK_ACCEPTANCE | PUS_ACK_COMPLETION) : 0U);
     if (call->size > 0U) {
         octet_write_octets(&writer, call->octets, call->size);
     }

@@ -4,6 +4,8 @@
 #include "fsw/framework/base/assertion.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
+#include <string.h>
+
 /// All bindings, in the order in which they are stepped.
 static const onboard_binding_t* const bindings[] = {
     &onboard_time_schedule, &onboard_position_schedule, &onboard_event_action, &onboard_sequences,
@@ -116,20 +118,27 @@ status_t onboard_release(void* const context, const uint8_t* const packet, const
     return octet_ring_put(&supervisor->onboard.released, packet, size);
 }
 
-/// True if the first released request may be routed now: its addressee has credit, or it has waited enough.
+/// True if the first released request may be routed now: nothing can come of waiting, or its addressee has
+/// been without credit for long enough.
 static bool may_go(struct supervisor* const supervisor, const size_t size)
 {
     onboard_t* const onboard = &supervisor->onboard;
     pus_tc_t tc;
     pus_failure_t failure;
-    const bool is_whole = pus_tc_decode(onboard->packet, size, &tc, &failure) == STATUS_OK;
-    if (!is_whole || router_has_room(supervisor, tc.apid)) {
+    const bool is_whole               = pus_tc_decode(onboard->packet, size, &tc, &failure) == STATUS_OK;
+    const roster_entry_t* const entry = is_whole ? roster_find(supervisor, tc.apid) : NULL;
+    if ((entry == NULL) || (entry->process != PROCESS_RUNNING)) {
+        return true; // It is refused at once.
+    }
+    uint64_t* const since_ns = &onboard->full_since_ns[entry - supervisor->roster];
+    if (router_has_room(supervisor, tc.apid)) {
+        *since_ns = 0U;
         return true;
     }
-    if (onboard->waiting_since_ns == 0U) {
-        onboard->waiting_since_ns = supervisor->now_ns;
+    if (*since_ns == 0U) {
+        *since_ns = supervisor->now_ns;
     }
-    return (supervisor->now_ns - onboard->waiting_since_ns) >= ONBOARD_PATIENCE_NS;
+    return (supervisor->now_ns - *since_ns) >= ONBOARD_PATIENCE_NS;
 }
 
 static void route_released(struct supervisor* const supervisor)
@@ -139,11 +148,13 @@ static void route_released(struct supervisor* const supervisor)
     while (
         (octet_ring_peek(&onboard->released, onboard->packet, sizeof onboard->packet, &size) == STATUS_OK) &&
         may_go(supervisor, size)) {
-        onboard->waiting_since_ns = 0U;
         const status_t status =
             octet_ring_take(&onboard->released, onboard->packet, sizeof onboard->packet, &size);
         FSW_ASSERT(status == STATUS_OK);
         router_route_released(supervisor, onboard->packet, size);
+    }
+    if (onboard->released.blocks == 0U) { // Nobody waits any more.
+        (void)memset(onboard->full_since_ns, 0, sizeof onboard->full_since_ns);
     }
 }
 

@@ -6,7 +6,8 @@
 /// A request that a service releases (from a schedule, a sequence, a procedure, an event-action) waits in one
 /// queue and is routed like any other in the same step: known user, permission, state. It keeps the source it
 /// was written with. Where its addressee has no credit it waits, and all behind it, for ONBOARD_PATIENCE_NS
-/// at most; then it is refused with TM[1,10] (PUS_FAILURE_QUEUE_FULL) as one from the ground would be.
+/// at most; then it, and what follows it to the same addressee, is refused with TM[1,10]
+/// (PUS_FAILURE_QUEUE_FULL) as one from the ground would be.
 #ifndef FSW_SUPERVISOR_ONBOARD_H
 #define FSW_SUPERVISOR_ONBOARD_H
 
@@ -77,9 +78,9 @@ typedef struct { // Private to fsw/supervisor.
 } onboard_connections_t;
 
 typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
-    pus_persistence_t persistence; // Of the journal.
-    uint32_t refused;              // Records that nobody took back.
-    uint64_t waiting_since_ns;     // The first released request has no credit since then; 0: it has.
+    pus_persistence_t persistence;                  // Of the journal.
+    uint32_t refused;                               // Records that nobody took back.
+    uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX]; // While requests wait: no credit since then; 0: had some.
     octet_ring_t released;
     uint8_t release_storage[ONBOARD_RELEASE_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];

@@ -363,7 +363,7 @@ static void the_end_of_a_request_is_waited_for(void)
     scripts_step(1U);
     const uint16_t user = PUS_USER_ONBOARD | TEST_APID;
     const uint32_t id   = scripts.sent.last.request_id;
-    TEST_ASSERT_EQUAL_UINT8(PUS_ACK_COMPLETION, scripts.sent.last.ack);
+    TEST_ASSERT_EQUAL_UINT8(PUS_ACK_ACCEPTANCE | PUS_ACK_COMPLETION, scripts.sent.last.ack);
     TEST_ASSERT_EQUAL_UINT64(3U, scripts.sent.last.size);
     observe(7U, PUS_USER_GROUND, id, 1U);
     observe(7U, user, id + 1U, 1U);

@@ -74,6 +74,7 @@ static const char mission_document[] =
     "<Allow tc='13,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='14,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='15,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
+    "<Allow tc='18,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='19,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='21,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='22,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"

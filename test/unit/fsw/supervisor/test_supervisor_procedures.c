@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+// ST[18] of the supervisor: what its procedures send, read and raise, and what one without an end takes.
+#include "fsw/framework/base/crc.h"
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define LOOK "LOOK\0\0\0\0"
+#define NAME_OCTETS 8U
+
+static bool has_descriptor;
+static const subsystem_descriptor_t* own;
+
+static status_t load_own(void* const context, const uint16_t index,
+                         const subsystem_descriptor_t** const out_descriptor)
+{
+    *out_descriptor = own;
+    TEST_ASSERT_EQUAL_PTR(&own, context);
+    return (has_descriptor && (bed.supervisor.mission->subsystems[index].apid == SUPERVISOR_APID))
+               ? STATUS_OK
+               : STATUS_NOT_FOUND;
+}
+
+/// The supervisor's own descriptor; that of the others cannot be read.
+static void give_descriptors(supervisor_config_t* const config)
+{
+    own                 = config->descriptor;
+    config->descriptors = (supervisor_descriptors_t){&own, load_own};
+}
+
+static void begin(void)
+{
+    bed_configure = give_descriptors;
+    bed_open_up();
+    bed.ack = 0U;
+}
+
+void setUp(void)
+{
+    has_descriptor = true;
+    begin();
+}
+
+void tearDown(void)
+{
+    bed_close();
+    bed_configure = NULL;
+}
+
+static const pus_procedures_t* service(void)
+{
+    return &bed.supervisor.onboard.procedures.service;
+}
+
+/// Load a procedure under LOOK or a name of its own.
+static void load(const char* const name, const char* const code)
+{
+    uint8_t data[2048];
+    octet_writer_t writer = octet_writer(data, sizeof data);
+    const uint8_t* octets = (const uint8_t*)code;
+    octet_write_octets(&writer, (const uint8_t*)name, NAME_OCTETS);
+    octet_write_u16(&writer, (uint16_t)strlen(code));
+    octet_write_octets(&writer, octets, strlen(code));
+    octet_write_u16(&writer, crc16_ccitt(octets, strlen(code)));
+    TEST_ASSERT_FALSE(writer.failed);
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 1U, data, writer.position);
+    bed_step();
+}
+
+static void activate(const char* const name)
+{
+    uint8_t data[NAME_OCTETS + 2U] = {0}; // No level, no arguments.
+    (void)memcpy(data, name, NAME_OCTETS);
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 3U, data, sizeof data);
+    bed_step();
+}
+
+static void run(const char* const code)
+{
+    load(LOOK, code);
+    activate(LOOK);
+}
+
+static void expect_ends(const uint32_t ended, const uint32_t failed)
+{
+    const char* const text = bed.supervisor.onboard.procedures.slots[0].text; // Of the last error.
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(failed, service()->counters.failed, text);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(ended, service()->counters.ended, text);
+}
+
+static void a_request_is_routed_and_its_end_awaited(void)
+{
+    run("assert(send(16, 17, 1, '', true)) assert(send(16, 17, 1))");
+    bed_run(3U);
+    bed_expect("16 TC 17.1 from 8001\n16 TC 17.1 from 8001\n");
+    expect_ends(1U, 0U);
+}
+
+static void what_is_not_permitted_is_refused(void)
+{
+    run("local ok, code = send(16, 8, 1, 'MOVE\\0\\0\\0\\0\\0', true) assert(not ok and code == 0x0110)\n"
+        "ok, code = send(99, 17, 1, '', true) assert(not ok and code == 0x0001)");
+    bed_run(5U);
+    bed_expect("");
+    expect_ends(1U, 0U);
+}
+
+static void who_does_not_answer_is_told(void)
+{
+    bed.members[BED_ARM].is_passive = true;
+    run("local ok, code = send(16, 17, 1, '', true) assert(not ok and code == 0x0406, code)");
+    bed_run(1100U); // The supervisor ends what is not even accepted.
+    expect_ends(1U, 0U);
+}
+
+static void requests_share_the_counts_of_the_supervisor(void)
+{
+    bed_place(BED_ARM, STATE_OPERATIONAL);
+    run("for i = 1, 3 do assert(send(16, 17, 1, '', true)) end");
+    bed_event(BED_ARM, 3U, 2U); // Its plan orders ARM about.
+    bed_run(10U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 "));
+    expect_ends(1U, 0U);
+    TEST_ASSERT_EQUAL_UINT16(0U, bed.supervisor.onboard.procedures.requester.addressee_count);
+    TEST_ASSERT_TRUE(bed.supervisor.requester.addressee_count > 0U);
+}
+
+static void telemetry_is_read_by_name_and_number(void)
+{
+    static const uint8_t values[] = {0, 1, 0x02, 0x02, 0, 5, 0, 0, 0x10, 0x92}; // TM[20,2]: UINT32 5 of ARM.
+    static const uint8_t large[]  = {0, 1, 0x02, 0x03, 0, 6, 0, 0, 0, 0, 0, 0, 0, 7};
+    bed_run(600U); // Until the supervisor has reported itself.
+    bed_report(BED_ARM, PUS_SERVICE_PARAMETERS, 2U, values, sizeof values);
+    bed_report(BED_ARM, PUS_SERVICE_PARAMETERS, 2U, large, sizeof large);
+    bed_step();
+    run("assert(get('SUPERVISOR.STATUS.SUBSYSTEMS') == 5)\n"
+        "assert(get(0x02020005) == 4242 and get(0x02030006) == 7)\n"
+        "assert(get(0x02020007) == nil and get(0x02180005) == nil and get('ARM.NOTHING') == nil)\n"
+        "assert(get('SUPERVISOR.ORBIT.ANGLE') == nil)"); // Never reported.
+    bed_run(3U);
+    expect_ends(1U, 0U);
+}
+
+static void names_come_from_descriptors(void)
+{
+    bed_close();
+    has_descriptor = false;
+    begin();
+    bed_run(600U);
+    run("assert(get('SUPERVISOR.STATUS.SUBSYSTEMS') == nil)");
+    bed_run(3U);
+    expect_ends(1U, 0U);
+}
+
+static void only_events_for_procedures_are_raised(void)
+{
+    run("step(2) assert(event(15) and event(16)) assert(not event(1) and not event(13) and not event(99))");
+    bed_run(3U);
+    bed_expect("G 5.1 000F4C4F4F4B000000000002\nG 5.2 00104C4F4F4B000000000002\n");
+    expect_ends(1U, 0U);
+}
+
+static void an_error_is_told(void)
+{
+    run("\nerror('no light')");
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("G 5.2 000E4C4F4F4B00000000030000000000024C4F4F4B3A323A206E6F206C6967687400"));
+    expect_ends(0U, 1U);
+}
+
+/// The bed sees in each step that the supervisor wants to be woken, and that within a tick.
+static void those_without_an_end_take_their_share_only(void)
+{
+    char name[NAME_OCTETS] = "SPIN";
+    for (unsigned i = 1U; i < ONBOARD_PROCEDURE_SLOTS; i++) {
+        name[4] = (char)('0' + (int)i);
+        load(name, "while true do pcall(string.rep, 'x', 1000) end");
+        activate(name);
+    }
+    run("while true do send(16, 17, 1) event(15) end");
+    bed_forget();
+    for (unsigned i = 0U; i < 101U; i++) {
+        unsigned calls = 0U;
+        bed_run(1U);
+        for (const char* line = bed_look(); line[0] != '\0'; line = strchr(line, '\n') + 1) {
+            calls++;
+        }
+        TEST_ASSERT_TRUE(calls <= ONBOARD_PROCEDURE_CALLS);
+    }
+    TEST_ASSERT_EQUAL_UINT32(ONBOARD_PROCEDURE_SLOTS, service()->counters.started);
+    TEST_ASSERT_TRUE(service()->counters.sent >= (100U * ONBOARD_PROCEDURE_CALLS / 2U));
+    TEST_ASSERT_TRUE(bed.members[BED_ARM].heartbeats > 0U);
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 17U, NULL, 0U);
+    bed_run(2U);
+    TEST_ASSERT_EQUAL_UINT32(ONBOARD_PROCEDURE_SLOTS, service()->counters.aborted);
+    TEST_ASSERT_FALSE(pus_procedures_are_active(service()));
+}
+
+/// What is sent to who takes nothing, does not run or is not there holds up what others are sent for a tenth
+/// of a second at most.
+static void requests_to_who_takes_nothing_end_in_time(void)
+{
+    bed.members[BED_ARM].is_deaf     = true;
+    bed.members[BED_LONE].is_running = false;
+    bed_run(20U);
+    load("SPIN\0\0\0\0", "while true do send(16, 17, 1) send(18, 17, 1) send(99, 17, 1) end");
+    activate("SPIN\0\0\0\0");
+    bed_run(200U); // ARM's mailbox is full.
+    TEST_ASSERT_TRUE(bed.supervisor.counters.tc_unroutable > 100U);
+    load(LOOK, "send(17, 17, 1)");
+    bed_forget();
+    activate(LOOK);
+    bed_run((unsigned)(ONBOARD_PATIENCE_NS / BED_TICK_NS) + 3U);
+    TEST_ASSERT_TRUE(bed_has("17 TC 17.1 "));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_request_is_routed_and_its_end_awaited);
+    RUN_TEST(what_is_not_permitted_is_refused);
+    RUN_TEST(who_does_not_answer_is_told);
+    RUN_TEST(requests_share_the_counts_of_the_supervisor);
+    RUN_TEST(telemetry_is_read_by_name_and_number);
+    RUN_TEST(names_come_from_descriptors);
+    RUN_TEST(only_events_for_procedures_are_raised);
+    RUN_TEST(an_error_is_told);
+    RUN_TEST(those_without_an_end_take_their_share_only);
+    RUN_TEST(requests_to_who_takes_nothing_end_in_time);
+    return UNITY_END();
+}
