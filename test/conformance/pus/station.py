@@ -155,8 +155,11 @@ class Station:
         """A request that completes and is answered; the fields of its answer, the groups of several packets together."""
         outcome = self.do(subsystem, service, subtype, **fields)
         answer = self.catalogue.find("TC", service, subtype)["answer"]
-        parts = [decoded for packet, decoded in outcome.replies if packet.message == (service, answer)]
-        assert parts, f"TC[{service},{subtype}] completed without TM[{service},{answer}]"
+
+        def answers():  # One longer than a packet comes in parts, behind the end of its request.
+            return [decoded for packet, decoded in outcome.replies if packet.message == (service, answer)]
+
+        parts = self.wait(answers, f"TM[{service},{answer}] in answer to TC[{service},{subtype}]")
         assert not any("error" in part for part in parts), parts
         self.notes.reports[(service, answer)].add(self.notes.test())
         return merged(parts)
