@@ -187,7 +187,7 @@ _PROCEDURE_USAGE = (
     "procedure suspend|resume|stop|abort|unload NAME, procedure engine start|stop, procedure status"
 )
 _PROCEDURE_ONE = {"suspend": (18, 5), "resume": (18, 6), "stop": (18, 4), "abort": (18, 12), "unload": (18, 2)}
-_CODE_MAX = packets.PACKET_MAX - packets.TC_HEADER - packets.CRC_SIZE - 12  # Name, size and checksum beside it.
+_CODE_MAX = 16384  # Of a procedure on board; more than a packet goes up in parts.
 _AT_A_STEP = ("suspend", "stop")
 _PROCEDURE_ALL = {"procedure status": (18, 8), "procedure engine start": (18, 21), "procedure engine stop": (18, 22)}
 
@@ -216,7 +216,7 @@ def _until_started(request):
 def _load_procedure(dictionary, name, path):
     code = pathlib.Path(path).read_bytes()
     if len(code) > _CODE_MAX:
-        raise UsageError(f"{path} has {len(code)} octets, a request takes {_CODE_MAX}: load it by TC[18,13] from a file on board")
+        raise UsageError(f"{path} has {len(code)} octets, a procedure has {_CODE_MAX} at most")
     given = {"obcp_id": name, "obcp_code": code, "checksum": packets.crc16(code)}
     return _planned(dictionary, SUPERVISOR_APID, (18, 1), given, f"procedure load {name}")
 

@@ -101,12 +101,15 @@ def test_a_long_schedule_is_loaded(station):
     station.do("SUPERVISOR", 11, 23, n=[])
 
 
-def test_a_long_procedure_and_a_long_sequence_are_loaded(station):
+def test_a_long_procedure_and_a_long_sequence_are_loaded(station, tmp_path):
     code = b"-- long\n" * 1500
     name = {"obcp_id": "LONG"}
     station.do("SUPERVISOR", 18, 1, **name, obcp_code=code.hex(), checksum=packets.crc16(code))
     assert name in [{"obcp_id": entry["obcp_id"]} for entry in station.ask("SUPERVISOR", 18, 8)["n"]]
     station.do("SUPERVISOR", 18, 2, **name)
+    (tmp_path / "long.lua").write_bytes(code)
+    assert "completed" in station.command("procedure", "load", "LONG", tmp_path / "long.lua")
+    station.command("procedure", "unload", "LONG")
     entries = [{"request": _request(HAND, 17, 1, sequence=n).hex(), "delay": 0.5} for n in range(255)]
     station.do("SUPERVISOR", 21, 1, request_sequence_id="LONG", n=entries)
     assert station.ask("SUPERVISOR", 21, 11, request_sequence_id="LONG")["n"] == entries

@@ -106,11 +106,11 @@ def test_procedures_are_read_from_files(dictionary, tmp_path):
     place.write_bytes(b"step(1)")
     (request,) = commands.plan(["procedure", "load", "LOOK", str(place)], dictionary).requests
     assert request.data == b"LOOK\0\0\0\0\0\x07step(1)" + packets.crc16(b"step(1)").to_bytes(2, "big")
-    place.write_bytes(b"x" * 4071)
+    place.write_bytes(b"x" * 16384)
     (request,) = commands.plan(["procedure", "load", "LOOK", str(place)], dictionary).requests
-    assert len(packets.build_tc(1, 0, 18, 1, request.data)) == packets.PACKET_MAX
-    place.write_bytes(b"x" * 4072)
-    with pytest.raises(commands.UsageError, match="4072 octets"):
+    assert len(request.data) == 12 + 16384  # More than a packet: the session cuts it.
+    place.write_bytes(b"x" * 16385)
+    with pytest.raises(commands.UsageError, match="16385 octets"):
         commands.plan(["procedure", "load", "LOOK", str(place)], dictionary)
 
 
