@@ -31,6 +31,7 @@ typedef struct {    // Private: one of them.
     uint8_t length; // Expected [octets]; 0: any.
     bool is_read;
     bool is_register;
+    const descriptor_quantity_t* quantity; // Null: the object as it is.
 } drives_transfer_t;
 
 typedef struct { // Private, except network: as network.h says.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/drives/drives_access.h"
 
+#include "fsw/drives/drives_quantity.h"
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/octets.h"
+#include "fsw/framework/base/value.h"
 
 #include <string.h>
 
@@ -17,11 +19,40 @@ typedef struct {    // An object of a device.
     uint16_t index;
     uint8_t length;
     bool is_read;
+    const descriptor_quantity_t* quantity; // Null: of no logical device.
 } object_t;
 
 static bool is_register(const pus_device_action_t* const action)
 {
     return (action->kind == PUS_DEVICE_LOAD_REGISTER) || (action->kind == PUS_DEVICE_DUMP_REGISTER);
+}
+
+static bool is_logical(const pus_device_action_t* const action)
+{
+    return (action->kind == PUS_DEVICE_LOGICAL_COMMAND) || (action->kind == PUS_DEVICE_LOGICAL_ACQUIRE);
+}
+
+/// The object of a quantity. STATUS_OK, STATUS_NOT_FOUND (device), STATUS_OUT_OF_RANGE (quantity, or it
+/// cannot be set to that).
+static status_t quantity_of(const drives_t* const drives, const pus_device_action_t* const action,
+                            object_t* const out_object)
+{
+    uint8_t octets[DRIVES_QUANTITY_OCTETS];
+    const bool is_read                    = (action->kind == PUS_DEVICE_LOGICAL_ACQUIRE);
+    const uint32_t id                     = is_read ? action->address : action->command;
+    const descriptor_quantity_t* quantity = NULL;
+    const status_t status                 = drives_quantity_find(drives, action->device, id, &quantity);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    *out_object            = (object_t){.index    = quantity->index,
+                                        .subindex = quantity->subindex,
+                                        .length   = (uint8_t)value_size(quantity->type),
+                                        .is_read  = is_read,
+                                        .quantity = quantity};
+    const bool is_settable = quantity->is_settable && (action->size == DRIVES_QUANTITY_OCTETS) &&
+                             drives_quantity_to_object(quantity, action->data, octets);
+    return (is_read || is_settable) ? STATUS_OK : STATUS_OUT_OF_RANGE;
 }
 
 /// The object that an action is about. STATUS_OK, STATUS_NOT_FOUND (no such device), STATUS_OUT_OF_RANGE
@@ -31,7 +62,12 @@ static status_t object_of(const drives_t* const drives, const pus_device_action_
 {
     uint32_t node = action->device;
     *out_object   = (object_t){0};
-    if (is_register(action)) {
+    if (is_logical(action)) {
+        const status_t status = quantity_of(drives, action, out_object);
+        if (status != STATUS_OK) {
+            return status;
+        }
+    } else if (is_register(action)) {
         node                 = action->address >> NODE_SHIFT;
         out_object->index    = (uint16_t)((action->address >> INDEX_SHIFT) & 0xFFFFU);
         out_object->subindex = (uint8_t)(action->address & 0xFFU);
@@ -49,7 +85,7 @@ static status_t object_of(const drives_t* const drives, const pus_device_action_
         (network_find(&drives->network, (uint8_t)node, &out_object->device) != STATUS_OK)) {
         return STATUS_NOT_FOUND;
     }
-    const bool is_written = !out_object->is_read;
+    const bool is_written = !out_object->is_read && (out_object->quantity == NULL);
     const bool is_wrong =
         (out_object->length > SDO_OCTETS_MAX) ||
         (is_written && ((out_object->length == 0U) || (out_object->length != action->size)));
@@ -76,6 +112,22 @@ static sdo_client_t* client_of(drives_t* const drives, const uint8_t device)
     return &drives->network.master.nodes[drives->network.devices[device].device.index].sdo;
 }
 
+/// Octets to be written, lowest first.
+static void data_of(const pus_device_action_t* const action, const object_t* const object,
+                    uint8_t* const out_octets)
+{
+    if (object->is_read) {
+        return;
+    }
+    if (object->quantity != NULL) {
+        (void)drives_quantity_to_object(object->quantity, action->data, out_octets); // It could be set.
+        return;
+    }
+    for (uint8_t i = 0U; i < object->length; i++) { // A register comes highest first.
+        out_octets[i] = action->data[is_register(action) ? (REGISTER_SIZE - 1U - i) : i];
+    }
+}
+
 static status_t begin(void* const context, const uint8_t slot, const pus_device_action_t* const action,
                       pus_device_result_t* const out_result)
 {
@@ -89,9 +141,7 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
         return STATUS_FULL;
     }
     uint8_t octets[SDO_OCTETS_MAX] = {0U};
-    for (uint8_t i = 0U; !object.is_read && (i < object.length); i++) { // A register comes highest first.
-        octets[i] = action->data[is_register(action) ? (REGISTER_SIZE - 1U - i) : i];
-    }
+    data_of(action, &object, octets);
     sdo_client_t* const client = client_of(drives, object.device);
     const status_t status =
         object.is_read ? sdo_client_upload(client, object.index, object.subindex)
@@ -103,7 +153,8 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
     drives->access.slots[slot]           = (drives_transfer_t){.device      = object.device,
                                                                .length      = object.length,
                                                                .is_read     = object.is_read,
-                                                               .is_register = is_register(action)};
+                                                               .is_register = is_register(action),
+                                                               .quantity    = object.quantity};
     return STATUS_OK;
 }
 
@@ -115,6 +166,11 @@ static status_t take_value(const drives_transfer_t* const transfer, const sdo_cl
     const uint8_t* const octets = sdo_client_value(client, &size);
     if ((transfer->length != 0U) && (size != transfer->length)) {
         return fail(out_result, DRIVES_ACCESS_WRONG, DRIVES_ACCESS_WRONG);
+    }
+    if (transfer->quantity != NULL) {
+        drives_quantity_of_object(transfer->quantity, octets, out_result->data);
+        out_result->size = (uint16_t)DRIVES_QUANTITY_OCTETS;
+        return STATUS_OK;
     }
     out_result->size = (uint16_t)size;
     for (size_t i = 0U; i < size; i++) {

@@ -4,8 +4,11 @@
 /// A physical device is a device of the descriptor, by its CAN node id; protocol-specific data are the index
 /// (u16) and subindex (u8) of an object and its length (u8, 1..SDO_OCTETS_MAX; 0 when reading: whatever it
 /// is). Data are the octets of the object as CANopen has them, lowest first. A register is an object of 32
-/// bits: its address is node << 24 | index << 8 | subindex. There are no on/off devices, pulses and logical
-/// devices here (STATUS_NOT_FOUND).
+/// bits: its address is node << 24 | index << 8 | subindex.
+///
+/// A logical device is the same device seen in engineering units: its quantities of the descriptor
+/// (<Quantity>), by their ids. A parameter that is acquired, and the argument of a command, are a DOUBLE; a
+/// command sets a quantity that is settable. There are no on/off devices and pulses here (STATUS_NOT_FOUND).
 ///
 /// Devices are reached while process data flow: before, commissioning has the transfers to itself, and it
 /// ends one of ours. One transfer to a node at a time; others wait.

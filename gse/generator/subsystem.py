@@ -4,6 +4,7 @@
 import binascii
 from dataclasses import dataclass, field
 
+from device import device_of
 from loop import loop_of, services_once
 from services import service_of
 from source import (
@@ -57,22 +58,8 @@ TABLE = {
     ("Configuration", "Devices"): "",
     ("Devices", "Device"): "name! type!",
     ("Device", "Setting"): "object! type! value!",
+    ("Device", "Quantity"): "name! id! object! type! scale! unit settable",
     ("Device", "Endnode"): "type! bus redundantBus node name address port framing order direction baud",
-}
-ENDNODES = {  # type: what it must have, and what it may have; nothing else is allowed
-    "CAN": (("bus", "node"), ()),
-    "SHM": (("name",), ("order",)),
-    "MQUEUE": (("name",), ("order",)),
-    "UDP": (("address", "port"), ("order",)),
-    "TCP": (("address", "port"), ("framing", "order")),
-    "SERIAL": (("name",), ("framing", "order", "baud")),
-    "FILE": (("name",), ("framing", "order", "direction")),
-}
-FLOW_FORMAT = {
-    "framing": ("RAW", "LENGTH", "SLIP", "LINE"),
-    "order": ("BIG", "LITTLE"),
-    "direction": ("BOTH", "READ", "WRITE"),
-    "baud": ("9600", "19200", "38400", "57600", "115200", "230400", "460800", "921600"),
 }
 REPORT_OCTETS = 4000
 NESTING = 3  # structures within the structure of a parameter
@@ -80,7 +67,6 @@ CONFIGURATION_LOOPS = 2
 SERVICES = 8
 PORT_OCTETS = 1024
 AUXILIARY_OCTETS = 1024
-SETTING_TYPES = tuple(name for name in TYPES if name not in ("DOUBLE", "BOOL"))
 
 
 @dataclass
@@ -190,17 +176,6 @@ class Port:
     def size(self):
         """Octets on the wire."""
         return sum(item.size for item in self.fields)
-
-
-@dataclass
-class Device:
-    """A device with its settings and addresses."""
-
-    element: object
-    name: str
-    type: str
-    settings: list
-    endnodes: list
 
 
 @dataclass
@@ -479,7 +454,9 @@ def _configuration(subsystem, element):
                 unique(child.children[: len(configuration.ports)], "name", "id")
         else:
             for device in child.children:
-                configuration.devices.append(_device(device))
+                configuration.devices.append(device_of(device))
+                for attribute in ("name", "id"):
+                    unique(device.all("Quantity"), attribute)
                 unique(child.children[: len(configuration.devices)], "name")
     return configuration
 
@@ -554,47 +531,3 @@ def _same_ports(subsystem):
                 and (port.provided != other.provided or port.layout_hash != other.layout_hash)
             ):
                 port.element.fail(f"port {port.name} differs from port {other.name} in line {other.element.line}")
-
-
-def _device(element):
-    device = Device(element, element.identifier(), element.lower_identifier("type"), [], [])
-    for child in element.children:
-        if child.name == "Setting":
-            _setting(child)
-            device.settings.append(child)
-        else:
-            _endnode(child)
-            device.endnodes.append(child)
-    return device
-
-
-def _setting(element):
-    text = element.attributes["object"]
-    index, _, sub = text.partition(":")
-    if len(text) != 9 or not text.startswith("0x") or any(c not in "0123456789ABCDEFabcdef" for c in index[2:] + sub):
-        element.wrong("object", "an object like 0x6060:00")
-    kind = element.word("type", SETTING_TYPES)
-    value = read_number(element.attributes["value"], kind)
-    if value is None or value is NUMBER_OUT_OF_RANGE:
-        element.wrong("value", f"a number of type {kind}")
-
-
-def _endnode(element):
-    needs, may_have = ENDNODES[element.word("type", tuple(ENDNODES))]
-    for attribute in ("bus", "node", "name", "address", "port"):
-        if (attribute in element.attributes) != (attribute in needs):
-            verb = "needs" if attribute in needs else "has no"
-            element.fail(f"<Endnode> of type {element.attributes['type']} {verb} attribute {attribute}")
-    for attribute, words in FLOW_FORMAT.items():
-        if attribute in element.attributes and attribute not in may_have:
-            element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute {attribute}")
-        element.word(attribute, words)
-    if "redundantBus" in element.attributes and "bus" not in needs:
-        element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute redundantBus")
-    if "bus" in needs:
-        element.lower_identifier("bus")
-        if "redundantBus" in element.attributes:
-            element.lower_identifier("redundantBus")
-        element.unsigned("node", 1, 127)
-    if "port" in needs:
-        element.unsigned("port", 1, 65535)

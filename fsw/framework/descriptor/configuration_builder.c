@@ -239,17 +239,33 @@ static bool read_object(const char* const words, uint16_t* const out_index, uint
     return is_right;
 }
 
+static void take_object(source_t* const source, const value_type_t type, uint16_t* const out_index,
+                        uint8_t* const out_subindex)
+{
+    if (!read_object(source_raw(source, "object"), out_index, out_subindex)) {
+        source_wrong(source, "object", "an object like 0x6060:00");
+    }
+    if ((type == VALUE_DOUBLE) || (type == VALUE_BOOL)) {
+        source_wrong(source, "type", "an integer type or FLOAT");
+    }
+}
+
 void configuration_builder_setting(source_t* const source)
 {
     descriptor_setting_t* const setting = source->item;
     double real                         = 0.0;
-    if (!read_object(source_raw(source, "object"), &setting->index, &setting->subindex)) {
-        source_wrong(source, "object", "an object like 0x6060:00");
-    }
-    if ((setting->type == VALUE_DOUBLE) || (setting->type == VALUE_BOOL)) {
-        source_wrong(source, "type", "an integer type or FLOAT");
-    }
+    take_object(source, setting->type, &setting->index, &setting->subindex);
     setting->bits = source_number(source, "value", setting->type, &real);
+}
+
+void configuration_builder_quantity(source_t* const source)
+{
+    descriptor_quantity_t* const quantity = source->item;
+    take_object(source, quantity->type, &quantity->index, &quantity->subindex);
+    (void)source_number(source, "scale", VALUE_DOUBLE, &quantity->scale);
+    if (quantity->scale == 0.0) {
+        source_wrong(source, "scale", "a number other than 0");
+    }
 }
 
 // ---- End of the document ----

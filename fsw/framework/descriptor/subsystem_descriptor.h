@@ -38,6 +38,7 @@
 #define DESCRIPTOR_PORTS_MAX 16U
 #define DESCRIPTOR_DEVICES_MAX 32U
 #define DESCRIPTOR_SETTINGS_MAX 128U
+#define DESCRIPTOR_QUANTITIES_MAX 64U
 #define DESCRIPTOR_ENDNODES_MAX 32U
 #define DESCRIPTOR_STATES 10U
 #define DESCRIPTOR_STATE_WORDS 192U ///< Characters of the names of all states with a space behind each.
@@ -186,6 +187,18 @@ typedef struct { // Value of one object of a device, written when the configurat
     uint32_t line;
 } descriptor_setting_t;
 
+typedef struct { // A quantity of a device in engineering units: an object times a scale.
+    const char* name;
+    const char* unit;
+    uint16_t id; ///< Differs within the device.
+    uint16_t index;
+    uint8_t subindex;
+    value_type_t type; ///< Of the object: an integer type or FLOAT.
+    double scale;      ///< Not 0.
+    bool is_settable;
+    uint32_t line;
+} descriptor_quantity_t;
+
 typedef enum {
     DESCRIPTOR_ENDNODE_CAN,
     DESCRIPTOR_ENDNODE_SHM,
@@ -213,6 +226,8 @@ typedef struct {
     const char* type; ///< Device class, e.g. "cia402-drive".
     uint16_t first_setting;
     uint16_t setting_count;
+    uint16_t first_quantity;
+    uint16_t quantity_count;
     uint16_t first_endnode;
     uint16_t endnode_count;
     uint32_t line;
@@ -274,6 +289,8 @@ typedef struct {
     uint16_t device_count;
     descriptor_setting_t settings[DESCRIPTOR_SETTINGS_MAX];
     uint16_t setting_count;
+    descriptor_quantity_t quantities[DESCRIPTOR_QUANTITIES_MAX];
+    uint16_t quantity_count;
     descriptor_endnode_t endnodes[DESCRIPTOR_ENDNODES_MAX];
     uint16_t endnode_count;
 

@@ -37,7 +37,8 @@ enum { // Kinds of elements.
     KIND_SETTING,
     KIND_ENDNODE,
     KIND_SERVICES,
-    KIND_SERVICE
+    KIND_SERVICE,
+    KIND_QUANTITY
 };
 
 // ---- Lists ----
@@ -116,6 +117,11 @@ static const source_list_t settings = {
     LIST(settings, setting_count, DESCRIPTOR_SETTINGS_MAX, descriptor_setting_t),
     .line = offsetof(descriptor_setting_t, line),
     RANGE(descriptor_device_t, first_setting, setting_count)};
+static const source_list_t quantities = {
+    .what = "<Quantity>",
+    LIST(quantities, quantity_count, DESCRIPTOR_QUANTITIES_MAX, descriptor_quantity_t),
+    .line = offsetof(descriptor_quantity_t, line),
+    RANGE(descriptor_device_t, first_quantity, quantity_count)};
 static const source_list_t endnodes = {
     .what = "<Endnode>",
     LIST(endnodes, endnode_count, DESCRIPTOR_ENDNODES_MAX, descriptor_endnode_t),
@@ -345,8 +351,20 @@ static const source_attribute_t device_attributes[] = {
      .high = DESCRIPTOR_NAME_MAX,
      SOURCE_TO(descriptor_device_t, type)},
 };
-static const source_attribute_t setting_attributes[] = {FREE_NEEDED("object"), TYPE(descriptor_setting_t),
-                                                        FREE_NEEDED("value")};
+static const source_attribute_t setting_attributes[]  = {FREE_NEEDED("object"), TYPE(descriptor_setting_t),
+                                                         FREE_NEEDED("value")};
+static const source_attribute_t quantity_attributes[] = {
+    NAMED(descriptor_quantity_t),
+    {.name = "id",
+     .form = SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE,
+     .high = 65535U,
+     SOURCE_TO(descriptor_quantity_t, id)},
+    FREE_NEEDED("object"),
+    TYPE(descriptor_quantity_t),
+    FREE_NEEDED("scale"),
+    {.name = "unit", .form = SOURCE_TEXT, .high = 16U, SOURCE_TO(descriptor_quantity_t, unit)},
+    {.name = "settable", .form = SOURCE_FLAG, SOURCE_TO(descriptor_quantity_t, is_settable)},
+};
 // The order of `type` and of the others is known to endnode_builder.c.
 static const source_attribute_t endnode_attributes[] = {
     {.name  = "type",
@@ -453,6 +471,8 @@ static const source_row_t rows[] = {
     {KIND_DEVICES, KIND_DEVICE, SOURCE_ANY, WITH("Device", device_attributes), &devices, NULL, NULL},
     {KIND_DEVICE, KIND_SETTING, SOURCE_ANY, WITH("Setting", setting_attributes), &settings,
      configuration_builder_setting, NULL},
+    {KIND_DEVICE, KIND_QUANTITY, SOURCE_ANY, WITH("Quantity", quantity_attributes), &quantities,
+     configuration_builder_quantity, NULL},
     {KIND_DEVICE, KIND_ENDNODE, SOURCE_ANY, WITH("Endnode", endnode_attributes), &endnodes,
      endnode_builder_start, NULL},
 };

@@ -9,6 +9,7 @@ import pytest
 SUBSYSTEM = "MANIPULATOR"
 JOINT = 0x11  # CAN node.
 PARAMETERS, COMPONENT = 1, 2  # Memories.
+TEMPERATURE, BRAKE, ERROR_WINDOW = 1, 2, 3  # Quantities of a joint.
 
 
 def settle_state(station, apid, target):
@@ -95,8 +96,40 @@ def test_devices_that_are_not_there_are_refused(station, arm):
     station.refuse(0x0201, SUBSYSTEM, 2, 4, n1=[
         {"cpdu_id": 1, "n2": [{"output_line_id": 5, "reserved": 0, "duration_exponential_value": 2}]}])
     station.refuse(0x0201, SUBSYSTEM, 2, 10, n=[{"logical_device_id": 1, "command_id": 1, "command_arguments": ""}])
-    station.refuse(0x0201, SUBSYSTEM, 2, 11, n=[
-        {"transaction_id": 1, "logical_device_id": 1, "parameter_id": "MANIPULATOR.CUR_VALUES"}])
+    station.refuse(0x0201, SUBSYSTEM, 2, 11, n=[{"transaction_id": 1, "logical_device_id": 1, "parameter_id": TEMPERATURE}])
+
+
+def quantity(station, identity, transaction=3):
+    """Value of a quantity of the first joint by TM[2,12]."""
+    answer = station.ask(SUBSYSTEM, 2, 11, n=[{"transaction_id": transaction, "logical_device_id": JOINT, "parameter_id": identity}])
+    assert (answer["transaction_id"], answer["data_acquisition_return_code"]) == (transaction, 0)
+    return struct.unpack(">d", bytes.fromhex(answer["parameter_value"]))[0]
+
+
+def order(identity, value):
+    """Fields of one instruction of TC[2,10]."""
+    return {"logical_device_id": JOINT, "command_id": identity, "command_arguments": struct.pack(">d", value).hex()}
+
+
+def test_a_drive_is_seen_in_engineering_units(station, arm):
+    assert 0 < quantity(station, TEMPERATURE) < 60
+    assert quantity(station, BRAKE) == 1, "it is engaged while the arm rests"
+    before = struct.unpack("<I", acquire(station, 0x6065))[0]
+    assert quantity(station, ERROR_WINDOW) == pytest.approx(before * 1e-6)
+    station.do(SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, 0.04)])
+    assert struct.unpack("<I", acquire(station, 0x6065))[0] == 40000
+    station.do(SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, before * 1e-6)])
+    assert struct.unpack("<I", acquire(station, 0x6065))[0] == before
+
+
+def test_what_is_no_quantity_of_a_drive_is_refused(station, arm):
+    station.refuse(0x0203, SUBSYSTEM, 2, 11, n=[{"transaction_id": 1, "logical_device_id": JOINT, "parameter_id": 99}])
+    station.refuse(0x0203, SUBSYSTEM, 2, 10, n=[order(TEMPERATURE, 20.0)])
+    station.refuse(0x0203, SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, -1.0)])
+    station.refuse(0x0203, SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, float("nan"))])
+    outcome = station.refuse(0x0203, SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, 0.03), order(ERROR_WINDOW, 1e9)])
+    assert outcome.failure.instruction == 2
+    assert quantity(station, ERROR_WINDOW) != pytest.approx(0.03)
 
 
 # --- memory ------------------------------------------------------------------------------------------------------

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/drives/drives_quantity.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/octets.h"
+#include "fsw/framework/base/value.h"
+
+#define OCTET_BITS 8U
+#define HALF 0.5
+
+/// True if a device lies at this node.
+static bool is_at(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device,
+                  const uint16_t node)
+{
+    bool is_it = false;
+    for (uint16_t i = 0U; i < device->endnode_count; i++) {
+        const descriptor_endnode_t* const endnode = &descriptor->endnodes[device->first_endnode + i];
+        is_it = is_it || ((endnode->type == DESCRIPTOR_ENDNODE_CAN) && (endnode->node == node));
+    }
+    return is_it;
+}
+
+status_t drives_quantity_find(const drives_t* const drives, const uint16_t node, const uint32_t id,
+                              const descriptor_quantity_t** const out_quantity)
+{
+    FSW_ASSERT((drives != NULL) && (out_quantity != NULL));
+    const descriptor_configuration_t* const configuration = drives->configuration;
+    status_t status                                       = STATUS_NOT_FOUND;
+    if (configuration == NULL) {
+        return status;
+    }
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
+    for (uint16_t i = 0U; i < configuration->device_count; i++) {
+        const descriptor_device_t* const device = &descriptor->devices[configuration->first_device + i];
+        const uint16_t count = is_at(descriptor, device, node) ? device->quantity_count : 0U;
+        for (uint16_t k = 0U; (k < count) && (status != STATUS_OK); k++) {
+            *out_quantity = &descriptor->quantities[device->first_quantity + k];
+            status        = ((*out_quantity)->id == id) ? STATUS_OK : STATUS_OUT_OF_RANGE;
+        }
+    }
+    return status;
+}
+
+static bool is_signed(const value_type_t type)
+{
+    return (type == VALUE_INT8) || (type == VALUE_INT16) || (type == VALUE_INT32) || (type == VALUE_INT64);
+}
+
+/// 2 to the power of `bits`, which has no fraction.
+static double power_of_two(const size_t bits)
+{
+    double power = 1.0;
+    for (size_t i = 0U; i < bits; i++) {
+        power *= 2.0;
+    }
+    return power;
+}
+
+/// The nearest whole number in two's complement. False: an object of `octets` octets cannot hold it.
+static bool round_to(const double real, const size_t octets, const bool has_sign, uint64_t* const out_bits)
+{
+    const double range = power_of_two(octets * OCTET_BITS);
+    const double end   = has_sign ? (range * HALF) : range; // The first that is too large.
+    const double low   = has_sign ? -end : 0.0;
+    const double moved = real + ((real < 0.0) ? -HALF : HALF);
+    if (!((moved > (low - 1.0)) && (moved < end))) { // No number is none of these.
+        return false;
+    }
+    *out_bits = (moved < 0.0) ? (uint64_t)(int64_t)moved : (uint64_t)moved;
+    return true;
+}
+
+bool drives_quantity_to_object(const descriptor_quantity_t* const quantity,
+                               const uint8_t value[DRIVES_QUANTITY_OCTETS],
+                               uint8_t out_octets[DRIVES_QUANTITY_OCTETS])
+{
+    FSW_ASSERT((quantity != NULL) && (value != NULL) && (out_octets != NULL));
+    double real           = 0.0;
+    uint64_t bits         = 0U;
+    octet_reader_t reader = octet_reader(value, DRIVES_QUANTITY_OCTETS);
+    if (value_decode(&reader, VALUE_DOUBLE, &real) != STATUS_OK) {
+        return false;
+    }
+    real /= quantity->scale;
+    const size_t size = value_size(quantity->type);
+    if (quantity->type == VALUE_FLOAT) {
+        const float single = (float)real;
+        bits               = value_bits(VALUE_FLOAT, &single);
+    } else if (!round_to(real, size, is_signed(quantity->type), &bits)) {
+        return false;
+    } else {
+        // Rounded.
+    }
+    for (size_t i = 0U; i < size; i++) {
+        out_octets[i] = (uint8_t)(bits >> (OCTET_BITS * i));
+    }
+    return true;
+}
+
+void drives_quantity_of_object(const descriptor_quantity_t* const quantity, const uint8_t* const octets,
+                               uint8_t out_value[DRIVES_QUANTITY_OCTETS])
+{
+    FSW_ASSERT((quantity != NULL) && (octets != NULL) && (out_value != NULL));
+    uint64_t memory = 0U; // Of any scalar type.
+    uint64_t bits   = 0U;
+    for (size_t i = value_size(quantity->type); i > 0U; i--) {
+        bits = (bits << OCTET_BITS) | octets[i - 1U];
+    }
+    value_store(quantity->type, bits, &memory);
+    const double real = value_as_double(quantity->type, &memory) * quantity->scale;
+    (void)value_put(out_value, VALUE_DOUBLE, &real, 1U);
+}

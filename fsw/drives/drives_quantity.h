@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Quantities of devices in engineering units, as the descriptor has them: an object of a device times a
+/// scale. On the wire a quantity is a DOUBLE, whatever its object is.
+///
+/// Context  The subsystem's task. Time: O(devices and quantities of the configuration).
+#ifndef FSW_DRIVES_DRIVES_QUANTITY_H
+#define FSW_DRIVES_DRIVES_QUANTITY_H
+
+#include "fsw/drives/drives.h"
+
+#define DRIVES_QUANTITY_OCTETS 8U
+
+/// Quantity of a device of the applied configuration, by node and id. STATUS_OK; STATUS_NOT_FOUND (no such
+/// device, or none has quantities); STATUS_OUT_OF_RANGE (it has, but not this one).
+MUST_USE status_t drives_quantity_find(const drives_t* drives, uint16_t node, uint32_t id,
+                                       const descriptor_quantity_t** out_quantity);
+/// Octets of the object, lowest first, for a value, highest first. False: the object cannot hold it.
+bool drives_quantity_to_object(const descriptor_quantity_t* quantity,
+                               const uint8_t value[DRIVES_QUANTITY_OCTETS],
+                               uint8_t out_octets[DRIVES_QUANTITY_OCTETS]);
+/// The value, highest first, of the object's octets, lowest first.
+void drives_quantity_of_object(const descriptor_quantity_t* quantity, const uint8_t* octets,
+                               uint8_t out_value[DRIVES_QUANTITY_OCTETS]);
+
+#endif // FSW_DRIVES_DRIVES_QUANTITY_H

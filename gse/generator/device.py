@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Devices of a configuration: their settings, quantities and end nodes."""
+
+from dataclasses import dataclass
+
+from source import NUMBER_OUT_OF_RANGE, TYPES, read_number
+
+ENDNODES = {  # type: what it must have, and what it may have; nothing else is allowed
+    "CAN": (("bus", "node"), ()),
+    "SHM": (("name",), ("order",)),
+    "MQUEUE": (("name",), ("order",)),
+    "UDP": (("address", "port"), ("order",)),
+    "TCP": (("address", "port"), ("framing", "order")),
+    "SERIAL": (("name",), ("framing", "order", "baud")),
+    "FILE": (("name",), ("framing", "order", "direction")),
+}
+FLOW_FORMAT = {
+    "framing": ("RAW", "LENGTH", "SLIP", "LINE"),
+    "order": ("BIG", "LITTLE"),
+    "direction": ("BOTH", "READ", "WRITE"),
+    "baud": ("9600", "19200", "38400", "57600", "115200", "230400", "460800", "921600"),
+}
+SETTING_TYPES = tuple(name for name in TYPES if name not in ("DOUBLE", "BOOL"))
+
+
+@dataclass
+class Device:
+    """A device with its settings and addresses."""
+
+    element: object
+    name: str
+    type: str
+    settings: list
+    endnodes: list
+
+
+def device_of(element):
+    """Device that an element describes; names and ids of its quantities are for the caller to compare."""
+    device = Device(element, element.identifier(), element.lower_identifier("type"), [], [])
+    for child in element.children:
+        if child.name == "Setting":
+            _setting(child)
+            device.settings.append(child)
+        elif child.name == "Quantity":
+            _quantity(child)
+        else:
+            _endnode(child)
+            device.endnodes.append(child)
+    return device
+
+
+def _object(element):
+    text = element.attributes["object"]
+    index, _, sub = text.partition(":")
+    if len(text) != 9 or not text.startswith("0x") or any(c not in "0123456789ABCDEFabcdef" for c in index[2:] + sub):
+        element.wrong("object", "an object like 0x6060:00")
+    return element.word("type", SETTING_TYPES)
+
+
+def _setting(element):
+    kind = _object(element)
+    value = read_number(element.attributes["value"], kind)
+    if value is None or value is NUMBER_OUT_OF_RANGE:
+        element.wrong("value", f"a number of type {kind}")
+
+
+def _quantity(element):
+    element.identifier()
+    element.unsigned("id", 0, 65535)
+    _object(element)
+    element.text("unit", "")
+    element.flag("settable")
+    if read_number(element.attributes["scale"], "DOUBLE") in (None, NUMBER_OUT_OF_RANGE, 0.0):
+        element.wrong("scale", "a number other than 0")
+
+
+def _endnode(element):
+    needs, may_have = ENDNODES[element.word("type", tuple(ENDNODES))]
+    for attribute in ("bus", "node", "name", "address", "port"):
+        if (attribute in element.attributes) != (attribute in needs):
+            verb = "needs" if attribute in needs else "has no"
+            element.fail(f"<Endnode> of type {element.attributes['type']} {verb} attribute {attribute}")
+    for attribute, words in FLOW_FORMAT.items():
+        if attribute in element.attributes and attribute not in may_have:
+            element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute {attribute}")
+        element.word(attribute, words)
+    if "redundantBus" in element.attributes and "bus" not in needs:
+        element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute redundantBus")
+    if "bus" in needs:
+        element.lower_identifier("bus")
+        if "redundantBus" in element.attributes:
+            element.lower_identifier("redundantBus")
+        element.unsigned("node", 1, 127)
+    if "port" in needs:
+        element.unsigned("port", 1, 65535)
