@@ -28,12 +28,10 @@ static link_session_t* new_session(supervisor_t* const supervisor, const uint16_
     for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
         link_session_t* const session = &supervisor->sessions[i];
         if (session->step == SESSION_FREE) {
-            *session             = (link_session_t){.step = step, .link = link};
-            session->has_token   = (token != NULL);
-            session->deadline_ns = supervisor->now_ns + SESSION_TIMEOUT_NS;
-            if (token != NULL) {
-                session->token = *token;
-            }
+            *session = (link_session_t){.step        = step,
+                                        .link        = link,
+                                        .token       = *token,
+                                        .deadline_ns = supervisor->now_ns + SESSION_TIMEOUT_NS};
             return session;
         }
     }
@@ -44,14 +42,7 @@ static void end_session(supervisor_t* const supervisor, link_session_t* const se
                         const uint32_t detail)
 {
     pus_process_t* const process = component_process(&supervisor->component);
-    if (session->has_token && (code == PUS_FAILURE_NONE)) {
-        pus_verify_completed(process, &session->token, supervisor->now_ns);
-    } else if (session->has_token) {
-        const pus_failure_t failure = pus_failure(code, detail);
-        pus_verify_failed(process, &session->token, &failure, supervisor->now_ns);
-    } else {
-        // Nobody asked: a clean-up of the supervisor's own.
-    }
+    pus_verify_ended(process, &session->token, pus_failure(code, detail), supervisor->now_ns);
     session->step = SESSION_FREE;
 }
 

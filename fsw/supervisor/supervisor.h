@@ -91,8 +91,7 @@ typedef struct { // Negotiation, opening or closing of one link under way.
     uint32_t transaction; ///< The manager's own, by which members answer.
     uint32_t epoch;
     pus_link_ends_t ends;
-    pus_token_t token;
-    bool has_token; ///< Somebody asked for it.
+    pus_token_t token; ///< Of the request that asks for it.
     uint64_t deadline_ns;
 } link_session_t;
 

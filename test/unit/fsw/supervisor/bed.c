@@ -373,6 +373,20 @@ uint16_t bed_request_state(uint16_t apid, state_t target)
     return bed_tc(apid, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REQUEST_STATE, data, 1U);
 }
 
+void bed_fill(unsigned member)
+{
+    bed_member_t* const full = &bed.members[member];
+    const uint8_t ack        = bed.ack;
+    full->is_deaf            = true;
+    bed.ack                  = 0U;
+    while (message_credit(&bed.endpoint, full->apid) > 0U) {
+        (void)bed_tc(full->apid, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        bed_step();
+    }
+    bed.ack = ack;
+    bed_forget();
+}
+
 void bed_event(unsigned member, uint8_t severity, uint16_t event)
 {
     const uint8_t data[2] = {(uint8_t)(event >> 8U), (uint8_t)event};

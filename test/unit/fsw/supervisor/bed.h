@@ -94,6 +94,8 @@ void bed_step(void);
 /// Telecommand of the ground; returns its sequence count (#n).
 uint16_t bed_tc(uint16_t apid, uint8_t service, uint8_t subtype, const void* data, size_t size);
 uint16_t bed_request_state(uint16_t apid, state_t target);
+/// A member takes nothing in any more, and requests have used up its credit; lines forgotten.
+void bed_fill(unsigned member);
 /// Octets from a member's mailbox as they are.
 void bed_send(unsigned member, const uint8_t* octets, size_t size);
 /// Report of a member to all ground users.

@@ -37,12 +37,13 @@ static const char hand_document[] =
 
 static const char lone_document[] =
     "<Subsystem name='LONE' id='18' samplingTime='1ms'><Parameters/>\n"
-    "<Events><Event name='BROKEN' id='1' severity='HIGH'/></Events><Functions/>\n"
+    "<Events><Event name='BROKEN' id='1' severity='HIGH'/><Event name='STRAIN' id='2' severity='MEDIUM'/>\n"
+    "</Events><Functions/>\n"
     "<Configuration name='ALONE' id='1' priority='10' samplingTime='1ms'/></Subsystem>\n";
 
 // HIGH of HAND has a plan of its own, and ARM's BROKEN, whose number is that of the supervisor's
-// PROCESS_LOST; HIGH of the others is left to what is built in. MEDIUM of ARM's STRAIN has a plan, its TIRED
-// has none.
+// PROCESS_LOST; HIGH of the others is left to what is built in. MEDIUM of STRAIN of ARM and LONE has a plan,
+// ARM's TIRED has none.
 static const char mission_document[] =
     "<Mission name='bed' epoch='2026-06-01T12:00:00' power='100'><Subsystems>\n"
     "<Subsystem name='ARM' id='16' executable='arm' descriptor='arm.xml' restarts='2'>\n"
@@ -93,6 +94,8 @@ static const char mission_document[] =
     "<Plan name='NOTED' severity='HIGH' subsystem='ARM' event='BROKEN'><Action do='LOG'/></Plan>\n"
     "<Plan name='MUTE' severity='HIGH' subsystem='SUPERVISOR' event='SUBSYSTEM_SILENT'>\n"
     "<Action do='MODE' mode='SAFE'/></Plan>\n"
+    "<Plan name='HALT' severity='MEDIUM' subsystem='LONE' event='STRAIN'>\n"
+    "<Action do='STATE' target='SELF' state='ERROR_OPERATIONAL'/></Plan>\n"
     "<Plan name='EASE' severity='MEDIUM' subsystem='ARM' event='STRAIN'>\n"
     "<Action do='STATE' target='SELF' state='SAFE_OPERATIONAL'/></Plan></RecoveryPlans>\n"
     "<PacketLog strategy='ASCII' ringRecords='64'/>\n"

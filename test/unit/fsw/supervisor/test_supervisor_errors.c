@@ -177,6 +177,20 @@ static void a_medium_error_takes_nothing_up(void)
     }
 }
 
+/// The plan of LONE's STRAIN stops it at once: where it is up, and not stopped yet.
+static void a_plan_may_take_a_member_to_its_safe_state(void)
+{
+    static const state_t states[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_OPERATIONAL,
+                                     STATE_ERROR_OPERATIONAL};
+    for (unsigned i = 0U; i < 4U; i++) {
+        bed_place(BED_LONE, states[i]);
+        bed_forget();
+        bed_event(BED_LONE, 3U, STRAIN);
+        bed_run(2U);
+        TEST_ASSERT_EQUAL((i == 1U) || (i == 2U), bed_has("18 TC 129.1 06 from 8001"));
+    }
+}
+
 static void low_and_informative_are_logged(void)
 {
     bed_link_up(STATE_OPERATIONAL);
@@ -326,6 +340,7 @@ int main(void)
     RUN_TEST(a_lone_subsystem_goes_down_alone);
     RUN_TEST(a_medium_error_takes_it_to_safe_in_the_same_step);
     RUN_TEST(a_medium_error_takes_nothing_up);
+    RUN_TEST(a_plan_may_take_a_member_to_its_safe_state);
     RUN_TEST(low_and_informative_are_logged);
     RUN_TEST(an_event_without_a_number_is_none);
     RUN_TEST(a_process_that_dies_is_started_again);

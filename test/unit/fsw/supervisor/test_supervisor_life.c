@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the supervisor does by itself from start to shutdown, and service 131.
-#include "fsw/supervisor/supervisor.h"
+#include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/bed.h"
 #include "unity.h"
@@ -170,6 +170,18 @@ static void a_member_that_hangs_holds_nobody_up(void)
     bed_run(60U); // Three seconds for each step.
     TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00"));
     bed_run(320U);
+    TEST_ASSERT_TRUE(bed.is_finished);
+}
+
+static void without_communication_it_shuts_down_too(void)
+{
+    bed_open_up();
+    bed.start_result                   = STATUS_NOT_FOUND; // It cannot be started again.
+    bed.members[BED_GROUND].is_running = false;
+    bed_run(100U);
+    TEST_ASSERT_EQUAL(PROCESS_LOST, roster_find(&bed.supervisor, COMMUNICATION_APID)->process);
+    bed.is_stop_requested = true;
+    bed_run(30U);
     TEST_ASSERT_TRUE(bed.is_finished);
 }
 
@@ -403,6 +415,7 @@ int main(void)
     RUN_TEST(a_stop_request_does_the_same);
     RUN_TEST(a_stop_request_at_once_is_followed_too);
     RUN_TEST(a_member_that_hangs_holds_nobody_up);
+    RUN_TEST(without_communication_it_shuts_down_too);
     RUN_TEST(a_second_shutdown_is_refused);
     RUN_TEST(nothing_is_recovered_on_the_way_down);
     RUN_TEST(modes_are_set_and_told);

@@ -74,20 +74,9 @@ static void in_a_sequence(void)
 
 // ---- Without room ----
 
-/// LONE takes nothing in until it has no credit left.
-static void fill_lone(void)
-{
-    bed.members[BED_LONE].is_deaf = true;
-    while (router_has_room(&bed.supervisor, LONE)) {
-        (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
-        bed_step();
-    }
-    bed_forget();
-}
-
 static void a_request_waits_for_its_addressee_and_others_behind_it(void)
 {
-    fill_lone();
+    bed_fill(BED_LONE);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
     release_at(bed.now_ns + (5U * MS), LONE, 0U);
     release_at(bed.now_ns + (6U * MS), HAND, 1U);
@@ -102,7 +91,7 @@ static void a_request_waits_for_its_addressee_and_others_behind_it(void)
 
 static void a_request_that_has_waited_enough_is_refused(void)
 {
-    fill_lone();
+    bed_fill(BED_LONE);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
     release_at(bed.now_ns + (5U * MS), LONE, 3U);
     release_at(bed.now_ns + (6U * MS), HAND, 1U);
@@ -137,7 +126,7 @@ static void fill_queue(void)
                          .data    = data,
                          .size    = sizeof data};
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &size));
-    fill_lone();
+    bed_fill(BED_LONE);
     bed_step();
     while (onboard_release(&bed.supervisor, packet, size) == STATUS_OK) {
     }
