@@ -59,6 +59,18 @@ size_t onboard_open(struct supervisor* const supervisor, pus_service_t* const se
     return BINDINGS;
 }
 
+uint16_t onboard_capacity(const struct supervisor* const supervisor, const uint8_t type, const uint16_t most)
+{
+    const subsystem_descriptor_t* const descriptor = supervisor->config.descriptor;
+    for (uint16_t i = 0U; i < descriptor->service_count; i++) {
+        const descriptor_service_t* const service = &descriptor->services[i];
+        if (service->is_of_spacecraft && (service->type == type)) {
+            return (service->capacity < most) ? service->capacity : most;
+        }
+    }
+    return most;
+}
+
 const pus_persistence_t* onboard_persistence(struct supervisor* const supervisor)
 {
     journal_t* const journal = supervisor->config.journal;

@@ -112,6 +112,9 @@ extern const onboard_binding_t onboard_large_packets;
 
 /// Where services keep their lasting records; null if nothing is kept.
 const pus_persistence_t* onboard_persistence(struct supervisor* supervisor);
+/// Entries that the descriptor grants a service of the whole spacecraft: `most`, for which there is room,
+/// where it says nothing.
+uint16_t onboard_capacity(const struct supervisor* supervisor, uint8_t type, uint16_t most);
 /// Open all bindings; their services go to `services` (room for ONBOARD_SERVICES). Returns their number.
 size_t onboard_open(struct supervisor* supervisor, pus_service_t* services);
 /// Give all services their lasting records back, then start those that ask for it. A record that is refused

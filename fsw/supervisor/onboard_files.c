@@ -136,17 +136,18 @@ const pus_file_port_t* onboard_file_port(supervisor_t* const supervisor)
 static pus_service_t open_files(supervisor_t* const supervisor)
 {
     onboard_files_t* const files    = &supervisor->onboard.files;
-    const pus_files_config_t config = {.store        = supervisor->config.files,
-                                       .process      = component_process(&supervisor->component),
-                                       .locks        = files->locks,
-                                       .lock_count   = ONBOARD_FILE_LOCKS,
-                                       .copies       = files->copies,
-                                       .copy_count   = ONBOARD_FILE_COPIES,
-                                       .searches     = files->searches,
-                                       .search_count = ONBOARD_FILE_SEARCHES,
-                                       .size_max     = ONBOARD_FILE_SIZE_MAX,
-                                       .slices       = ONBOARD_FILE_SLICES,
-                                       .persistence  = onboard_persistence(supervisor)};
+    const pus_files_config_t config = {
+        .store        = supervisor->config.files,
+        .process      = component_process(&supervisor->component),
+        .locks        = files->locks,
+        .lock_count   = onboard_capacity(supervisor, PUS_SERVICE_FILES, ONBOARD_FILE_LOCKS),
+        .copies       = files->copies,
+        .copy_count   = ONBOARD_FILE_COPIES,
+        .searches     = files->searches,
+        .search_count = ONBOARD_FILE_SEARCHES,
+        .size_max     = ONBOARD_FILE_SIZE_MAX,
+        .slices       = ONBOARD_FILE_SLICES,
+        .persistence  = onboard_persistence(supervisor)};
     pus_files_init(&files->service, &config);
     pus_service_t service = pus_files_service(&files->service);
     service.step          = NULL; // Stepped by the binding.

@@ -3,10 +3,11 @@
 #ifndef FSW_SUPERVISOR_ONBOARD_FILES_H
 #define FSW_SUPERVISOR_ONBOARD_FILES_H
 
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "pus/file_port.h"
 #include "pus/st23_files.h"
 
-#define ONBOARD_FILE_LOCKS 64U
+#define ONBOARD_FILE_LOCKS DESCRIPTOR_FILE_LOCKS_MAX
 #define ONBOARD_FILE_COPIES 8U
 #define ONBOARD_FILE_SEARCHES 4U
 #define ONBOARD_FILES_OPEN 4U           ///< By other services, at once.

@@ -78,7 +78,7 @@ static pus_service_t open_procedures(supervisor_t* const supervisor)
         .persistence         = onboard_persistence(supervisor),
         .procedures          = procedures->procedures,
         .runs                = procedures->runs,
-        .capacity            = ONBOARD_PROCEDURES,
+        .capacity            = onboard_capacity(supervisor, PUS_SERVICE_PROCEDURES, ONBOARD_PROCEDURES),
         .budget              = ONBOARD_PROCEDURE_BUDGET,
         .calls               = ONBOARD_PROCEDURE_CALLS,
         .cycle_ns            = ONBOARD_PROCEDURE_CYCLE_NS,

@@ -12,14 +12,15 @@
 #ifndef FSW_SUPERVISOR_ONBOARD_PROCEDURES_H
 #define FSW_SUPERVISOR_ONBOARD_PROCEDURES_H
 
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "fsw/procedures/procedure_engine.h"
 #include "pus/st18_procedures.h"
 
-#define ONBOARD_PROCEDURES 64U           ///< Loaded at a time.
-#define ONBOARD_PROCEDURE_SLOTS 8U       ///< Running at a time.
-#define ONBOARD_PROCEDURE_OCTETS 262144U ///< Memory of a running one, with its interpreter.
-#define ONBOARD_PROCEDURE_BUDGET 4096U   ///< Instructions in a cycle.
-#define ONBOARD_PROCEDURE_CALLS 8U       ///< Steps, events and requests in a cycle.
+#define ONBOARD_PROCEDURES DESCRIPTOR_PROCEDURES_MAX ///< Loaded at a time.
+#define ONBOARD_PROCEDURE_SLOTS 8U                   ///< Running at a time.
+#define ONBOARD_PROCEDURE_OCTETS 262144U             ///< Memory of a running one, with its interpreter.
+#define ONBOARD_PROCEDURE_BUDGET 4096U               ///< Instructions in a cycle.
+#define ONBOARD_PROCEDURE_CALLS 8U                   ///< Steps, events and requests in a cycle.
 #define ONBOARD_PROCEDURE_CYCLE_NS 10000000ULL
 /// A request that is waited for may run that long: longer than any function of a subsystem.
 #define ONBOARD_PROCEDURE_PATIENCE_NS 900000000000ULL

@@ -54,9 +54,9 @@ static pus_service_t open_time(supervisor_t* const supervisor)
     pus_schedule_config_t config         = common_config(supervisor);
     config.activities                    = schedules->time_activities;
     config.nodes                         = schedules->time_nodes;
-    config.activity_count                = ONBOARD_TIME_ACTIVITIES;
-    config.buckets                       = schedules->time_buckets;
-    config.bucket_count                  = ONBOARD_TIME_BUCKETS;
+    config.activity_count = onboard_capacity(supervisor, PUS_SERVICE_TIME_SCHEDULE, ONBOARD_TIME_ACTIVITIES);
+    config.buckets        = schedules->time_buckets;
+    config.bucket_count   = ONBOARD_TIME_BUCKETS;
     pus_time_schedule_init(&schedules->time, supervisor->mission->epoch_s, &config);
     return pus_time_schedule_service(&schedules->time);
 }
@@ -93,9 +93,10 @@ static pus_service_t open_position(supervisor_t* const supervisor)
     const pus_position_port_t port       = {supervisor, read_position};
     config.activities                    = schedules->position_activities;
     config.nodes                         = schedules->position_nodes;
-    config.activity_count                = ONBOARD_POSITION_ACTIVITIES;
-    config.buckets                       = schedules->position_buckets;
-    config.bucket_count                  = ONBOARD_POSITION_BUCKETS;
+    config.activity_count =
+        onboard_capacity(supervisor, PUS_SERVICE_POSITION_SCHEDULE, ONBOARD_POSITION_ACTIVITIES);
+    config.buckets      = schedules->position_buckets;
+    config.bucket_count = ONBOARD_POSITION_BUCKETS;
     pus_position_schedule_init(&schedules->position, &port, &config);
     return pus_position_schedule_service(&schedules->position);
 }
@@ -123,15 +124,16 @@ const onboard_binding_t onboard_position_schedule = {.type    = PUS_SERVICE_POSI
 static pus_service_t open_actions(supervisor_t* const supervisor)
 {
     onboard_schedules_t* const schedules   = schedules_of(supervisor);
-    const pus_event_action_config_t config = {.process          = component_process(&supervisor->component),
-                                              .release          = {supervisor, onboard_release},
-                                              .persistence      = onboard_persistence(supervisor),
-                                              .definitions      = schedules->action_definitions,
-                                              .definition_count = ONBOARD_EVENT_ACTIONS,
-                                              .queue            = schedules->action_queue,
-                                              .buckets          = schedules->action_buckets,
-                                              .bucket_count     = ONBOARD_EVENT_BUCKETS,
-                                              .chains           = chains_of(supervisor)};
+    const pus_event_action_config_t config = {
+        .process          = component_process(&supervisor->component),
+        .release          = {supervisor, onboard_release},
+        .persistence      = onboard_persistence(supervisor),
+        .definitions      = schedules->action_definitions,
+        .definition_count = onboard_capacity(supervisor, PUS_SERVICE_EVENT_ACTION, ONBOARD_EVENT_ACTIONS),
+        .queue            = schedules->action_queue,
+        .buckets          = schedules->action_buckets,
+        .bucket_count     = ONBOARD_EVENT_BUCKETS,
+        .chains           = chains_of(supervisor)};
     pus_event_action_init(&schedules->actions, &config);
     return pus_event_action_service(&schedules->actions);
 }

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of what releases requests: the schedules of ST[11] and ST[22], and ST[19]. Capacities are those of
-/// this mission class; the requests of all three lie in blocks that they share.
+/// Storage of what releases requests: the schedules of ST[11] and ST[22], and ST[19]. There is room for
+/// what a descriptor may grant at most; the requests of all three lie in blocks that they share.
 #ifndef FSW_SUPERVISOR_ONBOARD_SCHEDULES_H
 #define FSW_SUPERVISOR_ONBOARD_SCHEDULES_H
 
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "pus/st11_time_schedule.h"
 #include "pus/st19_event_action.h"
 #include "pus/st22_position_schedule.h"
 
-#define ONBOARD_TIME_ACTIVITIES 12000U
+#define ONBOARD_TIME_ACTIVITIES DESCRIPTOR_TIME_ACTIVITIES_MAX
 #define ONBOARD_TIME_BUCKETS 16384U
-#define ONBOARD_POSITION_ACTIVITIES 1000U
+#define ONBOARD_POSITION_ACTIVITIES DESCRIPTOR_POSITION_ACTIVITIES_MAX
 #define ONBOARD_POSITION_BUCKETS 1024U
-#define ONBOARD_EVENT_ACTIONS 1000U
+#define ONBOARD_EVENT_ACTIONS DESCRIPTOR_EVENT_ACTIONS_MAX
 #define ONBOARD_EVENT_BUCKETS 1024U
 #define ONBOARD_SUB_SCHEDULES 64U
 #define ONBOARD_GROUPS 64U

@@ -9,15 +9,16 @@ static pus_service_t open_sequences(supervisor_t* const supervisor)
 {
     onboard_sequences_t* const sequences = &supervisor->onboard.sequences;
     pus_chains_init(&sequences->chains, sequences->blocks, sequences->slots, ONBOARD_SEQUENCE_BLOCKS);
-    const pus_sequences_config_t config = {.process        = component_process(&supervisor->component),
-                                           .release        = {supervisor, onboard_release},
-                                           .persistence    = onboard_persistence(supervisor),
-                                           .files          = onboard_file_port(supervisor),
-                                           .sequences      = sequences->sequences,
-                                           .nodes          = sequences->nodes,
-                                           .sequence_count = ONBOARD_SEQUENCES,
-                                           .octets_max     = ONBOARD_SEQUENCE_OCTETS,
-                                           .chains         = &sequences->chains};
+    const pus_sequences_config_t config = {
+        .process        = component_process(&supervisor->component),
+        .release        = {supervisor, onboard_release},
+        .persistence    = onboard_persistence(supervisor),
+        .files          = onboard_file_port(supervisor),
+        .sequences      = sequences->sequences,
+        .nodes          = sequences->nodes,
+        .sequence_count = onboard_capacity(supervisor, PUS_SERVICE_SEQUENCES, ONBOARD_SEQUENCES),
+        .octets_max     = ONBOARD_SEQUENCE_OCTETS,
+        .chains         = &sequences->chains};
     pus_sequences_init(&sequences->service, &config);
     return pus_sequences_service(&sequences->service);
 }

@@ -3,9 +3,10 @@
 #ifndef FSW_SUPERVISOR_ONBOARD_SEQUENCES_H
 #define FSW_SUPERVISOR_ONBOARD_SEQUENCES_H
 
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "pus/st21_sequences.h"
 
-#define ONBOARD_SEQUENCES 64U
+#define ONBOARD_SEQUENCES DESCRIPTOR_SEQUENCES_MAX
 #define ONBOARD_SEQUENCE_OCTETS 65535U ///< Of the content of a sequence, at most.
 #define ONBOARD_SEQUENCE_BLOCKS 8192U  ///< Of PUS_CHAIN_BLOCK octets, for all of them.
 

@@ -63,24 +63,25 @@ static pus_service_t open_storage(supervisor_t* const supervisor)
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         storage->apids[i] = supervisor->mission->subsystems[i].apid;
     }
-    const pus_storage_config_t config = {.process                = component_process(&supervisor->component),
-                                         .media                  = storage->media,
-                                         .store_count            = ONBOARD_STORES,
-                                         .blocks_of_store        = ONBOARD_STORE_BLOCKS,
-                                         .blocks                 = storage->blocks,
-                                         .entries_of_selection   = ONBOARD_STORE_ENTRIES,
-                                         .entries                = storage->entries,
-                                         .candidate              = storage->candidate,
-                                         .apids                  = storage->apids,
-                                         .apid_count             = supervisor->mission->subsystem_count,
-                                         .virtual_channels       = ONBOARD_VIRTUAL_CHANNELS,
-                                         .port                   = {supervisor, router_send_stored},
-                                         .packets_per_step       = ONBOARD_RETRIEVAL_PACKETS,
-                                         .octets_per_step        = ONBOARD_RETRIEVAL_OCTETS,
-                                         .sync_interval_ns       = ONBOARD_STORE_INTERVAL_NS,
-                                         .checkpoint_interval_ns = ONBOARD_STORE_INTERVAL_NS,
-                                         .persistence            = onboard_persistence(supervisor)};
-    storage->is_started               = false;
+    const pus_storage_config_t config = {
+        .process                = component_process(&supervisor->component),
+        .media                  = storage->media,
+        .store_count            = (uint8_t)onboard_capacity(supervisor, PUS_SERVICE_STORAGE, ONBOARD_STORES),
+        .blocks_of_store        = ONBOARD_STORE_BLOCKS,
+        .blocks                 = storage->blocks,
+        .entries_of_selection   = ONBOARD_STORE_ENTRIES,
+        .entries                = storage->entries,
+        .candidate              = storage->candidate,
+        .apids                  = storage->apids,
+        .apid_count             = supervisor->mission->subsystem_count,
+        .virtual_channels       = ONBOARD_VIRTUAL_CHANNELS,
+        .port                   = {supervisor, router_send_stored},
+        .packets_per_step       = ONBOARD_RETRIEVAL_PACKETS,
+        .octets_per_step        = ONBOARD_RETRIEVAL_OCTETS,
+        .sync_interval_ns       = ONBOARD_STORE_INTERVAL_NS,
+        .checkpoint_interval_ns = ONBOARD_STORE_INTERVAL_NS,
+        .persistence            = onboard_persistence(supervisor)};
+    storage->is_started = false;
     pus_storage_init(&storage->service, &config);
     return pus_storage_service(&storage->service);
 }

@@ -3,11 +3,12 @@
 #ifndef FSW_SUPERVISOR_ONBOARD_STORAGE_H
 #define FSW_SUPERVISOR_ONBOARD_STORAGE_H
 
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "fsw/framework/descriptor/mission_descriptor.h"
 #include "pus/st09_time.h"
 #include "pus/st15_storage.h"
 
-#define ONBOARD_STORES 8U
+#define ONBOARD_STORES DESCRIPTOR_PACKET_STORES_MAX
 #define ONBOARD_STORE_BLOCKS 4096U ///< Of the largest store: 64 MiB.
 #define ONBOARD_STORE_ENTRIES 256U ///< Of a store's selection.
 #define ONBOARD_VIRTUAL_CHANNELS 8U

@@ -21,6 +21,10 @@ class Offer:
     room: dict = None
 
 
+# Services of the whole spacecraft, which the supervisor has anyhow: the most that it may be granted, and has without it.
+# fsw/framework/descriptor/subsystem_descriptor.h says the same.
+OF_SPACECRAFT = {11: 12000, 15: 8, 18: 64, 19: 1000, 21: 64, 22: 1000, 23: 64}
+SUPERVISOR = 1
 # fsw/framework/descriptor/subsystem_builder.c says the same.
 OFFERS = {
     2: Offer("device", ("pus_device_operation_t", 16, 4)),
@@ -44,10 +48,18 @@ class Service:
     functional: int
 
 
-def service_of(element):
-    """Service that an element describes."""
-    number = int(element.word("type", [str(known) for known in OFFERS]))
-    offer = OFFERS[number]
+def compiled(services):
+    """Those for whose entries the program has just so much storage."""
+    return [service for service in services if service.type in OFFERS]
+
+
+def service_of(element, apid):
+    """Service that an element describes, of the subsystem with that id."""
+    number = int(element.word("type", [str(known) for known in (*OFFERS, *OF_SPACECRAFT)]))
+    if number in OF_SPACECRAFT and apid != SUPERVISOR:
+        element.fail(f"service {number} is the supervisor's, which has id 1")
+    most = OF_SPACECRAFT.get(number)
+    offer = OFFERS.get(number) or Offer("", (None, most, most))
     found = {}
     for attribute in ("capacity", "functional"):
         entries = getattr(offer, attribute)
@@ -60,7 +72,7 @@ def service_of(element):
 def header(subsystem, source):
     """Text of the header that holds the storage of the services in a descriptor."""
     upper, lower = subsystem.name, subsystem.name.lower()
-    offers = [(service, OFFERS[service.type]) for service in subsystem.services]
+    offers = [(service, OFFERS[service.type]) for service in compiled(subsystem.services)]
     guard = f"GENERATED_{upper}_SERVICES_H"
     lines = [
         "// SPDX-License-Identifier: Apache-2.0",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from device import device_of
 from loop import loop_of, services_once
-from services import service_of
+from services import compiled, service_of
 from source import (
     LAYOUT_ARRAY,
     LAYOUT_STRUCT,
@@ -64,7 +64,7 @@ TABLE = {
 REPORT_OCTETS = 4000
 NESTING = 3  # structures within the structure of a parameter
 CONFIGURATION_LOOPS = 2
-SERVICES = 8
+SERVICES = 16
 PORT_OCTETS = 1024
 AUXILIARY_OCTETS = 1024
 
@@ -236,7 +236,7 @@ def load(path):
         if root.first(container):
             build(subsystem, root.first(container))
     for element in root.first("Services").children if root.first("Services") else ():
-        subsystem.services.append(service_of(element))
+        subsystem.services.append(service_of(element, subsystem.apid))
         if len(subsystem.services) > SERVICES:
             element.fail(f"too many services, at most {SERVICES}")
         unique(root.first("Services").children[: len(subsystem.services)], "type")
@@ -264,7 +264,7 @@ def interface_text(subsystem):
     for function in subsystem.functions:
         lines.append(f"function {function.name} {function.id}")
         lines += [f"argument {f.name} {f.id} {f.type} {f.count}" for f in function.arguments]
-    lines += [f"service {service.type} {service.capacity} {service.functional}" for service in subsystem.services]
+    lines += [f"service {service.type} {service.capacity} {service.functional}" for service in compiled(subsystem.services)]
     for configuration in subsystem.configurations:
         lines.append(f"configuration {configuration.name} {configuration.id}")
         for port in configuration.ports:

@@ -73,6 +73,9 @@ uint64_t subsystem_interface_hash(const subsystem_descriptor_t* const descriptor
     }
     for (uint16_t i = 0U; i < descriptor->service_count; i++) {
         const descriptor_service_t* const service = &descriptor->services[i];
+        if (service->is_of_spacecraft) {
+            continue; // Its storage does not depend on the descriptor.
+        }
         add(&hash, "service #", "", service->type);
         add(&hash, " #", "", service->capacity);
         add(&hash, " #\n", "", service->functional);

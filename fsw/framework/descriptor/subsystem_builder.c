@@ -202,9 +202,14 @@ typedef struct { // What a service may have room for; gse/generator/services.py 
     uint16_t capacity; // Where the descriptor says nothing.
     uint16_t functional_max;
     uint16_t functional;
+    bool is_of_spacecraft; // The supervisor has it, listed or not, in its own storage.
 } offer_t;
 
-#define OFFERED "2 4 6 12"
+#define OFFERED "2 4 6 12 11 15 18 19 21 22 23"
+#define OF_SPACECRAFT(type, most)                                                                            \
+    {                                                                                                        \
+        type, most, most, 0U, 0U, true                                                                       \
+    }
 
 /// The number that an attribute gives, from 1 to `most`.
 static uint16_t capacity_of(source_t* const source, const char* const attribute, const uint16_t most,
@@ -230,19 +235,32 @@ static uint16_t capacity_of(source_t* const source, const char* const attribute,
 
 void subsystem_builder_service(source_t* const source)
 {
-    static const offer_t offers[]       = {{2U, 16U, 4U, 0U, 0U},
-                                           {4U, 256U, 16U, 0U, 0U},
-                                           {6U, 16U, 4U, 0U, 0U},
-                                           {12U, 2000U, 32U, 200U, 4U}}; // As OFFERED.
+    static const offer_t offers[]       = {{2U, 16U, 4U, 0U, 0U, false}, // As OFFERED.
+                                           {4U, 256U, 16U, 0U, 0U, false},
+                                           {6U, 16U, 4U, 0U, 0U, false},
+                                           {12U, 2000U, 32U, 200U, 4U, false},
+                                           OF_SPACECRAFT(11U, DESCRIPTOR_TIME_ACTIVITIES_MAX),
+                                           OF_SPACECRAFT(15U, DESCRIPTOR_PACKET_STORES_MAX),
+                                           OF_SPACECRAFT(18U, DESCRIPTOR_PROCEDURES_MAX),
+                                           OF_SPACECRAFT(19U, DESCRIPTOR_EVENT_ACTIONS_MAX),
+                                           OF_SPACECRAFT(21U, DESCRIPTOR_SEQUENCES_MAX),
+                                           OF_SPACECRAFT(22U, DESCRIPTOR_POSITION_ACTIVITIES_MAX),
+                                           OF_SPACECRAFT(23U, DESCRIPTOR_FILE_LOCKS_MAX)};
     descriptor_service_t* const service = source->item;
     const uint32_t place                = source_word(source, "type", OFFERED);
     if (source->status != STATUS_OK) {
         return;
     }
     const offer_t* const offer = &offers[place];
-    service->type              = offer->type;
-    service->capacity          = capacity_of(source, "capacity", offer->capacity_max, offer->capacity);
-    service->functional        = capacity_of(source, "functional", offer->functional_max, offer->functional);
+    if (offer->is_of_spacecraft && (subsystem_builder_model(source)->apid != DESCRIPTOR_SUPERVISOR_APID)) {
+        source_refuse(source, source->line, "service % is the supervisor's, which has id 1",
+                      source_raw(source, "type"), "", 0U);
+        return;
+    }
+    service->type             = offer->type;
+    service->is_of_spacecraft = offer->is_of_spacecraft;
+    service->capacity         = capacity_of(source, "capacity", offer->capacity_max, offer->capacity);
+    service->functional       = capacity_of(source, "functional", offer->functional_max, offer->functional);
     for (const descriptor_service_t* other = service - source->order; other < service; other++) {
         if (other->type == service->type) {
             source_taken(source, "type", source_raw(source, "type"), other->line);

@@ -27,7 +27,9 @@
 #define DESCRIPTOR_PARAMETERS_MAX 64U
 #define DESCRIPTOR_EVENTS_MAX 48U
 #define DESCRIPTOR_FUNCTIONS_MAX 32U
-#define DESCRIPTOR_SERVICES_MAX 8U
+#define DESCRIPTOR_SERVICES_MAX 16U
+#define DESCRIPTOR_SUPERVISOR_APID                                                                           \
+    1U ///< Of the only subsystem that has the services of the whole spacecraft.
 #define DESCRIPTOR_CONFIGURATIONS_MAX 8U
 #define DESCRIPTOR_INITIALS_MAX 64U
 #define DESCRIPTOR_REFERENCES_MAX 192U
@@ -117,10 +119,23 @@ typedef struct {
     uint32_t line;
 } descriptor_function_t;
 
-typedef struct { // Service that the subsystem offers beside those that all have.
+/// What the supervisor has static room for: the most that a descriptor may grant its services of the whole
+/// spacecraft.
+#define DESCRIPTOR_TIME_ACTIVITIES_MAX 12000U    ///< ST[11].
+#define DESCRIPTOR_PACKET_STORES_MAX 8U          ///< ST[15].
+#define DESCRIPTOR_PROCEDURES_MAX 64U            ///< ST[18].
+#define DESCRIPTOR_EVENT_ACTIONS_MAX 1000U       ///< ST[19].
+#define DESCRIPTOR_SEQUENCES_MAX 64U             ///< ST[21].
+#define DESCRIPTOR_POSITION_ACTIVITIES_MAX 1000U ///< ST[22].
+#define DESCRIPTOR_FILE_LOCKS_MAX 64U            ///< ST[23].
+
+typedef struct { // Service beside those that all subsystems have.
     uint8_t type;
-    uint16_t capacity;   ///< Entries of the service, for which the program has room.
+    /// Of a subsystem: entries of the service, for which the program has room. Of the whole spacecraft:
+    /// entries granted, no more than the maximum above; this is configuration.
+    uint16_t capacity;
     uint16_t functional; ///< ST[12]: functional monitoring definitions; others 0.
+    bool is_of_spacecraft;
     uint32_t line;
 } descriptor_service_t;
 

@@ -42,6 +42,28 @@ static void they_are_read_with_what_they_have_room_for(void)
     TEST_ASSERT_TRUE((without != with) && (with != arm.interface_hash)); // Their storage is compiled.
 }
 
+static status_t load_supervisor(const char* const service)
+{
+    char text[256] = "<Subsystem name='S' id='1'><Services>\n";
+    (void)strcat(strcat(text, service), "</Services></Subsystem>");
+    return descriptor_parse_subsystem(&loader, "supervisor.xml", text, strlen(text), &arm);
+}
+
+static void the_supervisor_is_granted_entries_of_the_whole_spacecrafts(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, load_supervisor(""));
+    const uint64_t without = arm.interface_hash;
+    TEST_ASSERT_EQUAL(STATUS_OK, load_supervisor("<Service type='11'/>"));
+    TEST_ASSERT_TRUE(arm.services[0].is_of_spacecraft);
+    TEST_ASSERT_EQUAL_UINT16(DESCRIPTOR_TIME_ACTIVITIES_MAX, arm.services[0].capacity);
+    TEST_ASSERT_EQUAL(STATUS_OK, load_supervisor("<Service type='11' capacity='7'/>"));
+    TEST_ASSERT_EQUAL_UINT16(7U, arm.services[0].capacity);
+    TEST_ASSERT_TRUE(without == arm.interface_hash); // Their storage does not depend on it.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, load_supervisor("<Service type='15' capacity='9'/>"));
+    TEST_ASSERT_EQUAL_STRING("supervisor.xml:2: capacity=\"9\" of <Service>: expected a number from 1 to 8",
+                             descriptor_error(&loader));
+}
+
 static void what_is_wrong_with_them_is_told(void)
 {
     static const struct {
@@ -53,6 +75,7 @@ static void what_is_wrong_with_them_is_told(void)
         {"<Service type='6' capacity='0'/>",
          "arm.xml:25: capacity=\"0\" of <Service>: expected a number from 1"},
         {"<Service type='6' functional='1'/>", "arm.xml:25: service 6 has no attribute functional"},
+        {"<Service type='11'/>", "arm.xml:25: service 11 is the supervisor's, which has id 1"},
         {"<Service type='6'/>\n<Service type='6'/>", "arm.xml:26: type 6 is taken in line 25"},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
@@ -65,6 +88,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(they_are_read_with_what_they_have_room_for);
+    RUN_TEST(the_supervisor_is_granted_entries_of_the_whole_spacecrafts);
     RUN_TEST(what_is_wrong_with_them_is_told);
     return UNITY_END();
 }

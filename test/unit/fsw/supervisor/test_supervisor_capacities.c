@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the supervisor's descriptor grants the services of the whole spacecraft is all they take.
+#include "fsw/supervisor/supervisor_internal.h"
+#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/releases.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define GRANTED 2U
+#define LATER_NS 60000000000ULL
+
+static subsystem_descriptor_t granting;
+
+static const uint8_t types[] = {
+    PUS_SERVICE_TIME_SCHEDULE, PUS_SERVICE_STORAGE,   PUS_SERVICE_PROCEDURES, PUS_SERVICE_POSITION_SCHEDULE,
+    PUS_SERVICE_EVENT_ACTION,  PUS_SERVICE_SEQUENCES, PUS_SERVICE_FILES};
+
+/// Two entries for each; the rest of the descriptor stays, with its texts where they are.
+static void grant_little(supervisor_config_t* config)
+{
+    (void)memcpy(&granting, config->descriptor, sizeof granting);
+    for (size_t i = 0U; i < granting.service_count; i++) {
+        granting.services[i].capacity = granting.services[i].is_of_spacecraft ? GRANTED : 4U;
+    }
+    config->descriptor = &granting;
+}
+
+void setUp(void)
+{
+    bed_configure = grant_little;
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+    bed_configure = NULL;
+}
+
+static void each_service_is_told_what_it_has(void)
+{
+    for (size_t i = 0U; i < sizeof types; i++) {
+        TEST_ASSERT_EQUAL_UINT16(GRANTED, onboard_capacity(&bed.supervisor, types[i], 64U));
+        TEST_ASSERT_EQUAL_UINT16(1U,
+                                 onboard_capacity(&bed.supervisor, types[i], 1U)); // No more than has room.
+    }
+    granting.service_count = 0U;
+    TEST_ASSERT_EQUAL_UINT16(64U, onboard_capacity(&bed.supervisor, PUS_SERVICE_FILES, 64U));
+    TEST_ASSERT_EQUAL_UINT16(GRANTED, bed.supervisor.onboard.schedules.time.schedule.config.activity_count);
+    TEST_ASSERT_EQUAL_UINT16(GRANTED,
+                             bed.supervisor.onboard.schedules.position.schedule.config.activity_count);
+}
+
+static void activities_beyond_it_are_refused(void)
+{
+    schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
+    for (uint16_t i = 0U; i < GRANTED; i++) {
+        release_at(bed.now_ns + LATER_NS, LONE, i);
+    }
+    bed_run(1U);
+    bed_expect("");
+    release_at(bed.now_ns + LATER_NS, LONE, GRANTED);
+    bed_run(1U);
+    bed_expect("G 1.4 #6 0205 2\n"); // PUS_FAILURE_TABLE_FULL, and how many there may be.
+}
+
+static void actions_beyond_it_are_refused(void)
+{
+    for (uint16_t i = 0U; i < GRANTED; i++) {
+        release_on((uint16_t)(1U + i), LONE, i);
+    }
+    bed_run(1U);
+    bed_expect("");
+    release_on(1U + GRANTED, LONE, GRANTED);
+    bed_run(1U);
+    bed_expect("G 1.4 #6 0205 2\nG 1.4 #7 0201 100003\n"); // So there is none to be enabled.
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(each_service_is_told_what_it_has);
+    RUN_TEST(activities_beyond_it_are_refused);
+    RUN_TEST(actions_beyond_it_are_refused);
+    return UNITY_END();
+}
