@@ -29,6 +29,7 @@ SOURCES = (
 
 sys.path.insert(0, str(GENERATOR))
 import c_header  # noqa: E402
+import device as device_descriptor  # noqa: E402
 import mission as mission_descriptor  # noqa: E402
 import source  # noqa: E402
 import subsystem as subsystem_descriptor  # noqa: E402
@@ -175,9 +176,9 @@ def test_both_readers_and_the_schema_agree_on_end_nodes(probe, tmp_path):
     before = re.search(r"<Endnode [^>]*/>", text)[0]
     named = 'name="x"'
     needs = {"CAN": 'bus="robot" node="1"', "UDP": 'address="127.0.0.1" port="1"', "TCP": 'address="127.0.0.1" port="1"'}
-    formats = ["", *(f'{name}="{word}"' for name, words in subsystem_descriptor.FLOW_FORMAT.items() for word in (*words, "x"))]
+    formats = ["", *(f'{name}="{word}"' for name, words in device_descriptor.FLOW_FORMAT.items() for word in (*words, "x"))]
     paths = []
-    for kind in subsystem_descriptor.ENDNODES:
+    for kind in device_descriptor.ENDNODES:
         for number, flow in enumerate(formats):
             path = tmp_path / f"{kind}-{number}.xml"
             path.write_text(text.replace(before, f'<Endnode type="{kind}" {needs.get(kind, named)} {flow}/>'))
