@@ -4,7 +4,7 @@
 ///
 /// A commit waits for the disk, unless the store is opened not to: then what was acknowledged outlives a
 /// crash of the program at once, and a power cut when the operating system has written it back. So it is
-/// where a component keeps the pace of a wall clock, which no disk may stop.
+/// where a subsystem keeps the pace of a wall clock, which no disk may stop (docs/decisions/0026).
 ///
 /// Ownership  The program places store and slots (static). Context: the component's loop.
 #ifndef FSW_APP_RECORD_STORE_H

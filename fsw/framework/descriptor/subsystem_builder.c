@@ -208,7 +208,7 @@ typedef struct { // What a service may have room for; gse/generator/services.py 
 #define OFFERED "2 4 6 12 11 15 18 19 21 22 23"
 #define OF_SPACECRAFT(type, most)                                                                            \
     {                                                                                                        \
-        type, most, most, 0U, 0U, true                                                                       \
+        (type), (most), (most), 0U, 0U, true                                                                 \
     }
 
 /// The number that an attribute gives, from 1 to `most`.
