@@ -287,6 +287,15 @@ static void a_request_to_another_process_may_have_another_limit(void)
     TEST_ASSERT_EQUAL_UINT64(PUS_PACKET_MAX, taken_size);
 }
 
+static void it_has_that_limit_when_its_length_field_lies_too(void)
+{
+    make_request(PUS_PACKET_MAX + 1U, 20U, TEST_SOURCE);
+    octets_put_u16(whole, 0x1800U | (TEST_APID + 1U));
+    octets_put_u16(&whole[4], 6U);
+    send_last(7U, send_all_but_last(7U, 4000U), 4000U);
+    expect_too_long(PUS_PACKET_MAX);
+}
+
 static void all_buffers_may_be_taken(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
@@ -411,6 +420,7 @@ int main(void)
     RUN_TEST(too_long_a_request_is_given_up_as_soon_as_it_says_so);
     RUN_TEST(too_long_a_request_is_given_up_when_its_length_field_lies);
     RUN_TEST(a_request_to_another_process_may_have_another_limit);
+    RUN_TEST(it_has_that_limit_when_its_length_field_lies_too);
     RUN_TEST(all_buffers_may_be_taken);
     RUN_TEST(what_is_no_request_is_not_taken);
     RUN_TEST(an_uplink_that_stops_is_given_up);
