@@ -21,10 +21,10 @@ static status_t find(const pus_parameter_port_t* const port, const uint32_t para
     const value_type_t type = pus_scalar_type(parameter_id);
     uint16_t size           = 0U;
     const status_t status   = port->find(port->context, parameter_id, out_handle, &size);
-    if (status != STATUS_OK) {
+    if ((status != STATUS_OK) && (status != STATUS_EMPTY)) {
         return status;
     }
-    return ((type == VALUE_SCALARS) || (value_size(type) != size)) ? STATUS_INVALID : STATUS_OK;
+    return ((type == VALUE_SCALARS) || (value_size(type) != size)) ? STATUS_INVALID : status;
 }
 
 status_t pus_scalar_find(const pus_parameter_port_t* const port, const uint32_t parameter_id,
@@ -33,10 +33,11 @@ status_t pus_scalar_find(const pus_parameter_port_t* const port, const uint32_t 
     FSW_ASSERT((port != NULL) && (out_scalar != NULL));
     uint16_t handle       = 0U;
     const status_t status = find(port, parameter_id, &handle);
-    if (status == STATUS_OK) {
-        *out_scalar = (pus_scalar_t){.id = parameter_id, .type = pus_scalar_type(parameter_id)};
+    if ((status != STATUS_OK) && (status != STATUS_EMPTY)) {
+        return status;
     }
-    return status;
+    *out_scalar = (pus_scalar_t){.id = parameter_id, .type = pus_scalar_type(parameter_id)};
+    return STATUS_OK;
 }
 
 uint16_t pus_scalar_failure(const status_t status)

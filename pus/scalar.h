@@ -26,14 +26,15 @@ typedef struct {
 
 /// Type in the layout bits of a parameter id; VALUE_SCALARS if it is no scalar.
 value_type_t pus_scalar_type(uint32_t parameter_id);
-/// Find a parameter and see that it is a scalar. STATUS_OK, STATUS_NOT_FOUND, STATUS_FORBIDDEN (not
-/// readable), STATUS_INVALID (no scalar). *out_scalar changes only with STATUS_OK.
+/// Find a parameter, with a value or not yet, and see that it is a scalar. STATUS_OK, STATUS_NOT_FOUND,
+/// STATUS_FORBIDDEN (not readable), STATUS_INVALID (no scalar). *out_scalar changes only with STATUS_OK.
 MUST_USE status_t pus_scalar_find(const pus_parameter_port_t* port, uint32_t parameter_id,
                                   pus_scalar_t* out_scalar);
 /// Failure code for a status of pus_scalar_find other than STATUS_OK; its detail is the parameter id.
 uint16_t pus_scalar_failure(status_t status);
 /// The present value's bits. The parameter is looked up each time, since it may be withdrawn and come back
-/// while its owner's software is started anew. Status of pus_scalar_find; *out_bits is 0 unless STATUS_OK.
+/// while its owner's software is started anew. Status of pus_scalar_find, or STATUS_EMPTY (no value yet);
+/// *out_bits is 0 unless STATUS_OK.
 MUST_USE status_t pus_scalar_sample(const pus_parameter_port_t* port, const pus_scalar_t* scalar,
                                     uint64_t* out_bits);
 

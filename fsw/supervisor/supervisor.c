@@ -2,6 +2,7 @@
 #include "fsw/supervisor/supervisor.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "fsw/supervisor/onboard_monitoring.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include <stddef.h>
@@ -69,8 +70,10 @@ static void update_status(void* const self)
 
 const subsystem_callbacks_t* supervisor_callbacks(void)
 {
-    static const subsystem_callbacks_t callbacks = {
-        .software_init = publish, .control = update_status, .memories = onboard_memories};
+    static const subsystem_callbacks_t callbacks = {.software_init = publish,
+                                                    .control       = update_status,
+                                                    .memories      = onboard_memories,
+                                                    .watched       = onboard_watched};
     return &callbacks;
 }
 

@@ -29,23 +29,27 @@ void monitoring_service_add(component_t* const component, monitoring_service_t* 
                             const monitoring_room_t* const room)
 {
     FSW_ASSERT((component != NULL) && (service != NULL) && (room != NULL));
-    const pus_monitoring_config_t config = {.process             = component_process(component),
-                                            .parameters          = component_parameter_port(component),
-                                            .events              = {component, is_event, raise_event},
-                                            .persistence         = component_persistence(component),
-                                            .pmons               = room->pmons,
-                                            .pmon_order          = room->order,
-                                            .pmon_places         = room->places,
-                                            .due                 = room->due,
-                                            .fmons               = room->fmons,
-                                            .touched             = room->touched,
-                                            .members             = room->members,
-                                            .transitions         = service->transitions,
-                                            .pmon_capacity       = room->capacity,
-                                            .fmon_capacity       = room->functional,
-                                            .transition_capacity = MONITORING_TRANSITIONS,
-                                            .fmon_members        = MONITORING_FMON_MEMBERS,
-                                            .reporting_delay     = MONITORING_DELAY_CYCLES};
+    const subsystem_callbacks_t* const callbacks = component->config.callbacks;
+    const pus_parameter_port_t watched           = (callbacks->watched != NULL)
+                                                       ? callbacks->watched(component->config.self)
+                                                       : component_parameter_port(component);
+    const pus_monitoring_config_t config         = {.process             = component_process(component),
+                                                    .parameters          = watched,
+                                                    .events              = {component, is_event, raise_event},
+                                                    .persistence         = component_persistence(component),
+                                                    .pmons               = room->pmons,
+                                                    .pmon_order          = room->order,
+                                                    .pmon_places         = room->places,
+                                                    .due                 = room->due,
+                                                    .fmons               = room->fmons,
+                                                    .touched             = room->touched,
+                                                    .members             = room->members,
+                                                    .transitions         = service->transitions,
+                                                    .pmon_capacity       = room->capacity,
+                                                    .fmon_capacity       = room->functional,
+                                                    .transition_capacity = MONITORING_TRANSITIONS,
+                                                    .fmon_members        = MONITORING_FMON_MEMBERS,
+                                                    .reporting_delay     = MONITORING_DELAY_CYCLES};
     pus_monitoring_init(&service->monitoring, &config);
     const pus_service_t entry = pus_monitoring_service(&service->monitoring);
     component_add_service(component, &entry, restore);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[12] of a subsystem (`<Service type="12" capacity="64" functional="8"/>` of its descriptor): monitoring
-/// of its own scalar parameters, raising its own events. Capacity counts parameter monitoring definitions,
-/// functional the functional ones. Where an event has no auxiliary data of the size that
-/// pus/st12_monitoring.h tells, it is raised with what its definition samples.
+/// of its own scalar parameters, or those that its callback `watched` gives, raising its own events. Capacity
+/// counts parameter monitoring definitions, functional the functional ones. Where an event has no auxiliary
+/// data of the size that pus/st12_monitoring.h tells, it is raised with what its definition samples.
 ///
 /// Ownership  The program places it (generated). Context: the component's own loop.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H

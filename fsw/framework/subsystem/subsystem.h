@@ -22,6 +22,7 @@
 #include "fsw/framework/parameter/parameter.h"
 #include "fsw/framework/subsystem/state_machine.h"
 #include "pus/st02_device_access.h"
+#include "pus/parameter_port.h"
 #include "pus/st06_memory.h"
 
 #include <stdbool.h>
@@ -77,6 +78,9 @@ typedef struct {
     /// What ST[06] reaches beside the memories of every subsystem, where the descriptor lists that service.
     /// May be null: nothing. Called once, at the start.
     subsystem_memories_t (*memories)(void* self);
+    /// The parameters that ST[12] watches, where the descriptor lists that service. May be null: its own.
+    /// Called once, at the start.
+    pus_parameter_port_t (*watched)(void* self);
 } subsystem_callbacks_t;
 
 // ---- Called by a specific subsystem from its callbacks -------------------------------------------------

@@ -19,19 +19,21 @@ def _published(station):
 def functions(station):
     """Nothing defined, both functions disabled; again at the end."""
 
-    def clear():
-        station.do("MANIPULATOR", 12, 18)
-        station.do("MANIPULATOR", 12, 16)
-        fmons = [entry["fmon_id"] for entry in station.ask("MANIPULATOR", 12, 27)["n"]]
+    def clear(subsystem):
+        station.do(subsystem, 12, 18)
+        station.do(subsystem, 12, 16)
+        fmons = [entry["fmon_id"] for entry in station.ask(subsystem, 12, 27)["n"]]
         if fmons:
-            station.do("MANIPULATOR", 12, 22, n=fmons)
-            station.do("MANIPULATOR", 12, 20, n=fmons)
-            station.do("MANIPULATOR", 12, 24, n=fmons)
-        station.do("MANIPULATOR", 12, 4)
+            station.do(subsystem, 12, 22, n=fmons)
+            station.do(subsystem, 12, 20, n=fmons)
+            station.do(subsystem, 12, 24, n=fmons)
+        station.do(subsystem, 12, 4)
 
-    clear()
+    for subsystem in ("MANIPULATOR", "SUPERVISOR"):
+        clear(subsystem)
     yield
-    clear()
+    for subsystem in ("MANIPULATOR", "SUPERVISOR"):
+        clear(subsystem)
 
 
 def _limit(number, low, high, event=0, **fields):
@@ -79,6 +81,23 @@ def test_a_violation_is_told_and_raises_its_event(station, functions):
     assert told["n"][0]["current_pmon_checking_status"].startswith("unexpected or below")
     station.wait(lambda: any(p.service == 5 and p.apid == ROBOT and p.data[:2] == event.to_bytes(2, "big") for p, _ in station.reports[since:]), "its event")
     assert station.ask("MANIPULATOR", 12, 10)["n"][0]["pmon_id"] == 1
+
+
+def test_the_supervisor_watches_what_subsystems_report(station, functions):
+    event = station.dictionary.subsystem("SUPERVISOR").events["VALUE_OUT_OF_LIMITS"].id
+    unknown = f"0x{ROBOT << 21 | 0x2FFFF:08X}"
+    station.refuse(0x0201, "SUPERVISOR", 12, 5, n=[_limit(1, 5, 10, monitored_parameter_id=unknown)])
+    station.do("SUPERVISOR", 12, 3, max_transition_reporting_delay=1)
+    station.do("SUPERVISOR", 12, 5, n=[_limit(1, 5, 10, event)])
+    station.do("SUPERVISOR", 12, 1, n=[1])
+    station.do("SUPERVISOR", 12, 15)
+    since = len(station.reports)
+    station.ask("MANIPULATOR", 20, 1, n=[AGE])
+    _, told = station.report(12, 12, apid=1, since=since, where=lambda decoded: decoded["n"][0]["parameter_value"] == 0
+                             and decoded["n"][0]["current_pmon_checking_status"].startswith("unexpected or below"))
+    assert (told["n"][0]["pmon_id"], told["n"][0]["limit_crossed"]) == (1, 5)
+    packet, _ = station.report(5, 2, apid=1, since=since)
+    assert packet.data[:4] == event.to_bytes(2, "big") + bytes([0, 1])
 
 
 def test_functional_monitoring(station, functions):

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What ST[12] of the supervisor watches: its own parameters, and those of the subsystems by the values they
+/// reported last. A parameter that no descriptor of the mission has is unknown. One that was not reported
+/// yet, or whose subsystem does not run, has no value: a check of it is invalid.
+#ifndef FSW_SUPERVISOR_ONBOARD_MONITORING_H
+#define FSW_SUPERVISOR_ONBOARD_MONITORING_H
+
+#include "pus/parameter_port.h"
+
+/// Callback of the supervisor as a subsystem.
+pus_parameter_port_t onboard_watched(void* supervisor);
+
+#endif // FSW_SUPERVISOR_ONBOARD_MONITORING_H

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// What ST[12] of the supervisor watches, and when there is a value to judge.
+#include "fsw/supervisor/onboard_monitoring.h"
+#include "fsw/supervisor/supervisor_internal.h"
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#define FORCE PARAMETER_ID(ARM, VALUE_UINT16, 7U)
+#define NOWHERE PARAMETER_ID(99U, VALUE_UINT16, 7U)
+
+static pus_parameter_port_t port;
+
+void setUp(void)
+{
+    telemetry_directory_t* const directory = &bed.supervisor.onboard.directory;
+    bed_open_up();
+    directory->parameters[0]   = (telemetry_parameter_t){FORCE, 2U}; // As if the descriptors had been read.
+    directory->parameters[1]   = (telemetry_parameter_t){NOWHERE, 2U};
+    directory->parameter_count = 2U;
+    port                       = onboard_watched(&bed.supervisor);
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static status_t find(const uint32_t parameter_id, uint16_t* const out_handle)
+{
+    uint16_t size         = 0U;
+    const status_t status = port.find(port.context, parameter_id, out_handle, &size);
+    TEST_ASSERT_TRUE((status == STATUS_NOT_FOUND) || (size > 0U));
+    return status;
+}
+
+/// TM[20,2] of ARM.
+static void report_force(const uint16_t force)
+{
+    uint8_t data[8];
+    octet_writer_t writer = octet_writer(data, sizeof data);
+    octet_write_u16(&writer, 1U);
+    octet_write_u32(&writer, FORCE);
+    octet_write_u16(&writer, force);
+    bed_report(BED_ARM, PUS_SERVICE_PARAMETERS, 2U, data, sizeof data);
+    bed_run(2U);
+}
+
+static void what_was_reported_is_watched_while_its_subsystem_runs(void)
+{
+    uint8_t octets[2]     = {0U};
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    uint16_t handle       = 0U;
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
+    report_force(0x0A0BU);
+    TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
+    port.read(port.context, handle, &writer);
+    TEST_ASSERT_EQUAL_HEX8(0x0AU, octets[0]);
+    TEST_ASSERT_EQUAL_HEX8(0x0BU, octets[1]);
+    roster_find(&bed.supervisor, ARM)->process = PROCESS_LOST;
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
+}
+
+static void its_own_parameters_are_watched_as_they_are(void)
+{
+    uint8_t octets[4]     = {0U};
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    uint16_t handle       = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, find(SUPERVISOR_PARAMETER_ORBIT_PERIOD, &handle));
+    bed.supervisor.orbit_period_ms = 0x01020304U;
+    port.read(port.context, handle, &writer);
+    TEST_ASSERT_EQUAL_HEX8(4U, octets[3]);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(PARAMETER_ID(SUPERVISOR_APID, VALUE_UINT8, 999U), &handle));
+}
+
+static void what_no_descriptor_tells_of_is_unknown(void)
+{
+    uint16_t handle = 0U;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(PARAMETER_ID(ARM, VALUE_UINT16, 8U), &handle));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, find(NOWHERE, &handle)); // Of no subsystem of this mission.
+    telemetry_directory_init(&bed.supervisor.onboard.directory);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(FORCE, &handle));
+}
+
+static void what_the_mirror_has_no_room_for_is_unknown(void)
+{
+    uint16_t handle                           = 0U;
+    bed.supervisor.onboard.mirror.value_count = MIRROR_PARAMETERS;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(FORCE, &handle));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(what_was_reported_is_watched_while_its_subsystem_runs);
+    RUN_TEST(its_own_parameters_are_watched_as_they_are);
+    RUN_TEST(what_no_descriptor_tells_of_is_unknown);
+    RUN_TEST(what_the_mirror_has_no_room_for_is_unknown);
+    return UNITY_END();
+}
