@@ -93,9 +93,13 @@ def test_the_supervisor_watches_what_subsystems_report(station, functions):
     station.do("SUPERVISOR", 12, 15)
     since = len(station.reports)
     station.ask("MANIPULATOR", 20, 1, n=[AGE])
-    _, told = station.report(12, 12, apid=1, since=since, where=lambda decoded: decoded["n"][0]["parameter_value"] == 0
-                             and decoded["n"][0]["current_pmon_checking_status"].startswith("unexpected or below"))
-    assert (told["n"][0]["pmon_id"], told["n"][0]["limit_crossed"]) == (1, 5)
+
+    def seen(decoded):
+        return [(entry["pmon_id"], entry["parameter_value"], entry["limit_crossed"]) for entry in decoded["n"]
+                if entry["current_pmon_checking_status"].startswith("unexpected or below")]
+
+    _, told = station.report(12, 12, apid=1, since=since, where=seen)
+    assert seen(told) == [(1, 0, 5)]
     packet, _ = station.report(5, 2, apid=1, since=since)
     assert packet.data[:4] == event.to_bytes(2, "big") + bytes([0, 1])
 

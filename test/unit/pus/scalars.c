@@ -26,7 +26,7 @@ static status_t find(void* const context, const uint32_t id, uint16_t* const out
         return STATUS_NOT_FOUND;
     }
     *out_size = (uint16_t)value_size((value_type_t)type);
-    return STATUS_OK;
+    return scalars.is_silent ? STATUS_EMPTY : STATUS_OK;
 }
 
 static void read(void* const context, const uint16_t handle, octet_writer_t* const writer)

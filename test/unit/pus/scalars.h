@@ -17,6 +17,7 @@ typedef struct {
     uint64_t bits[VALUE_SCALARS][SCALAR_NUMBERS];
     unsigned reads;
     bool is_withdrawn; ///< No parameter is there.
+    bool is_silent;    ///< No parameter has a value.
 } scalars_t;
 
 extern scalars_t scalars;

@@ -41,6 +41,11 @@ static void parameters_are_found(void)
     TEST_ASSERT_EQUAL_HEX64(0U, bits);
     scalar.id = SCALAR_ID(VALUE_INT16, 5U);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_scalar_find(&port, SCALAR_UNKNOWN, &scalar));
+    scalars.is_silent = true; // It is known, but has no value yet.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_scalar_find(&port, scalar.id, &scalar));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, pus_scalar_sample(&port, &scalar, &bits));
+    TEST_ASSERT_EQUAL_HEX64(0U, bits);
+    scalars.is_silent = false;
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, pus_scalar_find(&port, SCALAR_SECRET, &scalar));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_scalar_find(&port, SCALAR_ODD, &scalar));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_scalar_find(&port, SCALAR_ARRAY, &scalar));

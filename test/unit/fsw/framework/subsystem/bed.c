@@ -175,7 +175,7 @@ static const subsystem_callbacks_t callbacks = {
     software_init,   hardware_init, configure, start_control, stop_control,
     engage,          disengage,     secure,    post,          hardware_deinit,
     software_deinit, sense,         control,   emit,          perform,
-    parameter_set,   NULL,          NULL,      NULL};
+    parameter_set,   NULL,          NULL,      NULL,          NULL};
 
 // ---- Ports ----
 

@@ -227,6 +227,38 @@ static void an_event_that_a_new_descriptor_does_not_have_is_not_raised(void)
     TEST_ASSERT_EQUAL_UINT16(PUS_CHECK_HIGH, storage.pmons[storage.order[0]].status);
 }
 
+static status_t find_nothing(void* context, uint32_t parameter_id, uint16_t* out_handle, uint16_t* out_size)
+{
+    (void)context;
+    (void)parameter_id;
+    (void)out_handle;
+    (void)out_size;
+    return STATUS_NOT_FOUND;
+}
+
+static pus_parameter_port_t watch_nothing(void* self)
+{
+    TEST_ASSERT_EQUAL_PTR(&bed, self);
+    return (pus_parameter_port_t){.context = self, .find = find_nothing};
+}
+
+static void what_is_watched_is_the_subsystem_s_choice(void)
+{
+    static subsystem_callbacks_t others;
+    component_config_t config = bed.component.config;
+    others                    = *config.callbacks;
+    others.watched            = watch_nothing;
+    config.callbacks          = &others;
+    config.optional           = (component_services_t){&storage, add_services};
+    bed_begin(&config);
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    write_pmon(1U, 0U, 0U);
+    bed_forget();
+    request(12U, 5U);
+    TEST_ASSERT_FALSE(bed_has("1.7 #"));
+    TEST_ASSERT_EQUAL_UINT32(1U, storage.monitoring.monitoring.counters.refused);
+}
+
 static void functional_monitoring_raises_events_too(void)
 {
     monitored(1U, 0U, 0U);
@@ -340,6 +372,7 @@ int main(void)
     RUN_TEST(an_event_of_another_size_tells_what_its_definition_samples);
     RUN_TEST(only_events_of_the_descriptor_can_be_named);
     RUN_TEST(an_event_that_a_new_descriptor_does_not_have_is_not_raised);
+    RUN_TEST(what_is_watched_is_the_subsystem_s_choice);
     RUN_TEST(functional_monitoring_raises_events_too);
     RUN_TEST(what_is_not_there_is_not_judged);
     RUN_TEST(a_definition_comes_back_from_its_record);
