@@ -40,7 +40,7 @@ static void intruded(void* const context)
     __atomic_store_n(&seat->run->is_intruded, 1U, __ATOMIC_RELAXED);
 }
 
-/// Octets that were announced may still be on their way through the kernel.
+/// Octets that were announced, or the end of the connection, may still be on their way through the kernel.
 static void take_in(communication_program_t* const self, const uint32_t octets_due)
 {
     bool is_missing = communication_take_in(&self->communication, octets_due);
@@ -55,8 +55,8 @@ static void take_in(communication_program_t* const self, const uint32_t octets_d
         is_missing = communication_take_in(&self->communication, 0U);
     }
     if (is_missing) {
-        osal_console_complain(
-            "octets that the operator announced have not arrived; the run is not reproducible");
+        communication_let_go(&self->communication);
+        osal_console_complain("what the operator sent last has not arrived; the run is not reproducible");
     }
 }
 

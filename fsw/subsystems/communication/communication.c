@@ -134,6 +134,32 @@ static unsigned participant_client(const communication_t* const self)
     return NO_CLIENT;
 }
 
+/// True while the connection of a participant that has left the calendar is open. It hangs up before it
+/// leaves, but the kernel may tell us later, and what we report of it has its place in simulated time.
+static bool is_hanging_up(communication_t* const self)
+{
+    const uint16_t present = self->hooks.participant_port(self->hooks.context);
+    osal_address_t peer    = {0U, 0U};
+    if (present != 0U) {
+        self->participant = present;
+        return false;
+    }
+    for (unsigned client = 0U; (self->participant != 0U) && (client < COMMUNICATION_CLIENTS); client++) {
+        if (flow_tcp_is_connected(&self->flow, client) &&
+            (flow_tcp_peer(&self->flow, client, &peer) == STATUS_OK) && (peer.port == self->participant)) {
+            return true;
+        }
+    }
+    self->participant = 0U;
+    return false;
+}
+
+void communication_let_go(communication_t* const self)
+{
+    FSW_ASSERT(self != NULL);
+    self->participant = 0U;
+}
+
 bool communication_take_in(communication_t* const self, const uint32_t octets_due)
 {
     FSW_ASSERT(self != NULL);
@@ -149,9 +175,10 @@ bool communication_take_in(communication_t* const self, const uint32_t octets_du
     }
     self->counters.octets_received += (uint64_t)(self->flow.counters.octets_in - of_all);
     const unsigned client = participant_client(self);
+    const bool is_last    = is_hanging_up(self);
     if (client == NO_CLIENT) {
         self->owed = (before == NO_CLIENT) ? self->owed : 0U; // It has hung up.
-        return false;
+        return is_last;
     }
     self->owed -= flow_tcp_octets_in(&self->flow, client) - of_client;
     return (self->owed > 0U) && !self->is_uplink_full; // What is owed then waits for room above.

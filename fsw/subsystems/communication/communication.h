@@ -42,8 +42,9 @@ typedef struct { // Private.
         uint16_t user;
         unsigned client; // COMMUNICATION_CLIENTS: none.
     } users[COMMUNICATION_USERS];
-    uint32_t owed;       // Octets of the participant announced and not taken in yet.
-    bool is_uplink_full; // A request could not go up in this step.
+    uint16_t participant; // Last port of one; 0: there was none, or it has hung up.
+    uint32_t owed;        // Octets of the participant announced and not taken in yet.
+    bool is_uplink_full;  // A request could not go up in this step.
     bool is_drop_told;
     uint32_t not_requests;             // Packets of the ground that are no telecommands [wraps].
     communication_status_t status;     // Published.
@@ -57,8 +58,11 @@ void communication_init(communication_t* communication, subsystem_t* generic, co
                         const communication_hooks_t* hooks, int listener);
 const subsystem_callbacks_t* communication_callbacks(void);
 /// Take in what the ground sent; `octets_due` more were announced for the participant. Call before the
-/// component's step. True if announced octets are still missing (they are on their way: wait and call again).
+/// component's step. True if something of the participant is on its way, announced octets or, when it has
+/// left the calendar, the end of its connection: wait and call again.
 bool communication_take_in(communication_t* communication, uint32_t octets_due);
+/// Expect no end of the connection of a participant that has left.
+void communication_let_go(communication_t* communication);
 /// Send what waits. Call after the component's step.
 void communication_send_out(communication_t* communication);
 /// Open sockets, for the program's wait. Returns their number, <= COMMUNICATION_CLIENTS + 1.

@@ -56,7 +56,7 @@ void setUp(void)
                                                       .silence_told_ns     = 1U,
                                                       .call_ns             = 1U,
                                                       .quick_stop_limit_ns = 1U};
-    static const subsystem_callbacks_t no_callback = {NULL};
+    static const subsystem_callbacks_t no_callback = {.emit = NULL};
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, parse("ARM", "ARM"), descriptor_error(&loader));
     double_init(&generic, &descriptor, &no_callback, NULL);
     memset(&drives, 0, sizeof drives);

@@ -442,6 +442,34 @@ static void a_participant_that_hangs_up_owes_nothing(void)
     TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
 }
 
+/// It hangs up within its last grant, and what is told of that belongs to the next grant of communication.
+static void the_end_of_a_participant_that_left_is_waited_for(void)
+{
+    bed_connect(0U);
+    bed.participant = bed.ports[0];
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    bed.participant = 0U; // It has left the calendar.
+    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 0U));
+    bed_disconnect(0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&bed.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    TEST_ASSERT_FALSE(flow_tcp_is_connected(&bed.communication.flow, 0U));
+    bed_connect(0U); // Whoever comes next is another one.
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+}
+
+static void one_that_left_without_hanging_up_is_let_go(void)
+{
+    bed_connect(1U);
+    bed_connect(0U);
+    bed.participant = bed.ports[0];
+    (void)communication_take_in(&bed.communication, 0U);
+    bed.participant = 0U;
+    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 0U));
+    communication_let_go(&bed.communication);
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -466,5 +494,7 @@ int main(void)
     RUN_TEST(of_the_participant_exactly_what_was_announced_is_taken);
     RUN_TEST(a_participant_waits_for_room_above_without_being_missed);
     RUN_TEST(a_participant_that_hangs_up_owes_nothing);
+    RUN_TEST(the_end_of_a_participant_that_left_is_waited_for);
+    RUN_TEST(one_that_left_without_hanging_up_is_let_go);
     return UNITY_END();
 }
