@@ -5,6 +5,8 @@
 #include "fsw/framework/base/octets.h"
 #include "fsw/framework/base/value.h"
 
+#include <float.h>
+
 #define OCTET_BITS 8U
 #define HALF 0.5
 
@@ -70,31 +72,33 @@ static bool round_to(const double real, const size_t octets, const bool has_sign
     return true;
 }
 
+/// The nearest number of single precision. False: there is none.
+static bool narrow_to(const double real, uint64_t* const out_bits)
+{
+    if (!((real >= -(double)FLT_MAX) && (real <= (double)FLT_MAX))) { // No number is none of these.
+        return false;
+    }
+    const float single = (float)real;
+    *out_bits          = value_bits(VALUE_FLOAT, &single);
+    return true;
+}
+
 bool drives_quantity_to_object(const descriptor_quantity_t* const quantity,
                                const uint8_t value[DRIVES_QUANTITY_OCTETS],
                                uint8_t out_octets[DRIVES_QUANTITY_OCTETS])
 {
     FSW_ASSERT((quantity != NULL) && (value != NULL) && (out_octets != NULL));
-    double real           = 0.0;
     uint64_t bits         = 0U;
     octet_reader_t reader = octet_reader(value, DRIVES_QUANTITY_OCTETS);
-    if (value_decode(&reader, VALUE_DOUBLE, &real) != STATUS_OK) {
-        return false;
-    }
-    real /= quantity->scale;
-    const size_t size = value_size(quantity->type);
-    if (quantity->type == VALUE_FLOAT) {
-        const float single = (float)real;
-        bits               = value_bits(VALUE_FLOAT, &single);
-    } else if (!round_to(real, size, is_signed(quantity->type), &bits)) {
-        return false;
-    } else {
-        // Rounded.
-    }
+    const double real     = octet_read_f64(&reader) / quantity->scale;
+    const size_t size     = value_size(quantity->type);
+    const bool fits       = (quantity->type == VALUE_FLOAT)
+                                ? narrow_to(real, &bits)
+                                : round_to(real, size, is_signed(quantity->type), &bits);
     for (size_t i = 0U; i < size; i++) {
         out_octets[i] = (uint8_t)(bits >> (OCTET_BITS * i));
     }
-    return true;
+    return fits;
 }
 
 void drives_quantity_of_object(const descriptor_quantity_t* const quantity, const uint8_t* const octets,

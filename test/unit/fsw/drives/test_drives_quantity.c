@@ -124,6 +124,8 @@ static void values_are_rounded_into_objects_that_can_hold_them(void)
         {-0.4, 2U, true, {0U, 0U}},         {255.4, 2U, true, {255U, 0U}},
         {255.6, 2U, false, {0U, 0U}},       {-0.6, 2U, false, {0U, 0U}},
         {1e300, 1U, false, {0U, 0U}},       {(double)NAN, 2U, false, {0U, 0U}},
+        {1e39, 3U, false, {0U, 0U}},        {-1e39, 3U, false, {0U, 0U}},
+        {(double)NAN, 3U, false, {0U, 0U}},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         memset(octets, 0, sizeof octets);
