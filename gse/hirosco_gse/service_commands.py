@@ -125,7 +125,8 @@ def _monitor(dictionary, words):
     if verb != "limit" or len(words) != 8:
         raise UsageError(f"usage: {_MONITOR_USAGE}")
     identity, parameter, low, high = words[2:6]
-    parameter = f"{subsystem.name}.{parameter}" if not parameter[0].isdigit() else parameter
+    is_whole = parameter[0].isdigit() or "." in parameter  # A number, or that of another subsystem.
+    parameter = parameter if is_whole else f"{subsystem.name}.{parameter}"
     definition = {
         "pmon_id": identity, "monitored_parameter_id": parameter, "validity_parameter_id": 0, "validity_mask": 0,
         "validity_expected_value": 0, "monitoring_interval": 1, "repetition_number": 1, "check_type": "limit",
