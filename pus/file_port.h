@@ -19,7 +19,7 @@ typedef struct {
 typedef struct {
     void* context;
     /// Open an existing file for reading, of *out_size octets. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID
-    /// (path or name), STATUS_FORBIDDEN (locked), STATUS_EXHAUSTED (too many are open), STATUS_IO.
+    /// (path or name), STATUS_FORBIDDEN (may not be read), STATUS_EXHAUSTED (too many are open), STATUS_IO.
     status_t (*open)(void* context, const pus_file_name_t* name, uint32_t* out_file, uint32_t* out_size);
     /// Create a file for writing, which may not be there yet. The same, and STATUS_EXISTS.
     status_t (*create)(void* context, const pus_file_name_t* name, uint32_t* out_file);
