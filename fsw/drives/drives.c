@@ -119,23 +119,52 @@ static status_t add_devices(drives_t* const drives, const descriptor_endnode_t**
     return (*out_buses != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
 }
 
-status_t drives_hardware_init(drives_t* const drives)
+/// Open the bus, unless it is open.
+static status_t open_bus(drives_t* const drives)
 {
-    FSW_ASSERT(drives != NULL);
-    if (!flow_can_is_open(drives->network.flow)) {
-        const descriptor_endnode_t* buses = NULL;
-        status_t status                   = add_devices(drives, &buses);
-        if (status == STATUS_OK) {
-            const char* const channel_b = (buses->redundant_bus[0] != '\0') ? buses->redundant_bus : NULL;
-            status = network_open(&drives->network, drives->resolver, buses->bus, channel_b);
-        }
-        if (status != STATUS_OK) {
-            return status;
-        }
+    if (flow_can_is_open(drives->network.flow)) {
+        return STATUS_OK;
+    }
+    const descriptor_endnode_t* buses = NULL;
+    status_t status                   = add_devices(drives, &buses);
+    if (status == STATUS_OK) {
+        const char* const channel_b = (buses->redundant_bus[0] != '\0') ? buses->redundant_bus : NULL;
+        status                      = network_open(&drives->network, drives->resolver, buses->bus, channel_b);
+    }
+    if (status == STATUS_OK) {
         drives->goal          = CIA402_GOAL_DISABLED;
         drives->configuration = NULL;
         drives->is_closing    = false;
     }
+    return status;
+}
+
+status_t drives_borrow(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    const bool was_open   = flow_can_is_open(drives->network.flow);
+    const status_t status = open_bus(drives);
+    drives->is_borrowed   = drives->is_borrowed || (!was_open && (status == STATUS_OK));
+    return status;
+}
+
+void drives_give_back(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    if (drives->is_borrowed) {
+        network_close(&drives->network);
+    }
+    drives->is_borrowed = false;
+}
+
+status_t drives_hardware_init(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    const status_t opened = open_bus(drives);
+    if (opened != STATUS_OK) {
+        return opened;
+    }
+    drives->is_borrowed   = false;
     const status_t status = network_boot(&drives->network, subsystem_now_ns(drives->generic));
     raise_faults(drives); // Before the failure that they explain.
     return status;
@@ -228,6 +257,7 @@ status_t drives_hardware_deinit(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
     drives->configuration = NULL;
+    drives->is_borrowed   = false;
     if (!flow_can_is_open(drives->network.flow)) {
         return STATUS_OK;
     }

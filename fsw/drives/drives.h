@@ -31,6 +31,7 @@ typedef struct {    // Private: one of them.
     uint8_t length; // Expected [octets]; 0: any.
     bool is_read;
     bool is_register;
+    bool is_pulse;                         // No transfer: it has been sent.
     const descriptor_quantity_t* quantity; // Null: the object as it is.
 } drives_transfer_t;
 
@@ -43,9 +44,11 @@ typedef struct { // Private, except network: as network.h says.
     uint64_t called_ns;                              ///< Last call of drives_configure.
     bool is_written;                                 ///< The settings are in the devices.
     bool is_closing;
-    struct { // Of drives_access.c.
+    bool is_borrowed; ///< The bus is open out of order.
+    struct {          // Of drives_access.c.
         drives_transfer_t slots[DRIVES_ACCESS_SLOTS];
         uint8_t owners[NETWORK_DEVICES_MAX]; // Slot + 1 of the transfer to a device; 0 none.
+        uint64_t pulse_end_ns;               // Pulses have left by then.
     } access;
 } drives_t;
 
@@ -55,6 +58,11 @@ void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* 
 /// CAN end node, or on another bus than the others); STATUS_NOT_FOUND (device class, or bus); statuses of
 /// network_add, network_open and network_boot.
 status_t drives_hardware_init(drives_t* drives);
+/// Have the bus open for what is sent out of order, in any state; devices stay as they are. Statuses of
+/// drives_hardware_init but STATUS_BUSY.
+status_t drives_borrow(drives_t* drives);
+/// Close the bus if it was borrowed, and HARDWARE_INIT has not come meanwhile.
+void drives_give_back(drives_t* drives);
 /// Settings into the devices, process data on; the axes stay without voltage. STATUS_BUSY; STATUS_OK;
 /// STATUS_NOT_FOUND (device not brought up); STATUS_EXHAUSTED (settings); statuses of network_configure and
 /// _start.

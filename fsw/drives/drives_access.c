@@ -2,6 +2,7 @@
 #include "fsw/drives/drives_access.h"
 
 #include "fsw/drives/drives_quantity.h"
+#include "fsw/drives/drives_supply.h"
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/octets.h"
 #include "fsw/framework/base/value.h"
@@ -96,6 +97,9 @@ static status_t check(void* const context, const pus_device_action_t* const acti
 {
     const drives_t* const drives = context;
     object_t object;
+    if (drives_supply_is(action)) {
+        return drives_supply_check(drives, action);
+    }
     const status_t status = object_of(drives, action, &object);
     return ((status == STATUS_OK) && !drives->network.is_running) ? STATUS_FORBIDDEN : status;
 }
@@ -128,12 +132,25 @@ static void data_of(const pus_device_action_t* const action, const object_t* con
     }
 }
 
+static status_t begin_pulse(drives_t* const drives, const uint8_t slot,
+                            const pus_device_action_t* const action, pus_device_result_t* const out_result)
+{
+    const status_t status      = drives_supply_send(drives, action);
+    drives->access.slots[slot] = (drives_transfer_t){.is_pulse = true};
+    return ((status == STATUS_OK) || (status == STATUS_FULL))
+               ? status
+               : fail(out_result, DRIVES_ACCESS_CLOSED, DRIVES_ACCESS_CLOSED);
+}
+
 static status_t begin(void* const context, const uint8_t slot, const pus_device_action_t* const action,
                       pus_device_result_t* const out_result)
 {
     drives_t* const drives = context;
     FSW_ASSERT(slot < DRIVES_ACCESS_SLOTS);
     object_t object;
+    if (drives_supply_is(action)) {
+        return begin_pulse(drives, slot, action, out_result);
+    }
     if ((object_of(drives, action, &object) != STATUS_OK) || !drives->network.is_running) {
         return fail(out_result, DRIVES_ACCESS_CLOSED, DRIVES_ACCESS_CLOSED); // It was there when checked.
     }
@@ -183,8 +200,11 @@ static status_t poll(void* const context, const uint8_t slot, pus_device_result_
 {
     drives_t* const drives                  = context;
     const drives_transfer_t* const transfer = &drives->access.slots[slot];
-    const sdo_client_t* const client        = client_of(drives, transfer->device);
-    uint32_t abort_code                     = 0U;
+    if (transfer->is_pulse) {
+        return drives_supply_poll(drives);
+    }
+    const sdo_client_t* const client = client_of(drives, transfer->device);
+    uint32_t abort_code              = 0U;
     status_t status = drives->network.is_running ? sdo_client_result(client, &abort_code) : STATUS_CLOSED;
     if (status == STATUS_BUSY) {
         return status;
@@ -209,6 +229,10 @@ static void abandon(void* const context, const uint8_t slot)
 {
     drives_t* const drives = context;
     const uint8_t device   = drives->access.slots[slot].device;
+    if (drives->access.slots[slot].is_pulse) {
+        drives_give_back(drives);
+        return;
+    }
     if (drives->network.is_running) { // Else the client is no longer ours.
         sdo_client_reset(client_of(drives, device));
     }

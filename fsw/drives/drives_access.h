@@ -8,10 +8,11 @@
 ///
 /// A logical device is the same device seen in engineering units: its quantities of the descriptor
 /// (<Quantity>), by their ids. A parameter that is acquired, and the argument of a command, are a DOUBLE; a
-/// command sets a quantity that is settable. There are no on/off devices and pulses here (STATUS_NOT_FOUND).
+/// command sets a quantity that is settable. On/off devices and pulses are those of drives_supply.h.
 ///
 /// Devices are reached while process data flow: before, commissioning has the transfers to itself, and it
-/// ends one of ours. One transfer to a node at a time; others wait.
+/// ends one of ours. Pulses go in any state, since what has no supply cannot be commissioned. One transfer to
+/// a node at a time; others wait.
 ///
 /// The return code of an acquisition that failed is the upper half of the abort code, DRIVES_ACCESS_CLOSED if
 /// the bus was given up meanwhile, or DRIVES_ACCESS_WRONG if the answer has another length or breaks the

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Devices of a configuration: their settings, quantities and end nodes."""
+"""Devices of a configuration: their settings, quantities, supplies and end nodes."""
 
 from dataclasses import dataclass
 
@@ -43,6 +43,8 @@ def device_of(element):
             device.settings.append(child)
         elif child.name == "Quantity":
             _quantity(child)
+        elif child.name == "Supply":
+            _supply(child)
         else:
             _endnode(child)
             device.endnodes.append(child)
@@ -72,6 +74,12 @@ def _quantity(element):
     element.flag("settable")
     if read_number(element.attributes["scale"], "DOUBLE") in (None, NUMBER_OUT_OF_RANGE, 0.0):
         element.wrong("scale", "a number other than 0")
+
+
+def _supply(element):
+    element.unsigned("unit", 1, 127)
+    if element.unsigned("on", 1, 255) == element.unsigned("off", 1, 255):
+        element.wrong("off", "another line than on")
 
 
 def _endnode(element):

@@ -59,6 +59,7 @@ TABLE = {
     ("Devices", "Device"): "name! type!",
     ("Device", "Setting"): "object! type! value!",
     ("Device", "Quantity"): "name! id! object! type! scale! unit settable",
+    ("Device", "Supply"): "unit! on! off!",
     ("Device", "Endnode"): "type! bus redundantBus node name address port framing order direction baud",
 }
 REPORT_OCTETS = 4000

@@ -30,6 +30,9 @@ static void tap(void* context, uint32_t senders, const osal_can_frame_t* frame)
     if (segment->gateway != NULL) {
         gateway_show(segment->gateway, senders, frame);
     }
+    if ((segment->listen != NULL) && (senders != 0U)) {
+        segment->listen(segment->listener, frame);
+    }
 }
 
 /// An error frame of a tool: flight's controller reports it, as if it had seen it.

@@ -15,7 +15,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef struct { // Private, except name, bus and flight_node.
+typedef struct { // Private, except name, bus, flight_node and the listener.
     const char* name;
     bus_t* bus;
     unsigned flight_node; ///< BUS_NODES_MAX: there is no flight.
@@ -27,6 +27,9 @@ typedef struct { // Private, except name, bus and flight_node.
     uint64_t refused; ///< Frames of flight that the bus did not take.
     frame_log_t* log;
     gateway_t* gateway;
+    /// Told of every frame on the wire, without being a node of the bus; null: nobody.
+    void (*listen)(void* context, const osal_can_frame_t* frame);
+    void* listener;
 } segment_t;
 
 typedef struct {

@@ -6,7 +6,7 @@
 #include "sim/app/death.h"
 #include "sim/app/faults.h"
 #include "sim/app/segment.h"
-#include "sim/bus/bus.h"
+#include "sim/app/supply.h"
 #include "sim/devices/drive.h"
 #include "sim/devices/joystick.h"
 #include "sim/operator/hand.h"
@@ -55,6 +55,7 @@ struct simulator {
     joystick_t* joystick;
     faults_t faults;
     fault_world_t world;
+    power_unit_t supply; // Of the drives.
     socketcand_t* tools;
     bool tools_in_step;
     uint64_t tools_lost; // In lock-step, and not done with a step in time.
@@ -62,8 +63,7 @@ struct simulator {
     uint64_t tool_credit_ns; // The tool has bought time up to here.
 };
 
-// --- truth
-// -------------------------------------------------------------------------------------------------------
+// --- truth ---
 
 static void note(simulator_t* simulator, status_t status)
 {
@@ -161,8 +161,7 @@ static void log_operator(simulator_t* simulator, uint64_t now_ns)
     note(simulator, truth_operator(simulator->truth_log, now_ns, &operator_));
 }
 
-// --- what devices see and do
-// -------------------------------------------------------------------------------------
+// --- what devices see and do ---
 
 static void look_at_joint(void* context, drive_truth_t* out_truth)
 {
@@ -193,8 +192,7 @@ static void drive_motors(void* context, unsigned substep, const plant_rotor_t mo
     }
 }
 
-// --- one step
-// ----------------------------------------------------------------------------------------------------
+// --- one step ---
 
 static void run_buses(simulator_t* simulator, uint64_t until_ns)
 {
@@ -256,6 +254,7 @@ static void run_step(simulator_t* simulator, uint64_t end_ns)
     }
     run_faults(simulator, end_ns);
     run_buses(simulator, end_ns);
+    power_unit_step(&simulator->supply, end_ns);
     if (simulator->tools != NULL) {
         socketcand_send(simulator->tools);
         simulator->tools_lost += socketcand_end_step(simulator->tools, end_ns, TOOL_PATIENCE_MS);
@@ -290,8 +289,7 @@ bool simulator_may_step(simulator_t* simulator, uint32_t timeout_ms)
     return simulator->tool_credit_ns > simulator->time_ns;
 }
 
-// --- opening and closing
-// -----------------------------------------------------------------------------------------
+// --- opening and closing ---
 
 /// Name of bus `index`: the arm's and the joystick's, then the others as they are given.
 static const char* bus_name(const simulator_config_t* config, unsigned index)
@@ -513,6 +511,8 @@ static void power_on(simulator_t* simulator)
         simulator->world.drive[i] = simulator->drive[i];
         node_power_on(drive_node(simulator->drive[i]));
     }
+    supply_open(&simulator->supply, simulator->segment, simulator->bus_count, ROBOT,
+                simulator->channel_b[ROBOT], simulator->drive, DRIVES);
     node_power_on(joystick_node(simulator->joystick));
     equipment_power_on(simulator->equipment);
 }

@@ -433,6 +433,7 @@ status_t node_create(bus_t* bus, const char* eds_path, uint8_t id, const node_ap
     node->bus         = bus;
     node->id          = id;
     node->is_plugged  = true;
+    node->is_powered  = true;
     node->application = *application;
     node->boot_ns     = BUS_NEVER;
     node->wake_ns     = BUS_NEVER;
@@ -456,8 +457,22 @@ void node_destroy(node_t* node)
 
 void node_power_on(node_t* node)
 {
+    node_supply(node, true);
     reset(node, 0U, UINT16_MAX, NODE_BOOT_NS + ((uint64_t)node->id * BOOT_STEP_NS));
     node->application.reset(node->application.context, bus_now_ns(node->bus));
+}
+
+void node_power_off(node_t* node)
+{
+    node_supply(node, false);
+    reset(node, 0U, UINT16_MAX, 0U);
+    node->boot_ns = BUS_NEVER;
+    node->application.reset(node->application.context, bus_now_ns(node->bus));
+}
+
+bool node_is_powered(const node_t* node)
+{
+    return node->is_powered;
 }
 
 void node_unplug(node_t* node)
@@ -468,7 +483,9 @@ void node_unplug(node_t* node)
 void node_plug(node_t* node)
 {
     node_connect(node, true);
-    node_power_on(node);
+    if (node->is_powered) {
+        node_power_on(node);
+    }
 }
 
 bool node_is_plugged(const node_t* node)

@@ -74,9 +74,12 @@ MUST_USE status_t node_add_channel(node_t* node, bus_t* bus);
 
 /// Power comes at the bus's present time: objects to their initial values, boot-up after NODE_BOOT_NS.
 void node_power_on(node_t* node);
+/// Power goes: silent and deaf at once, the device as after a reset, until node_power_on. Plugs move as ever.
+void node_power_off(node_t* node);
+bool node_is_powered(const node_t* node);
 /// Cut the node off its bus, both channels; it keeps its power, and its deadlines run out.
 void node_unplug(node_t* node);
-/// Connect it again, after a power cycle.
+/// Connect it again, after a power cycle; without power it stays dead.
 void node_plug(node_t* node);
 bool node_is_plugged(const node_t* node);
 /// Cut one channel only, or mend it.

@@ -32,7 +32,7 @@ static uint64_t heartbeat_time_ns(const node_t* node)
 /// A node is electrically there on one channel at most: the active one.
 static void connect_active(node_t* node)
 {
-    const bool wanted = node->is_plugged && !node->channel[node->active].is_cut;
+    const bool wanted = node->is_plugged && node->is_powered && !node->channel[node->active].is_cut;
     if (wanted && !bus_is_plugged(node->bus, node->bus_index)) {
         bus_plug(node->bus, node->bus_index);
     } else if (!wanted && bus_is_plugged(node->bus, node->bus_index)) {
@@ -124,6 +124,12 @@ status_t node_connect_redundant(node_t* node, bus_t* bus, const bus_callbacks_t*
 void node_connect(node_t* node, bool is_plugged)
 {
     node->is_plugged = is_plugged;
+    connect_active(node);
+}
+
+void node_supply(node_t* node, bool is_powered)
+{
+    node->is_powered = is_powered;
     connect_active(node);
 }
 

@@ -29,6 +29,7 @@ struct node {
     uint64_t toggle_ns; ///< Next change of channel; BUS_NEVER: the master is heard, or the node rests.
     uint8_t id;
     bool is_plugged;
+    bool is_powered;
     node_application_t application;
     dictionary_t dictionary;
     emergencies_t emergencies;
@@ -67,6 +68,8 @@ void node_find_channels(node_t* node);
 status_t node_connect_redundant(node_t* node, bus_t* bus, const bus_callbacks_t* callbacks);
 /// The connector of both channels goes in or out.
 void node_connect(node_t* node, bool is_plugged);
+/// Power comes to both channels or goes.
+void node_supply(node_t* node, bool is_powered);
 /// To the channel of Bdefault, and begin to look for the master.
 void node_select_default_channel(node_t* node, uint64_t now_ns);
 void node_master_heard(node_t* node);

@@ -268,6 +268,14 @@ void configuration_builder_quantity(source_t* const source)
     }
 }
 
+void configuration_builder_supply(source_t* const source)
+{
+    const descriptor_supply_t* const supply = source->item;
+    if (supply->on == supply->off) {
+        source_wrong(source, "off", "another line than on");
+    }
+}
+
 // ---- End of the document ----
 
 /// Bits of the configurations that a function names.

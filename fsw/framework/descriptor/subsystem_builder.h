@@ -91,6 +91,7 @@ void configuration_builder_requires(source_t* source);
 void configuration_builder_port_end(source_t* source);
 void configuration_builder_setting(source_t* source);
 void configuration_builder_quantity(source_t* source);
+void configuration_builder_supply(source_t* source);
 // End nodes: endnode_builder.c
 void endnode_builder_start(source_t* source);
 

@@ -41,6 +41,7 @@
 #define DESCRIPTOR_DEVICES_MAX 32U
 #define DESCRIPTOR_SETTINGS_MAX 128U
 #define DESCRIPTOR_QUANTITIES_MAX 64U
+#define DESCRIPTOR_SUPPLIES_MAX 32U
 #define DESCRIPTOR_ENDNODES_MAX 32U
 #define DESCRIPTOR_STATES 10U
 #define DESCRIPTOR_STATE_WORDS 192U ///< Characters of the names of all states with a space behind each.
@@ -214,6 +215,13 @@ typedef struct { // A quantity of a device in engineering units: an object times
     uint32_t line;
 } descriptor_quantity_t;
 
+typedef struct {  // What switches the supply of a device: two output lines of a power unit on its bus.
+    uint8_t unit; ///< Node id of the power unit.
+    uint8_t on;   ///< Line that switches on.
+    uint8_t off;  ///< Line that switches off, another.
+    uint32_t line;
+} descriptor_supply_t;
+
 typedef enum {
     DESCRIPTOR_ENDNODE_CAN,
     DESCRIPTOR_ENDNODE_SHM,
@@ -243,6 +251,8 @@ typedef struct {
     uint16_t setting_count;
     uint16_t first_quantity;
     uint16_t quantity_count;
+    uint16_t first_supply;
+    uint16_t supply_count;
     uint16_t first_endnode;
     uint16_t endnode_count;
     uint32_t line;
@@ -306,6 +316,8 @@ typedef struct {
     uint16_t setting_count;
     descriptor_quantity_t quantities[DESCRIPTOR_QUANTITIES_MAX];
     uint16_t quantity_count;
+    descriptor_supply_t supplies[DESCRIPTOR_SUPPLIES_MAX];
+    uint16_t supply_count;
     descriptor_endnode_t endnodes[DESCRIPTOR_ENDNODES_MAX];
     uint16_t endnode_count;
 

@@ -38,7 +38,8 @@ enum { // Kinds of elements.
     KIND_ENDNODE,
     KIND_SERVICES,
     KIND_SERVICE,
-    KIND_QUANTITY
+    KIND_QUANTITY,
+    KIND_SUPPLY
 };
 
 // ---- Lists ----
@@ -122,6 +123,11 @@ static const source_list_t quantities = {
     LIST(quantities, quantity_count, DESCRIPTOR_QUANTITIES_MAX, descriptor_quantity_t),
     .line = offsetof(descriptor_quantity_t, line),
     RANGE(descriptor_device_t, first_quantity, quantity_count)};
+static const source_list_t supplies = {
+    .what = "<Supply>",
+    LIST(supplies, supply_count, DESCRIPTOR_SUPPLIES_MAX, descriptor_supply_t),
+    .line = offsetof(descriptor_supply_t, line),
+    RANGE(descriptor_device_t, first_supply, supply_count)};
 static const source_list_t endnodes = {
     .what = "<Endnode>",
     LIST(endnodes, endnode_count, DESCRIPTOR_ENDNODES_MAX, descriptor_endnode_t),
@@ -365,6 +371,23 @@ static const source_attribute_t quantity_attributes[] = {
     {.name = "unit", .form = SOURCE_TEXT, .high = 16U, SOURCE_TO(descriptor_quantity_t, unit)},
     {.name = "settable", .form = SOURCE_FLAG, SOURCE_TO(descriptor_quantity_t, is_settable)},
 };
+static const source_attribute_t supply_attributes[] = {
+    {.name = "unit",
+     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
+     .low  = 1U,
+     .high = 127U,
+     SOURCE_TO(descriptor_supply_t, unit)},
+    {.name = "on",
+     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
+     .low  = 1U,
+     .high = 255U,
+     SOURCE_TO(descriptor_supply_t, on)},
+    {.name = "off",
+     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
+     .low  = 1U,
+     .high = 255U,
+     SOURCE_TO(descriptor_supply_t, off)},
+};
 // The order of `type` and of the others is known to endnode_builder.c.
 static const source_attribute_t endnode_attributes[] = {
     {.name  = "type",
@@ -473,6 +496,8 @@ static const source_row_t rows[] = {
      configuration_builder_setting, NULL},
     {KIND_DEVICE, KIND_QUANTITY, SOURCE_ANY, WITH("Quantity", quantity_attributes), &quantities,
      configuration_builder_quantity, NULL},
+    {KIND_DEVICE, KIND_SUPPLY, SOURCE_ANY, WITH("Supply", supply_attributes), &supplies,
+     configuration_builder_supply, NULL},
     {KIND_DEVICE, KIND_ENDNODE, SOURCE_ANY, WITH("Endnode", endnode_attributes), &endnodes,
      endnode_builder_start, NULL},
 };

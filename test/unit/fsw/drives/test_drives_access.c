@@ -141,8 +141,6 @@ static void what_cannot_be_reached_is_refused(void)
         {command(PUS_DEVICE_COMMAND, NODE, protocol, "abc"), STATUS_OUT_OF_RANGE},
         {command(PUS_DEVICE_COMMAND, NODE, none, ""), STATUS_OUT_OF_RANGE},
         {command(PUS_DEVICE_ACQUIRE, NODE, large, NULL), STATUS_OUT_OF_RANGE},
-        {command(PUS_DEVICE_SWITCH, NODE, NULL, NULL), STATUS_NOT_FOUND},
-        {command(PUS_DEVICE_PULSE, NODE, NULL, NULL), STATUS_NOT_FOUND},
         {command(PUS_DEVICE_LOGICAL_COMMAND, NODE, NULL, "x"), STATUS_NOT_FOUND},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {

@@ -423,6 +423,29 @@ static void test_switching_from_csp_to_cst_pdos(void)
     TEST_ASSERT_EQUAL_UINT64(1000U, node_object(node, 0x6071U, 0U)->value);
 }
 
+static void test_a_node_without_power_is_dead_and_boots_with_it(void)
+{
+    start();
+    send_rpdo(1U);
+    master_wait(&master, 200U * MASTER_US);
+    node_power_off(node);
+    forget();
+    master_wait(&master, 100U * MASTER_MS);
+    TEST_ASSERT_EQUAL_UINT(0U, master.count);
+    TEST_ASSERT_EQUAL_STRING("", story); // Nothing lives that could run out.
+    node_unplug(node);
+    node_plug(node);
+    master_wait(&master, 5U * MASTER_MS);
+    TEST_ASSERT_EQUAL_UINT(0U, master.count); // A plug is no supply.
+    TEST_ASSERT_FALSE(node_is_powered(node));
+    node_power_on(node);
+    master_wait(&master, 5U * MASTER_MS);
+    TEST_ASSERT_TRUE(node_is_powered(node));
+    TEST_ASSERT_EQUAL_HEX8(0U, master_last(&master, 0x711U)->data[0]);
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(node));
+    TEST_ASSERT_EQUAL_HEX64(0U, node_object(node, 0x6040U, 0U)->value);
+}
+
 static void test_an_unplugged_node_is_mute_and_boots_when_plugged(void)
 {
     start();
@@ -507,6 +530,7 @@ int main(void)
     RUN_TEST(test_sync_start_value_holds_a_pdo_back);
     RUN_TEST(test_remapping_follows_the_order_of_the_standard);
     RUN_TEST(test_switching_from_csp_to_cst_pdos);
+    RUN_TEST(test_a_node_without_power_is_dead_and_boots_with_it);
     RUN_TEST(test_an_unplugged_node_is_mute_and_boots_when_plugged);
     RUN_TEST(test_emergencies_fill_register_and_history);
     RUN_TEST(test_answers_take_200_us_and_reads_are_fresh);

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+/// On/off devices and command pulses of ST[02]: the supplies of drives, by the power units that the
+/// descriptor's `<Supply>` lines name.
+///
+/// A CPDU is a power unit, by its node id; its output lines are those of the descriptor. An on/off device
+/// address is unit << 8 | line, and means a pulse of DRIVES_SUPPLY_EXPONENT on it. A pulse is one frame of
+/// process data to the unit, 0x200 + its node id: line (u16, lowest octet first), exponent (u8). The unit
+/// makes the pulse and says nothing: what came of it is seen at the drive. Where the bus is closed, it is
+/// borrowed for the frame, so that a drive can be switched on before it is to be commissioned.
+#ifndef FSW_DRIVES_DRIVES_SUPPLY_H
+#define FSW_DRIVES_DRIVES_SUPPLY_H
+
+#include "fsw/drives/drives.h"
+#include "pus/st02_device_access.h"
+
+#define DRIVES_SUPPLY_EXPONENT 2U
+#define DRIVES_SUPPLY_LEAVE_NS 10000000ULL ///< For a frame to leave.
+
+/// True if the instruction is a switch or a pulse.
+bool drives_supply_is(const pus_device_action_t* action);
+/// Judge one of these. STATUS_OK, STATUS_NOT_FOUND (on/off address, or CPDU), STATUS_OUT_OF_RANGE (output
+/// line).
+status_t drives_supply_check(const drives_t* drives, const pus_device_action_t* action);
+/// Send the pulse of one that was judged. STATUS_OK, STATUS_FULL, STATUS_CLOSED; statuses of drives_borrow.
+status_t drives_supply_send(drives_t* drives, const pus_device_action_t* action);
+/// STATUS_BUSY until the frames sent have had time to leave, then STATUS_OK: the bus is given back.
+status_t drives_supply_poll(drives_t* drives);
+
+#endif // FSW_DRIVES_DRIVES_SUPPLY_H

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/devices/power_unit.h"
+
+#define PROCESS_DATA_ID 0x200U
+#define PULSE_OCTETS 3U
+#define EXPONENT_MAX 7U
+
+void power_unit_init(power_unit_t* unit, uint8_t id)
+{
+    *unit = (power_unit_t){.id = id};
+    for (unsigned i = 0U; i < (2U * POWER_UNIT_RELAYS_MAX); i++) {
+        unit->move_ns[i] = BUS_NEVER;
+    }
+}
+
+void power_unit_add(power_unit_t* unit, node_t* node)
+{
+    if (unit->count < POWER_UNIT_RELAYS_MAX) {
+        unit->node[unit->count] = node;
+        unit->count++;
+    }
+}
+
+void power_unit_hear(power_unit_t* unit, const osal_can_frame_t* frame)
+{
+    if ((frame->id != (PROCESS_DATA_ID + unit->id)) || (frame->length != PULSE_OCTETS) ||
+        (frame->data[2] > EXPONENT_MAX)) {
+        return;
+    }
+    const unsigned line      = (unsigned)frame->data[0] | ((unsigned)frame->data[1] << 8U);
+    const uint64_t length_ns = (uint64_t)POWER_UNIT_PULSE_NS << frame->data[2];
+    if ((line >= 1U) && (line <= (2U * unit->count)) && (length_ns >= POWER_UNIT_LATCH_NS)) {
+        unit->move_ns[line - 1U] = frame->time_ns + POWER_UNIT_LATCH_NS;
+    }
+}
+
+void power_unit_step(power_unit_t* unit, uint64_t now_ns)
+{
+    for (unsigned i = 0U; i < (2U * unit->count); i++) {
+        if (unit->move_ns[i] > now_ns) {
+            continue;
+        }
+        node_t* node      = unit->node[i / 2U];
+        const bool closes = (i % 2U) == 0U;
+        unit->move_ns[i]  = BUS_NEVER;
+        if (closes == node_is_powered(node)) {
+            continue; // As it is already.
+        }
+        if (closes) {
+            node_power_on(node);
+        } else {
+            node_power_off(node);
+        }
+    }
+}

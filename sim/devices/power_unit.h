@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A power unit: latching relays that switch the supply of nodes, each with a coil to close and one to open
+/// it.
+///
+/// It listens to the process data at 0x200 + its node id and sends nothing, no acknowledge either. Such a
+/// frame is a pulse on an output line: line (u16, lowest octet first), exponent (u8, 0..7); it lasts
+/// POWER_UNIT_PULSE_NS x 2^exponent. Line 2k - 1 closes the relay of the k-th node, line 2k opens it. A relay
+/// moves when its coil has had current for POWER_UNIT_LATCH_NS, so that a shorter pulse does nothing. What is
+/// no such pulse is ignored.
+///
+/// Ownership  The caller places it; nodes outlive it. Context: one task. Time: that of the frames.
+#ifndef SIM_DEVICES_POWER_UNIT_H
+#define SIM_DEVICES_POWER_UNIT_H
+
+#include "osal/include/osal/can.h"
+#include "sim/devices/node.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define POWER_UNIT_RELAYS_MAX 4U
+#define POWER_UNIT_PULSE_NS 10000000U ///< Of exponent 0.
+#define POWER_UNIT_LATCH_NS 20000000U
+
+typedef struct { // Private.
+    uint8_t id;
+    unsigned count;
+    node_t* node[POWER_UNIT_RELAYS_MAX];
+    uint64_t move_ns[2U * POWER_UNIT_RELAYS_MAX]; // Of each line; BUS_NEVER: no pulse.
+} power_unit_t;
+
+/// All relays closed.
+void power_unit_init(power_unit_t* unit, uint8_t id);
+/// The next relay supplies this node; at most POWER_UNIT_RELAYS_MAX.
+void power_unit_add(power_unit_t* unit, node_t* node);
+/// What is on a bus of the unit.
+void power_unit_hear(power_unit_t* unit, const osal_can_frame_t* frame);
+/// Move the relays that are due at `now_ns`, the present of the nodes' buses.
+void power_unit_step(power_unit_t* unit, uint64_t now_ns);
+
+#endif // SIM_DEVICES_POWER_UNIT_H
