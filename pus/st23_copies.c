@@ -392,14 +392,6 @@ static void fail_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
     end_copy(files, copy, failure, files->config.process, now_ns);
 }
 
-static void commit(const pus_files_t* const files)
-{
-    const pus_persistence_t* const port = files->config.persistence;
-    if (port != NULL) {
-        (void)port->commit(port->context); // What is not forgotten harms nobody.
-    }
-}
-
 static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, const uint64_t now_ns)
 {
     status_t status = copy->is_begun ? STATUS_OK : begin_copy(files, copy);
@@ -415,12 +407,12 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
     }
     if (status != STATUS_OK) {
         fail_copy(files, copy, status, now_ns);
-        commit(files);
+        (void)st23_commit(files); // What is not forgotten harms nobody.
     } else if (is_whole) {
         files->counters.copied++;
         copy->is_begun = false; // It is the target now.
         end_copy(files, copy, pus_failure(PUS_FAILURE_NONE, 0U), files->config.process, now_ns);
-        commit(files);
+        (void)st23_commit(files); // What is not forgotten harms nobody.
     } else {
         // More is to come.
     }
@@ -429,7 +421,7 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
 static void remove_left(pus_files_t* const files, pus_file_copy_t* const copy)
 {
     forget(files, copy, true);
-    commit(files);
+    (void)st23_commit(files); // What is not forgotten harms nobody.
     files->counters.removed++;
 }
 

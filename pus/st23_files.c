@@ -66,6 +66,12 @@ status_t st23_forget(const pus_files_t* const files, const uint32_t key)
     return (port != NULL) ? port->erase(port->context, PUS_SERVICE_FILES, key) : STATUS_OK;
 }
 
+status_t st23_commit(const pus_files_t* const files)
+{
+    const pus_persistence_t* const port = files->config.persistence;
+    return (port != NULL) ? port->commit(port->context) : STATUS_OK;
+}
+
 bool st23_read_place(pus_request_t* const request, st23_place_t* const out_place)
 {
     octet_reader_t* const reader = &request->reader;
@@ -127,9 +133,32 @@ static status_t take_lock(const pus_files_t* const files, pus_file_lock_t* const
 {
     const status_t status =
         st23_keep(files, key_of(files, lock), (const uint8_t*)path->text, strlen(path->text));
-    lock->is_used = (status == STATUS_OK);
-    lock->path    = *path;
+    lock->is_used     = (status == STATUS_OK);
+    lock->is_restored = false;
+    lock->path        = *path;
     return status;
+}
+
+/// Give a lock back. STATUS_OK; STATUS_IO: it is still taken.
+static status_t give_lock(const pus_files_t* const files, pus_file_lock_t* const lock)
+{
+    lock->is_used = st23_forget(files, key_of(files, lock)) != STATUS_OK;
+    return lock->is_used ? STATUS_IO : STATUS_OK;
+}
+
+/// In the first step: a lock that was to be that of a new file, which a power cut has prevented, goes.
+static void drop_idle_locks(const pus_files_t* const files)
+{
+    for (size_t i = 0U; i < files->config.lock_count; i++) {
+        pus_file_lock_t* const lock = &files->config.locks[i];
+        pus_file_about_t about;
+        const bool is_unsure = lock->is_used && lock->is_restored;
+        lock->is_restored    = false;
+        if (is_unsure && (st23_look(files, &lock->path, false, &about) == STATUS_NOT_FOUND)) {
+            (void)give_lock(files, lock);
+            (void)st23_commit(files); // Else the next life drops it.
+        }
+    }
 }
 
 static pus_reply_t refuse_locks_full(pus_files_t* const files)
@@ -173,24 +202,29 @@ static pus_reply_t unlock_file(void* const self, pus_request_t* const request)
         status = st23_look(files, &place.path, false, &about);
         status = (status == STATUS_OK) ? STATUS_FORBIDDEN : status;
     } else {
-        lock->is_used = st23_forget(files, key_of(files, lock)) != STATUS_OK;
-        status        = lock->is_used ? STATUS_IO : STATUS_OK;
+        status = give_lock(files, lock);
     }
     return st23_reply_of(files, status, place.name_offset);
 }
 
 // --- files -------------------------------------------------------------------------------------------------
 
-/// Make a file, locked if there is a lock for it. STATUS_OK, or what the store or the records say.
-static status_t make_file(pus_files_t* const files, const pus_file_path_t* const path, const uint32_t room,
-                          pus_file_lock_t* const lock)
+/// Make a file under a free lock, which lasts first: a power cut leaves both, none, or a lock without a file.
+/// STATUS_OK, or what the store or the records say.
+static status_t make_locked_file(const pus_files_t* const files, const pus_file_path_t* const path,
+                                 const uint32_t room, pus_file_lock_t* const lock)
 {
     const pus_file_store_t* const store = &files->config.store;
-    status_t status                     = store->make_file(store->context, path->text, room);
-    if ((status == STATUS_OK) && (lock != NULL)) {
-        status = take_lock(files, lock, path);
+    pus_file_about_t about;
+    if (store->describe(store->context, path->text, &about) == STATUS_OK) {
+        return STATUS_EXISTS; // It shall not be locked even for a moment.
+    }
+    status_t status = take_lock(files, lock, path);
+    if (status == STATUS_OK) {
+        status = st23_commit(files);
+        status = (status == STATUS_OK) ? store->make_file(store->context, path->text, room) : status;
         if (status != STATUS_OK) {
-            (void)store->remove_file(store->context, path->text);
+            (void)give_lock(files, lock);
         }
     }
     return status;
@@ -220,7 +254,10 @@ static pus_reply_t create_file(void* const self, pus_request_t* const request)
     if ((flag == 1U) && (lock == NULL)) {
         return refuse_locks_full(files);
     }
-    return st23_reply_of(files, make_file(files, &place.path, room, lock), place.name_offset);
+    const pus_file_store_t* const store = &files->config.store;
+    const status_t status               = (lock != NULL) ? make_locked_file(files, &place.path, room, lock)
+                                                         : store->make_file(store->context, place.path.text, room);
+    return st23_reply_of(files, status, place.name_offset);
 }
 
 static pus_reply_t delete_file(void* const self, pus_request_t* const request)
@@ -352,7 +389,8 @@ status_t pus_files_restore(pus_files_t* const files, const uint32_t key, const u
         return STATUS_INVALID;
     }
     if (is_lock) {
-        files->config.locks[key] = (pus_file_lock_t){.is_used = true, .path = path};
+        files->config.locks[key] = (pus_file_lock_t){.is_used = true, .is_restored = true, .path = path};
+        files->is_restored       = true;
     } else {
         pus_file_copy_t* const copy = &files->config.copies[key - ST23_KEY_COPY];
         *copy                       = (pus_file_copy_t){.status = PUS_FILE_COPY_LEFT, .part = path};
@@ -363,6 +401,10 @@ status_t pus_files_restore(pus_files_t* const files, const uint32_t key, const u
 void pus_files_step(pus_files_t* const files, const uint64_t now_ns, const uint32_t cycle)
 {
     FSW_ASSERT(files != NULL);
+    if (files->is_restored) {
+        files->is_restored = false;
+        drop_idle_locks(files);
+    }
     st23_step_copies(files, now_ns, cycle);
     st23_step_searches(files, now_ns);
 }

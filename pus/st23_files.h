@@ -31,7 +31,9 @@
 /// order. Its answers, and those to TC 12, are as many reports as it takes, each whole in itself.
 ///
 /// Lasting records: locks, the interval of the status report, and copies under way, of which a power cut
-/// leaves nothing: their requests end unanswered, and the first step removes what they had written.
+/// leaves nothing: their requests end unanswered, and the first step removes what they had written. The lock
+/// of a file that is created locked lasts before the file is made, which is never there without it; the first
+/// step drops locks whose files were not made.
 ///
 /// Ownership  The caller places the lists of the configuration, which outlive the service.
 /// Context    One loop. Time: a request O(locks + copies) and some calls of the store; a step one reading
@@ -46,6 +48,7 @@
 
 typedef struct { // Private.
     bool is_used;
+    bool is_restored; // Its file may never have been made.
     pus_file_path_t path;
 } pus_file_lock_t;
 
@@ -104,6 +107,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint32_t interval; // Of the status report [cycles]; 0: none.
     uint32_t reported_cycle;
     bool is_interval_new;
+    bool is_restored; // Locks were.
     uint8_t slice[PUS_FILE_SLICE];
     struct {
         uint32_t refused; ///< Requests and instructions refused.

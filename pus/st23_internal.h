@@ -34,6 +34,8 @@ bool st23_read_place(pus_request_t* request, st23_place_t* out_place);
 status_t st23_look(const pus_files_t* files, const pus_file_path_t* path, bool is_directory,
                    pus_file_about_t* out_about);
 
+/// Make lasting what was kept and forgotten. STATUS_OK, STATUS_IO.
+status_t st23_commit(const pus_files_t* files);
 /// True if a file is locked, or one within a directory.
 bool st23_is_locked(const pus_files_t* files, const pus_file_path_t* path);
 /// True if a copy reads from, or writes to, a file or one within a directory.

@@ -22,6 +22,10 @@ USER = 2
 ENDLESS_S = 1_000_000  # Of simulated time; the tests end the flight.
 
 
+class LinkClosed(AssertionError):
+    """The spacecraft has hung up, or is no more."""
+
+
 class Outcome:
     """What became of a request: the failures by stage and code, and the reports addressed to us."""
 
@@ -77,14 +81,17 @@ class Station:
     def pump(self, seconds=0.01):
         """Take in what comes within so long; true if anything did."""
         self.stream.settimeout(seconds)
-        if self.session.outbox:
-            self.stream.sendall(self.session.outbox)
-            self.session.outbox.clear()
         try:
+            if self.session.outbox:
+                self.stream.sendall(self.session.outbox)
+                self.session.outbox.clear()
             octets = self.stream.recv(1 << 16)
         except TimeoutError:
             return False
-        assert octets, f"the spacecraft closed the link\n{self.flight.told()}"
+        except ConnectionError:
+            octets = b""
+        if not octets:
+            raise LinkClosed(f"the spacecraft closed the link\n{self.flight.told()}")
         self.session.feed(octets)
         return True
 

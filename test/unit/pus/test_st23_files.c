@@ -179,6 +179,42 @@ static void a_lock_that_cannot_be_kept_is_not_taken(void)
     filing_refused(PUS_FAILURE_STATE, 3U);
 }
 
+static void a_lock_without_its_file_goes_with_a_power_cut(void)
+{
+    filing_create("a", "x", 0U, 1U);
+    filing_done();
+    disk_remove("a/x"); // As if the power had gone between the lock and the file.
+    filing_power_cut();
+    filing_step();
+    filing_create("a", "x", 0U, 0U);
+    filing_done();
+    filing_request(2U, "a", "x");
+    filing_done();
+    filing_create("a", "x", 0U, 1U);
+    filing_power_cut();
+    filing_step();
+    filing_request(2U, "a", "x");
+    filing_refused(PUS_FAILURE_STATE, 3U);
+}
+
+static void a_file_is_locked_before_it_is_made(void)
+{
+    filing_create("a", "one", 0U, 1U);
+    filing_refused(PUS_FAILURE_EXISTS, 3U);
+    filing_create("no", "x", 0U, 1U);
+    filing_refused(PUS_FAILURE_UNKNOWN_ID, 4U);
+    records.commit_status = STATUS_IO;
+    filing_create("a", "x", 0U, 1U);
+    filing_failed(PUS_FAILURE_IO, STATUS_IO);
+    TEST_ASSERT_NULL(disk_find("a/x"));
+    records.commit_status = STATUS_OK;
+    filing_request(2U, "a", "one"); // Nothing of these has stayed locked.
+    filing_done();
+    filing_create("a", "x", 0U, 0U);
+    filing_request(2U, "a", "x");
+    filing_done();
+}
+
 static void bad_records_are_refused(void)
 {
     static const uint8_t path[PUS_FILE_PATH_SIZE] = {'a', 0, 'b'};
@@ -272,6 +308,8 @@ int main(void)
     RUN_TEST(locks_are_counted);
     RUN_TEST(locks_outlast_a_power_cut);
     RUN_TEST(a_lock_that_cannot_be_kept_is_not_taken);
+    RUN_TEST(a_lock_without_its_file_goes_with_a_power_cut);
+    RUN_TEST(a_file_is_locked_before_it_is_made);
     RUN_TEST(bad_records_are_refused);
     RUN_TEST(directories_are_created_renamed_and_deleted);
     RUN_TEST(every_request_has_a_strict_shape);
