@@ -327,6 +327,8 @@ vm: build/setup/vm
 
 build/setup/peers: gse/setup/peers.sh gse/setup/peers.txt $(shell find test/bench/peers -type f)
 	@sh gse/setup/peers.sh
+build/setup/peer-spacepackets: gse/setup/peers.sh $(shell find test/bench/peers/spacepackets -type f)
+	@sh gse/setup/peers.sh spacepackets
 bench: build/setup/test build/setup/peers
 	$(PARALLEL) programs benches
 	@$(VENV) test/bench/run_bench.py --only '$(ONLY)' --out build/bench.json $(if $(CHECK),--check)
@@ -394,7 +396,7 @@ check-misra-all: build/setup/check $(GENERATED)
 check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 osal pus fsw sim gse && echo 'check: no function is too complex'
 .PHONY: check-flights
-check-flights: build/setup/vm build/setup/full all foreign # The long ones: many deaths at random moments, Yamcs.
+check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all foreign # The long ones: many deaths at random moments and power cuts, peers.
 	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile test/mission test/hil test/conformance && echo 'check: every flight ends as it should'
 check-layers:
 	@$(PYTHON) test/lint/check_layers.py

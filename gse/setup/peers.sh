@@ -1,8 +1,30 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Install the peers that `make bench` measures beside our own, as far as this machine lets it: what cannot be had is
-# told here, and skipped there. Never asks, never fails.
+# told here, and skipped there. `peers.sh spacepackets` builds that one of the Rust registry only, which the conformance
+# tests need too. Never asks, never fails.
 set -u
+
+# The versions are exact; the lock files stay in build/.
+build_from_registry() {
+    peer=$1
+    mkdir -p build/peers build/setup
+    rm -rf "build/peers/$peer/src"
+    cp -R "test/bench/peers/$peer" build/peers/
+    if command -v cargo >/dev/null; then
+        echo "setup: building the peer $peer (once, up to some minutes)"
+        cargo build --release --quiet --manifest-path "build/peers/$peer/Cargo.toml" ||
+            echo "setup: $peer cannot be built; what needs it is skipped"
+    else
+        echo "setup: there is no cargo; $peer is skipped"
+    fi
+    touch "build/setup/peer-$peer"
+}
+
+if [ $# -gt 0 ]; then
+    build_from_registry "$1"
+    exit 0
+fi
 
 list=gse/setup/peers.txt
 missing=$(awk '$1 !~ /^#/ && NF { print $1 }' "$list" | while read -r name; do
@@ -20,17 +42,7 @@ if [ -n "$missing" ]; then
     done
 fi
 
-# Some come from the Rust registry. The versions are exact; the lock files stay in build/.
-mkdir -p build/peers build/setup
 for peer in iceoryx2 spacepackets; do
-    rm -rf "build/peers/$peer/src"
-    cp -R "test/bench/peers/$peer" build/peers/
-    if command -v cargo >/dev/null; then
-        echo "setup: building what compares with $peer (once, some minutes)"
-        cargo build --release --quiet --manifest-path "build/peers/$peer/Cargo.toml" ||
-            echo "setup: $peer cannot be built; what needs it is skipped"
-    else
-        echo "setup: there is no cargo; $peer is skipped"
-    fi
+    build_from_registry "$peer"
 done
 touch build/setup/peers

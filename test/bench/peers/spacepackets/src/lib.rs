@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Packets encoded into a buffer and decoded from it by spacepackets: what bench_codec.c does with ours. Each function
-//! returns the octets of the packet, 0 if it is not what it was.
+//! returns the octets of the packet, 0 if it is not what it was. The last two are for test/conformance, which reads the
+//! reports of a flight by them and makes requests for it.
 use arbitrary_int::{u11, u14};
 use spacepackets::ecss::tc::{AckFlags, PusTcCreator, PusTcReader, PusTcSecondaryHeader};
 use spacepackets::ecss::tm::{GenericPusTmSecondaryHeader, PusTmCreator, PusTmReader, PusTmSecondaryHeader};
-use spacepackets::ecss::{CreatorConfig, MessageTypeId, PusPacket};
+use spacepackets::ecss::{CreatorConfig, MessageTypeId, PusError, PusPacket};
 use spacepackets::time::cuc::{convert_fractional_part_to_ns, fractional_part_from_subsec_ns, CucTime, FractionalResolution};
 use spacepackets::time::TimeReader;
 use spacepackets::{CcsdsPacket, SpHeader};
@@ -21,8 +22,12 @@ fn time_of(time_ns: u64) -> CucTime {
 }
 
 fn write_tc(service: u8, subtype: u8, data: &[u8], packet: &mut [u8]) -> usize {
-    let header = PusTcSecondaryHeader::new(MessageTypeId::new(service, subtype), AckFlags::ALL, USER);
-    let sequence = SpHeader::new_for_unseg_tc(APID, u14::new(7), 0);
+    write_tc_to(APID, u14::new(7), USER, (service, subtype), data, packet)
+}
+
+fn write_tc_to(apid: u11, count: u14, user: u16, message: (u8, u8), data: &[u8], packet: &mut [u8]) -> usize {
+    let header = PusTcSecondaryHeader::new(MessageTypeId::new(message.0, message.1), AckFlags::ALL, user);
+    let sequence = SpHeader::new_for_unseg_tc(apid, count, 0);
     PusTcCreator::new(sequence, header, data, CreatorConfig::default()).write_to_slice(packet).unwrap()
 }
 
@@ -87,4 +92,60 @@ pub unsafe extern "C" fn spacepackets_schedule(
         Some((_, inner)) if inner.user_data().len() == size => length,
         _ => 0,
     }
+}
+
+/// What a report says of itself.
+#[repr(C)]
+pub struct Report {
+    apid: u16,
+    sequence: u16,
+    service: u8,
+    subtype: u8,
+    counter: u16,
+    user: u16,
+    time_status: u8,
+    seconds: u32,
+    fraction: u32,
+    data_offset: u32,
+    data_size: u32,
+}
+
+/// 1; 0 for no packet of PUS-C, -1 for a wrong checksum, -2 for a time that is no CUC.
+/// # Safety
+/// `packet` has `size` octets; `report` may be written.
+#[no_mangle]
+pub unsafe extern "C" fn spacepackets_read(packet: *const u8, size: usize, report: *mut Report) -> i32 {
+    let packet = std::slice::from_raw_parts(packet, size);
+    let tm = match PusTmReader::new(packet, TIME_OCTETS) {
+        Ok(tm) => tm,
+        Err(PusError::ChecksumFailure(_)) => return -1,
+        Err(_) => return 0,
+    };
+    let Ok(time) = CucTime::from_bytes(tm.timestamp()) else { return -2 };
+    *report = Report {
+        apid: tm.apid().value(),
+        sequence: tm.seq_count().value(),
+        service: tm.service_type_id(),
+        subtype: tm.message_subtype_id(),
+        counter: tm.msg_type_counter(),
+        user: tm.dest_id(),
+        time_status: tm.sc_time_ref_status().value(),
+        seconds: time.counter(),
+        fraction: time.fractions().counter(),
+        data_offset: (tm.source_data().as_ptr() as usize - packet.as_ptr() as usize) as u32,
+        data_size: tm.source_data().len() as u32,
+    };
+    1
+}
+
+/// A request that asks for all verification reports; its octets.
+/// # Safety
+/// `data` has `size` octets, `packet` room for `capacity`.
+#[no_mangle]
+pub unsafe extern "C" fn spacepackets_make(
+    apid: u16, count: u16, user: u16, service: u8, subtype: u8, data: *const u8, size: usize, packet: *mut u8, capacity: usize,
+) -> usize {
+    let data = std::slice::from_raw_parts(data, size);
+    let packet = std::slice::from_raw_parts_mut(packet, capacity);
+    write_tc_to(u11::new(apid), u14::new(count), user, (service, subtype), data, packet)
 }
