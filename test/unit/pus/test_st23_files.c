@@ -192,8 +192,11 @@ static void a_lock_without_its_file_goes_with_a_power_cut(void)
     filing_done();
     filing_create("a", "x", 0U, 1U);
     filing_power_cut();
+    filing_request(5U, "a", "one"); // A lock of this life, before the first step.
     filing_step();
     filing_request(2U, "a", "x");
+    filing_refused(PUS_FAILURE_STATE, 3U);
+    filing_request(2U, "a", "one");
     filing_refused(PUS_FAILURE_STATE, 3U);
 }
 
