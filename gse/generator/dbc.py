@@ -89,6 +89,10 @@ def database(mission, bus):
     nodes = list(_nodes(mission, bus.attributes["name"]))
     names = _names(nodes)
     messages = _common(nodes, names)
+    for unit in sorted({supply.unsigned("unit", 1, 127) for node in nodes for supply in node.element.all("Supply")}):
+        names[unit] = f"POWER_UNIT_{unit:02X}"
+        messages[0x200 + unit] = Message(0x200 + unit, f"{names[unit]}_PULSE", 3, MASTER, [names[unit]],
+                                         [Signal("Line", 0, 16), Signal("Exponent", 16, 8)])
     for node in nodes:
         for message in _of_node(node, names[node.number], "dataBitRate" in bus.attributes):
             known = messages.setdefault(message.identifier, message)
