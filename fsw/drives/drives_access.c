@@ -74,13 +74,11 @@ static status_t object_of(const drives_t* const drives, const pus_device_action_
         out_object->subindex = (uint8_t)(action->address & 0xFFU);
         out_object->length   = REGISTER_SIZE;
         out_object->is_read  = (action->kind == PUS_DEVICE_DUMP_REGISTER);
-    } else if ((action->kind == PUS_DEVICE_COMMAND) || (action->kind == PUS_DEVICE_ACQUIRE)) {
+    } else { // PUS_DEVICE_COMMAND or PUS_DEVICE_ACQUIRE; pulses are no objects.
         out_object->index    = octets_u16_at(action->protocol);
         out_object->subindex = action->protocol[2];
         out_object->length   = action->protocol[3];
         out_object->is_read  = (action->kind == PUS_DEVICE_ACQUIRE);
-    } else {
-        return STATUS_NOT_FOUND;
     }
     if ((node > UINT8_MAX) ||
         (network_find(&drives->network, (uint8_t)node, &out_object->device) != STATUS_OK)) {
