@@ -3,12 +3,15 @@
 
 import os
 import pathlib
+import re
 
 import coverage as table
 import pytest
 
 PAGE = pathlib.Path(__file__).resolve().parents[3] / "docs" / "pus-coverage.md"
-MODULES = {path.name for path in pathlib.Path(__file__).parent.glob("test_*.py")}
+LONG = re.compile(r"^pytestmark = .*\bmark\.long\b", re.MULTILINE)  # Whole files of the long run.
+FILES = pathlib.Path(__file__).parent.glob("test_*.py")
+MODULES = {path.name for path in FILES if not LONG.search(path.read_text(encoding="utf-8"))}
 
 
 def test_table_of_coverage_is_true(request, station, notes):
