@@ -52,7 +52,7 @@ static status_t parse(const char* const text)
 
 void setUp(void)
 {
-    static const subsystem_callbacks_t no_callback = {NULL};
+    static const subsystem_callbacks_t no_callback = {.emit = NULL};
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, parse(document), descriptor_error(&loader));
     memset(&result, 0, sizeof result);
     has_bus = true;
