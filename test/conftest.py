@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests marked `long` run only with LONG=1 in the environment (`make check-full`). Of several workers each has a processor of its
-own, and what it starts stays there: none slows another one down."""
+own, and what it starts stays there: none slows another one down. The tests of a file share flights and go to one worker."""
 
 import os
+
+import pytest
+
+ONE_FLIGHT = "test/conformance/pus/"  # All files of this folder share one, and go to one worker together.
 
 
 def pytest_configure(config):
@@ -20,3 +24,16 @@ def pytest_collection_modifyitems(config, items):
     if long:
         config.hook.pytest_deselected(items=long)
         items[:] = [item for item in items if not item.get_closest_marker("long")]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):
+        """By file, but for that folder."""
+
+        def _split_scope(self, nodeid):
+            return ONE_FLIGHT if nodeid.startswith(ONE_FLIGHT) else nodeid.split("::")[0]
+
+    return Scheduling(config, log)

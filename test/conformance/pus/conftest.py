@@ -32,9 +32,9 @@ def notes():
     NOTES.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def flight():
-    """A mission that flies until the tests are through."""
+    """A mission that flies, as fast as it can, until the tests of this folder are through."""
     place = ROOT / "build" / "test"
     place.mkdir(parents=True, exist_ok=True)
     folder = pathlib.Path(tempfile.mkdtemp(prefix="pus-", dir=place))
@@ -46,7 +46,7 @@ def flight():
     shutil.rmtree(folder, ignore_errors=True)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def station(flight, notes):
     """Its ground station."""
     ground = stations.Station(flight, notes)
