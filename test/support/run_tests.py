@@ -19,9 +19,9 @@ VARIANTS = ["build", "build/sanitize"]
 PROCESSOR_SECONDS_ALLOWED = 300
 SECONDS_ALLOWED = 1200
 FLIGHT_SECONDS_ALLOWED = 3600
-# Files that take more than half a minute.
-FLYING_ON = "test/conformance/pus/"  # Last: their flight writes its logs until its worker has the next file.
-LONGEST = ["test/hil/test_nodes.py", "test/fuzz/test_fuzz.py", "test/hil/test_deaths.py", "test/hil/test_buses.py"]
+# Files, and one folder that shares a flight, that take more than half a minute.
+LONGEST = ["test/hil/test_nodes.py", "test/fuzz/test_fuzz.py", "test/hil/test_deaths.py", "test/hil/test_buses.py",
+           "test/conformance/pus/"]
 UNITY = re.compile(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", re.MULTILINE)
 CMOCKA = re.compile(r"^\[ +(PASSED|FAILED|SKIPPED) +\] (\d+) test", re.MULTILINE)
 CLOSING = re.compile(r"^(\d+ Tests \d+ Failures.*|OK|FAIL|\[ +(PASSED|FAILED|SKIPPED) +\] \d+ test.*)$")
@@ -95,8 +95,7 @@ def run_programs(sources, variants, jobs):
 def in_order(files):
     """Those that take long first, so that the workers end together."""
     def place(name):
-        first = LONGEST.index(name) if name in LONGEST else len(LONGEST)
-        return first, name.startswith(FLYING_ON), name
+        return next((rank for rank, begin in enumerate(LONGEST) if name.startswith(begin)), len(LONGEST)), name
 
     return sorted(files, key=place)
 
