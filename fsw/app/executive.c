@@ -16,6 +16,7 @@
 
 typedef struct { // All storage that the program itself needs, beside its component's.
     seat_t seat;
+    const mission_scope_t* scope;
     mission_descriptor_t mission;
     subsystem_descriptor_t own;
     seat_reader_t reader;
@@ -57,10 +58,8 @@ static const char* take_seat(run_block_t* const run, const unsigned component,
                              osal_calendar_t* const calendar)
 {
     seat_reader_init(&storage.reader);
-    const uint16_t apid      = run->components[component].apid;
-    const bool is_supervisor = (apid == 1U); // The launcher has looked at all for the others.
-    if (descriptor_load_mission_for(&storage.reader.loader, run->mission_path, apid, is_supervisor,
-                                    &storage.mission, &storage.own) != STATUS_OK) {
+    if (descriptor_load_mission(&storage.reader.loader, run->mission_path, run->components[component].apid,
+                                storage.scope, &storage.mission, &storage.own) != STATUS_OK) {
         return descriptor_error(&storage.reader.loader);
     }
     const seat_surroundings_t surroundings = {
@@ -180,8 +179,9 @@ static status_t loop(const char* const executable, const program_t* const progra
 }
 
 int executive_main(const int argument_count, char* const arguments[], const char* const executable,
-                   const program_open_t open)
+                   const program_open_t open, const mission_scope_t* const scope)
 {
+    storage.scope             = scope;
     const bool is_well_called = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0);
     const bool is_foreign     = is_well_called && (strcmp(arguments[3], "--stand-in") == 0);
     if (!is_foreign && (!is_well_called || (strcmp(arguments[3], "--component") != 0))) {

@@ -78,8 +78,8 @@ static const char* attach(image_t* const self, const char* const run_name_text)
     }
     self->calendar = osal_calendar_attach(osal_shm_address(&self->calendar_shm));
     seat_reader_init(&self->reader);
-    if (descriptor_load_mission(&self->reader.loader, self->run->mission_path, &self->mission,
-                                &self->own[0]) != STATUS_OK) {
+    if (descriptor_load_mission(&self->reader.loader, self->run->mission_path, MISSION_ANY_TARGET,
+                                &mission_whole, &self->mission, &self->own[0]) != STATUS_OK) {
         return descriptor_error(&self->reader.loader);
     }
     return (self->calendar == NULL) ? "the run's calendar is gone" : NULL;

@@ -34,8 +34,8 @@ static bool load_mission(launcher_t* const launcher, char* const path, const siz
         return fail(launcher, "no such mission (run hirosco in the project's folder): ", path);
     }
     descriptor_loader_init(&launcher->loader);
-    if (descriptor_load_mission(&launcher->loader, path, &launcher->mission, &launcher->scratch) !=
-        STATUS_OK) {
+    if (descriptor_load_mission(&launcher->loader, path, MISSION_ANY_TARGET, &mission_whole,
+                                &launcher->mission, &launcher->scratch) != STATUS_OK) {
         return fail(launcher, descriptor_error(&launcher->loader), "");
     }
     return true;

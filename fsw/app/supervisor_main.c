@@ -3,5 +3,5 @@
 
 int main(int argument_count, char* arguments[])
 {
-    return executive_main(argument_count, arguments, "supervisor", supervisor_open);
+    return executive_main(argument_count, arguments, "supervisor", supervisor_open, &mission_whole);
 }

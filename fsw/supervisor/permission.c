@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether a request may pass: the mission's permission matrix, and the gates on the way up (DESIGN 6).
+#include "fsw/supervisor/permission_matrix.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "fsw/framework/base/assertion.h"

@@ -30,6 +30,7 @@ END_SECONDS = 10
 POLL_S = 0.02
 STALE_S = 60
 MEMORY_MIN_MB = 256
+PROCESSORS_MAX = 2  # As many as this process may use: two of the guest's on one here wait for each other most of the time.
 CANS_MAX = 8
 OUTPUT_MAX = 1 << 28
 CONSOLE_LINES = 40
@@ -108,7 +109,8 @@ def greeting(out):
 def arguments(folder, control, out, cans, memory, append, interactive):
     """QEMU's command line."""
     line = ["setpriv", "--pdeathsig", "KILL", "--", QEMU, "-M", "q35", "-accel", "tcg,thread=multi", "-cpu", "Nehalem,+rdrand",
-            "-smp", "2", "-m", str(memory), "-nodefaults", "-display", "none", "-no-reboot", "-nic", "none",
+            "-smp", str(min(PROCESSORS_MAX, len(os.sched_getaffinity(0)))), "-m", str(memory), "-nodefaults",
+            "-display", "none", "-no-reboot", "-nic", "none",
             "-serial", f"file:{control / 'console'}",
             "-kernel", str(folder / "vmlinux"), "-initrd", str(folder / "initramfs.cpio"),
             "-append", f"console=ttyS0 quiet panic=-1 mitigations=off cryptomgr.notests random.trust_cpu=on {append}".strip()]

@@ -3,8 +3,9 @@
 
 On x86-64: of each library of the framework and of the packet services by its objects; of the framework with the services
 that every subsystem has, linked together as a program holds them, where equal texts are there once and the rest of the
-libraries only as far as these reach it; and what each other service adds to that, with what it needs. For a Cortex-M: of
-all packet services by their objects. Baselines: what the whole of each may be.
+libraries only as far as these reach it; and what is there only where it is used adds to that, with what it needs: each other
+service, each way to a device but CAN, and reading the whole mission, as supervisor and launcher do. For a Cortex-M: of all
+packet services by their objects. Baselines: what the whole of each may be.
 
 RAM of a subsystem is what an image grows by with it, on x86-64, all of it static: its component with services and lasting
 records, its own code's storage, its inbox, its seat in the run, its descriptor. What a program has once whatever it holds
@@ -35,8 +36,13 @@ uint8_t queues[sizeof((const communication_t*)0)->queues];
 """
 SERVICE = re.compile(r"pus/st(\d+)_")
 EVERYWHERE = {1, 3, 5, 8, 17, 20, 129, 130, 131} # Services that every subsystem has.
-# Only what an optional service needs: its connection to a component, and what it keeps.
-OPTIONAL = re.compile(r"fsw/framework/(subsystem/\w+_service\.c|journal/)")
+# What is there only where it is used: a row's name, and its sources.
+OPTIONAL = {
+    **{f"endnode_{way}": re.compile(rf"fsw/framework/dataflow/flow_{way}\.c") for way in ("mqueue", "shm", "stream", "tcp", "udp")},
+    "whole_mission": re.compile(r"fsw/framework/descriptor/mission_(rules|whole)\.c"),
+}
+# Only with what needs them: connection of an optional service to a component, what is kept; framing and records of flows.
+NEEDED = re.compile(r"fsw/framework/(subsystem/\w+_service\.c|journal/|dataflow/(framing|record)\.c)")
 
 
 def compiled(source, compiler=HOST):
@@ -67,16 +73,29 @@ def service_of(source):
     return int(match[1]) if match else None
 
 
-def report_services(objects):
-    """The framework with the services that are everywhere, and what each other service adds."""
+def option_of(source):
+    """Name of what the source is there for where that is used; None: it is everywhere, or comes with what needs it."""
+    service = service_of(source)
+    if service is not None and service not in EVERYWHERE:
+        return f"st{service:02}"
+    return next((name for name, pattern in OPTIONAL.items() if pattern.match(str(source))), None)
+
+
+def is_everywhere(source):
+    if source.parts[0] == "fsw":
+        return not NEEDED.match(str(source)) and option_of(source) is None
+    return service_of(source) in EVERYWHERE
+
+
+def report_options(objects):
+    """The framework with the services that are everywhere, and what each option adds."""
     archive = OUT / "all.a"
     subprocess.run(["ar", "rcs", str(archive), *map(str, objects.values())], check=True)
-    framework = [target for source, target in objects.items() if source.parts[0] == "fsw" and not OPTIONAL.match(str(source))]
-    core = framework + [target for source, target in objects.items() if service_of(source) in EVERYWHERE]
+    core = [target for source, target in objects.items() if is_everywhere(source)]
     text = linked(core, archive)
-    for service in sorted({service_of(source) for source in objects} - EVERYWHERE - {None}):
-        more = [target for source, target in objects.items() if service_of(source) == service]
-        print(f"BENCH text_more_for_st{service:02} {linked(core + more, archive) - text} octets -")
+    for option in sorted({option_of(source) for source in objects} - {None}):
+        more = [target for source, target in objects.items() if option_of(source) == option]
+        print(f"BENCH text_more_for_{option} {linked(core + more, archive) - text} octets -")
     print(f"BENCH text_framework_and_pus {text} octets {ALLOWED}")
 
 
@@ -120,7 +139,7 @@ def main():
         of_folder = {source: compiled(source) for source in sorted(folder.glob("*.c"))}
         objects.update(of_folder)
         print(f"BENCH text_{folder.name} {sum(map(text_of, of_folder.values()))} octets -")
-    report_services(objects)
+    report_options(objects)
     report_ram()
     report_cortex_m(sorted(pathlib.Path("pus").glob("*.c")))
 

@@ -59,7 +59,8 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 {
     (void)fuzz_file(data, size);
     descriptor_loader_init(&loader);
-    const status_t status   = descriptor_load_mission(&loader, path, &mission, &scratch);
+    const status_t status =
+        descriptor_load_mission(&loader, path, MISSION_ANY_TARGET, &mission_whole, &mission, &scratch);
     const char* const error = descriptor_error(&loader);
     if (status != STATUS_OK) {
         FUZZ_CHECK((status != STATUS_BUSY) && (status < STATUS_COUNT) && (strchr(error, ':') != NULL));

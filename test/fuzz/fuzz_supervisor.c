@@ -112,7 +112,8 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
     (void)argc;
     (void)argv;
     descriptor_loader_init(&loader);
-    FUZZ_CHECK(descriptor_load_mission(&loader, MISSION, &mission, &descriptor) == STATUS_OK);
+    FUZZ_CHECK(descriptor_load_mission(&loader, MISSION, MISSION_ANY_TARGET, &mission_whole, &mission,
+                                       &descriptor) == STATUS_OK);
     FUZZ_CHECK(descriptor_load_subsystem(&loader, DESCRIPTOR, &descriptor) == STATUS_OK);
     (void)strcpy(log_folder, fuzz_place("supervisor"));
     fuzz_link(log_folder, "packets.ascii", "/dev/null");

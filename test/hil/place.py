@@ -3,6 +3,7 @@
 TIPC and lets this account use them; else in the micro-VM. `python3 test/hil/place.py` says which, and why."""
 
 import ast
+import contextlib
 import json
 import os
 import pathlib
@@ -85,11 +86,25 @@ class Place:
         `memory` [MB] is that of the micro-VM."""
         raise NotImplementedError
 
-    def group(self, name, command, seconds=SECONDS, cans=0, memory=microvm.MEMORY_MB):
-        """The cases that the command reports in $OUT/results.jsonl (see guest/cases.py); it runs once in a session."""
+    def group(self, name, command, seconds=SECONDS, cans=0, memory=microvm.MEMORY_MB, everywhere=False):
+        """The cases that the command reports in $OUT/results.jsonl (see guest/cases.py); it runs once in a session.
+
+        `everywhere`: on all processors of the machine, also where this process is held to one."""
         if name not in self.groups:
-            self.groups[name] = Group(name, self.run(command, seconds, cans, memory=memory))
+            with on_all_processors() if everywhere else contextlib.nullcontext():
+                self.groups[name] = Group(name, self.run(command, seconds, cans, memory=memory))
         return self.groups[name]
+
+
+@contextlib.contextmanager
+def on_all_processors():
+    """What this thread starts inside may run on any processor."""
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, range(os.cpu_count()))
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
 
 
 class MicroVm(Place):

@@ -18,7 +18,8 @@ HIL = {"vcan": ("rokviss", "hil"), "controllers": ("classic", "classic")}
 
 @pytest.fixture(scope="module")
 def group(place):
-    return place.group("socketcan", f"{places.PYTHON} {PROGRAM}", seconds=SECONDS, cans=2)
+    """Two processors: a frame that another one delivers comes late, and candump is served beside the flight."""
+    return place.group("socketcan", f"{places.PYTHON} {PROGRAM}", seconds=SECONDS, cans=2, everywhere=True)
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +69,7 @@ def test_whole_telepresence_is_that_of_shared_memory(place, tmp_path):
     """Contact, springs, pulled plugs and coming back: the logs, and what candump has recorded, which cantools and Wireshark know."""
     flight = fly_here(tmp_path / "telepresence", "rokviss", "telepresence")
     group = place.group("telepresence", f"{places.PYTHON} {TELEPRESENCE}", seconds=TELEPRESENCE_S,
-                        memory=TELEPRESENCE_MB)
+                        memory=TELEPRESENCE_MB, everywhere=True)
     group.check("telepresence_is_flown_over_vcan")
     for log in ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log"):
         assert (group.result.folder / "telepresence" / log).read_bytes() == (flight / log).read_bytes(), log

@@ -19,7 +19,6 @@ from place import ARITHMETIC, PYTHON
 
 HERE = range(180)
 THERE = range(17660, 17680)  # Each carrier meets a member's death and a pulled plug in operation.
-OFTEN = (17660, 17664, 17666, 17667, 17671, 17673)  # The others are long: an emulated machine needs minutes for them.
 AT_ONCE = min(2, len(os.sched_getaffinity(0)))
 THERE_S = 6000
 APIDS = {"joystick": 17, "manipulator": 16}
@@ -210,8 +209,7 @@ def test_death_on_shared_memory(ended, number):
 
 
 @pytest.mark.timeout(THERE_S + 300)
-@pytest.mark.parametrize("number", [pytest.param(number, marks=() if number in OFTEN else pytest.mark.long) for number in THERE],
-                         ids=lambda number: str(deaths.drawn(number, True)))
+@pytest.mark.parametrize("number", THERE, ids=lambda number: str(deaths.drawn(number, True)))
 def test_death_on_real_buses(request, place, undisturbed, number):
     numbers = asked(request, "test_death_on_real_buses")
     group = place.group("deaths", f"{PYTHON} {deaths.PROGRAM} {' '.join(map(str, numbers))}", seconds=THERE_S)

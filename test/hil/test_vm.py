@@ -258,9 +258,12 @@ def test_shell_on_a_terminal(tmp_path):
         terminal.expect(b"Ctrl-D or exit ends it")
         terminal.type(b"ip link add vcan0 type vcan && ip link set vcan0 up; echo made $((6 * 7))\n")
         terminal.expect(b"made 42")
-        terminal.type(b"echo slee''ps; sleep 1000\n")
+        terminal.type(b"PS1='rea''dy '\n")
+        terminal.expect(b"ready ")
+        terminal.type(b"sh -c 'echo slee\"\"ps; exec sleep 1000'\n")  # who says so has the terminal already
         terminal.expect(b"sleeps")
-        terminal.type(b"\x03")  # goes to the command, not to the emulator
+        terminal.type(b"\x03")  # goes to the command, not to the emulator; what is typed ahead goes with it
+        terminal.expect(b"ready ")
         terminal.type(b"echo aft''er $?; tty; echo kept >$OUT/kept\n")
         terminal.expect(b"after 130")
         terminal.expect(b"/dev/hvc0")

@@ -20,7 +20,7 @@ void fsw_assertion_failed(const char* file, int line) __attribute__((noreturn));
 /// One for each source file that asserts, so that a place costs its line number and nothing else.
 static __attribute__((noreturn, noinline, cold, unused)) void assertion_failed_here(const int line)
 {
-    fsw_assertion_failed(__BASE_FILE__, line);
+    fsw_assertion_failed(__FILE_NAME__, line);
 }
 
 #endif // FSW_FRAMEWORK_BASE_ASSERTION_H

@@ -116,9 +116,9 @@ static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t
                                  : status;
 }
 
-/// One after the other; `own` comes last, so that its model stays.
+/// One after the other; that of `own` comes last, so that its model stays.
 static status_t load_all(descriptor_loader_t* const loader, mission_builder_t* const builder,
-                         const uint16_t own, const bool is_whole, subsystem_descriptor_t* const out_own)
+                         const uint16_t own, subsystem_descriptor_t* const out_own)
 {
     const mission_descriptor_t* const mission = builder->mission;
     uint16_t last                             = mission->subsystem_count;
@@ -126,7 +126,7 @@ static status_t load_all(descriptor_loader_t* const loader, mission_builder_t* c
     for (uint16_t i = 0U; (i < mission->subsystem_count) && (status == STATUS_OK); i++) {
         if (mission->subsystems[i].apid == own) {
             last = i;
-        } else if (is_whole) {
+        } else if (builder->scope != NULL) {
             status = load_listed(loader, builder, i, out_own);
         } else {
             // What others say is not asked for.
@@ -138,27 +138,23 @@ static status_t load_all(descriptor_loader_t* const loader, mission_builder_t* c
     return (status == STATUS_OK) ? mission_builder_resolve(builder) : status;
 }
 
-/// Subsystem `own`, unless that is MISSION_ANY_TARGET, must be there; unless `is_whole`, only its descriptor
-/// is read.
-static status_t load_mission(descriptor_loader_t* const loader, const char* const path, const uint16_t own,
-                             const bool is_whole, mission_descriptor_t* const out_mission,
-                             subsystem_descriptor_t* const out_own)
+status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* const path,
+                                 const uint16_t apid, const mission_scope_t* const scope,
+                                 mission_descriptor_t* const out_mission,
+                                 subsystem_descriptor_t* const out_own)
 {
     FSW_ASSERT((loader != NULL) && (path != NULL) && (out_mission != NULL) && (out_own != NULL));
     text_t error = text_in(loader->error, sizeof loader->error);
     mission_builder_t builder;
-    mission_builder_begin(&builder, out_mission, path, &error);
+    mission_builder_begin(&builder, out_mission, path, apid, scope, &error);
     status_t status = parse(loader, &builder.source, NULL, 0U);
-    if ((status == STATUS_OK) && (own != MISSION_ANY_TARGET) &&
-        (mission_find_subsystem(out_mission, own) == NULL)) {
-        source_refuse(&builder.source, 1U, "no subsystem has id #", NULL, NULL, own);
+    if ((status == STATUS_OK) && (apid != MISSION_ANY_TARGET) &&
+        (mission_find_subsystem(out_mission, apid) == NULL)) {
+        source_refuse(&builder.source, 1U, "no subsystem has id #", NULL, NULL, apid);
         status = builder.source.status;
     }
     if (status == STATUS_OK) {
-        if (!is_whole) {
-            mission_builder_narrow(&builder, own);
-        }
-        status = load_all(loader, &builder, own, is_whole, out_own);
+        status = load_all(loader, &builder, apid, out_own);
     }
     if (status != STATUS_OK) {
         (void)memset(out_mission, 0, sizeof *out_mission);
@@ -166,21 +162,6 @@ static status_t load_mission(descriptor_loader_t* const loader, const char* cons
         out_mission->ground_address = "";
     }
     return status;
-}
-
-status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* const path,
-                                 mission_descriptor_t* const out_mission,
-                                 subsystem_descriptor_t* const scratch)
-{
-    return load_mission(loader, path, MISSION_ANY_TARGET, true, out_mission, scratch);
-}
-
-status_t descriptor_load_mission_for(descriptor_loader_t* const loader, const char* const path,
-                                     const uint16_t apid, const bool is_whole,
-                                     mission_descriptor_t* const out_mission,
-                                     subsystem_descriptor_t* const out_own)
-{
-    return load_mission(loader, path, apid, is_whole, out_mission, out_own);
 }
 
 status_t descriptor_check_interface(descriptor_loader_t* const loader, const char* const path,

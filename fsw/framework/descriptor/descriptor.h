@@ -47,19 +47,21 @@ MUST_USE status_t descriptor_parse_subsystem(descriptor_loader_t* loader, const 
                                              const void* octets, size_t size,
                                              subsystem_descriptor_t* out_descriptor);
 
-/// Mission and, one after the other in `scratch`, the descriptors of its subsystems (paths are relative to
-/// the mission's file). Statuses of descriptor_load_subsystem.
-MUST_USE status_t descriptor_load_mission(descriptor_loader_t* loader, const char* path,
-                                          mission_descriptor_t* out_mission, subsystem_descriptor_t* scratch);
+/// How much of a mission is read. A program that does not name `mission_whole` has no code for it.
+typedef struct mission_scope mission_scope_t;
+/// Permissions, recovery plans, hashes, and the descriptors of all subsystems: for supervisor and launcher.
+extern const mission_scope_t mission_whole;
 
-/// The same for the program of one subsystem, whose own model stays in `out_own`, so that it reads no file
-/// twice. Not whole, as all but the supervisor need it: no descriptor but its own is read. Then the mission
-/// has no permissions and no recovery plans, its hashes are 0, and of other subsystems there is only what the
-/// mission's file says: ports at their end of links are 0. APID 1..2046.
-/// Statuses as above; STATUS_INVALID: the mission has no such subsystem.
-MUST_USE status_t descriptor_load_mission_for(descriptor_loader_t* loader, const char* path, uint16_t apid,
-                                              bool is_whole, mission_descriptor_t* out_mission,
-                                              subsystem_descriptor_t* out_own);
+/// Mission, and the descriptors of its subsystems, one after the other in `out_own` (paths are relative to
+/// the mission's file); at the end that of subsystem `apid` stays there, so that its program reads no file
+/// twice. Scope NULL, as a subsystem needs it: no descriptor but its own is read. Then the mission has no
+/// permissions and no recovery plans, its hashes are 0, and of other subsystems there is only what the
+/// mission's file says: ports at their end of links are 0. APID 1..2046; with a scope also
+/// MISSION_ANY_TARGET: whichever comes last. Statuses of descriptor_load_subsystem; STATUS_INVALID: the
+/// mission has no such subsystem.
+MUST_USE status_t descriptor_load_mission(descriptor_loader_t* loader, const char* path, uint16_t apid,
+                                          const mission_scope_t* scope, mission_descriptor_t* out_mission,
+                                          subsystem_descriptor_t* out_own);
 
 /// Compare the interface read with the compiled one. STATUS_OK, or STATUS_CHECKSUM with an error text that
 /// gives file, compiled and found hash and says "run make".

@@ -110,8 +110,38 @@ void mission_builder_lists(source_t* const source)
     }
 }
 
+void mission_builder_allow(source_t* const source)
+{
+    const mission_scope_t* const scope = mission_builder_of(source)->scope;
+    if (scope != NULL) {
+        scope->allow(source);
+    }
+}
+
+void mission_builder_plan(source_t* const source)
+{
+    const mission_scope_t* const scope = mission_builder_of(source)->scope;
+    if (scope != NULL) {
+        scope->plan(source);
+    }
+}
+
+void mission_builder_action(source_t* const source)
+{
+    const mission_scope_t* const scope = mission_builder_of(source)->scope;
+    if (scope != NULL) {
+        scope->action(source);
+    }
+}
+
 void mission_builder_end(source_t* const source)
 {
     mission_descriptor_t* const mission = source->item;
-    mission->configuration_hash         = source->hash;
+    if (mission_builder_of(source)->scope != NULL) {
+        mission->configuration_hash = source->hash;
+    } else {
+        mission->rule_count   = 0U;
+        mission->plan_count   = 0U;
+        mission->action_count = 0U;
+    }
 }

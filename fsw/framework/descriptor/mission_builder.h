@@ -4,25 +4,37 @@
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_MISSION_BUILDER_H
 #define FSW_FRAMEWORK_DESCRIPTOR_MISSION_BUILDER_H
 
+#include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/descriptor/mission_descriptor.h"
 #include "fsw/framework/descriptor/source.h"
 
-typedef struct {
+typedef struct mission_builder mission_builder_t;
+
+struct mission_scope {               // What a reader of the whole mission does beside.
+    void (*allow)(source_t* source); ///< Handlers of permissions and plans,
+    void (*plan)(source_t* source);
+    void (*action)(source_t* source);
+    /// the names in them that this descriptor has,
+    void (*take)(mission_builder_t* builder, const mission_subsystem_t* subsystem,
+                 const subsystem_descriptor_t* descriptor);
+    void (*resolve)(mission_builder_t* builder); ///< and what is to be told when all are taken in.
+};
+
+struct mission_builder {
     source_t source;
     mission_descriptor_t* mission;
-    uint16_t only;                                ///< APID whose descriptor alone is taken in; 0: all are.
+    const mission_scope_t* scope;                 ///< NULL: only subsystem `only` is taken in.
+    uint16_t only;                                ///< APID.
     uint16_t power_seen;                          ///< Bit n: power of state n of the subsystem being read.
     const char* rule_words[MISSION_RULES_MAX];    ///< Function or configuration still to be found, or NULL.
     const char* link_words[MISSION_LINKS_MAX][2]; ///< Ports still to be found: producer, consumer.
     const char* plan_events[MISSION_PLANS_MAX];   ///< Event still to be found, or NULL.
-} mission_builder_t;
+};
 
-/// Empty the model and begin. The builder outlives the document and its resolution.
+/// Empty the model and begin. The builder outlives the document and its resolution. Without a scope only
+/// subsystem `apid` will be taken in, and what needs others is dropped.
 void mission_builder_begin(mission_builder_t* builder, mission_descriptor_t* mission, const char* path,
-                           text_t* error);
-
-/// The mission's document is read: only subsystem `apid` will be taken in, and what needs others is dropped.
-void mission_builder_narrow(mission_builder_t* builder, uint16_t apid);
+                           uint16_t apid, const mission_scope_t* scope, text_t* error);
 /// Take in the descriptor of subsystem `index`, read from `path`. STATUS_OK, or the error of the source.
 MUST_USE status_t mission_builder_take(mission_builder_t* builder, uint16_t index, const char* path,
                                        const subsystem_descriptor_t* descriptor);
@@ -47,12 +59,18 @@ void mission_builder_listed(source_t* source);
 void mission_builder_power(source_t* source);
 void mission_builder_modes_end(source_t* source);
 void mission_builder_lists(source_t* source); ///< What uses subsystems and modes stands behind them.
+void mission_builder_allow(source_t* source); ///< This and the next two: the scope's, if there is one.
+void mission_builder_plan(source_t* source);
+void mission_builder_action(source_t* source);
 void mission_builder_end(source_t* source);
-// Of buses: mission_resolver.c
+// Of buses and links: mission_resolver.c
 void mission_builder_buses_end(source_t* source);
-// Handlers of permissions, links and plans: mission_rules.c
+void mission_builder_link(source_t* source);
+/// The words of an attribute name nothing of the kind expected; `expected` begins with the element's name.
+void mission_builder_refuse(source_t* source, uint32_t line, const char* attribute, const char* words,
+                            const char* expected);
+// Handlers of permissions and plans: mission_rules.c
 void mission_rules_allow(source_t* source);
-void mission_rules_link(source_t* source);
 void mission_rules_plan(source_t* source);
 void mission_rules_action(source_t* source);
 

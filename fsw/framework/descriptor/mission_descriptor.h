@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// In-memory model of a mission descriptor, and the permission matrix as a pure function.
+/// In-memory model of a mission descriptor.
 ///
 /// Loading a mission also loads the descriptor of each of its subsystems, one after the other, and keeps what
 /// the supervisor needs of them: names and ids of configurations and ports, what is required, and the hashes.
@@ -192,28 +192,5 @@ const mission_link_t* mission_find_link(const mission_descriptor_t* mission, uin
 /// Plan for an event: first in the file that matches severity, subsystem and event; NULL = built-in reaction.
 const mission_plan_t* mission_find_plan(const mission_descriptor_t* mission, descriptor_severity_t severity,
                                         uint16_t apid, uint16_t event_id);
-
-typedef struct { // What a telecommand asks for, as the supervisor knows it.
-    uint8_t service;
-    uint8_t subtype;
-    const char* select; ///< Function name (TC[8,1]) without padding; otherwise NULL.
-    uint16_t
-        number; ///< Target state (129,1), configuration (129,3), mission_link_t.number (130,x); otherwise 0.
-    uint16_t target; ///< APID.
-    uint8_t mode;    ///< Present mode id.
-    uint8_t state;   ///< Present state of the target.
-} permission_request_t;
-
-#define PERMISSION_RULE_NONE (-1)   ///< Denied: nothing allows it.
-#define PERMISSION_RULE_ALWAYS (-2) ///< Allowed by the built-in set.
-
-/// Deny by default. Always allowed, whatever mode and state: ST[17]; requests that only report what is there
-/// (3,9 11,17 20,1 and so on: the catalogue of messages gives each an answer; those that read memories or
-/// devices, or reset or abort what they report, are not among them); requests downwards (129,1 to a lower
-/// rest state among 0, 3, 4, 5, or to 0) and to ERROR_OPERATIONAL; closing a link (130,7); shutting the
-/// mission down (131,5).
-/// Pure; O(rules). STATUS_OK or STATUS_FORBIDDEN; *out_rule = index in `rules`, or one of the above.
-MUST_USE status_t permission_check(const mission_descriptor_t* mission, const permission_request_t* request,
-                                   int* out_rule);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H

@@ -226,13 +226,13 @@ static const source_row_t rows[] = {
     {KIND_MISSION, KIND_USERS, SOURCE_ONCE, PLAIN("Users"), NULL, NULL, NULL},
     {KIND_USERS, KIND_USER, SOURCE_ANY, WITH("User", user_attributes), &users, NULL, NULL},
     {KIND_MISSION, KIND_PERMISSIONS, SOURCE_EXACTLY, PLAIN("Permissions"), NULL, mission_builder_lists, NULL},
-    {KIND_PERMISSIONS, KIND_ALLOW, SOURCE_ANY, WITH("Allow", allow_attributes), &rules, mission_rules_allow,
+    {KIND_PERMISSIONS, KIND_ALLOW, SOURCE_ANY, WITH("Allow", allow_attributes), &rules, mission_builder_allow,
      NULL},
     {KIND_MISSION, KIND_LINKS, SOURCE_ONCE, PLAIN("Links"), NULL, NULL, NULL},
-    {KIND_LINKS, KIND_LINK, SOURCE_ANY, WITH("Link", link_attributes), &links, mission_rules_link, NULL},
+    {KIND_LINKS, KIND_LINK, SOURCE_ANY, WITH("Link", link_attributes), &links, mission_builder_link, NULL},
     {KIND_MISSION, KIND_PLANS, SOURCE_ONCE, PLAIN("RecoveryPlans"), NULL, mission_builder_lists, NULL},
-    {KIND_PLANS, KIND_PLAN, SOURCE_ANY, WITH("Plan", plan_attributes), &plans, mission_rules_plan, NULL},
-    {KIND_PLAN, KIND_ACTION, SOURCE_SOME, WITH("Action", action_attributes), &actions, mission_rules_action,
+    {KIND_PLANS, KIND_PLAN, SOURCE_ANY, WITH("Plan", plan_attributes), &plans, mission_builder_plan, NULL},
+    {KIND_PLAN, KIND_ACTION, SOURCE_SOME, WITH("Action", action_attributes), &actions, mission_builder_action,
      NULL},
     {KIND_MISSION, KIND_PACKET_LOG, SOURCE_ONCE, WITH("PacketLog", packet_log_attributes), NULL, NULL, NULL},
     {KIND_MISSION, KIND_BUSES, SOURCE_ONCE, PLAIN("Buses"), NULL, NULL, mission_builder_buses_end},
@@ -242,7 +242,8 @@ static const source_row_t rows[] = {
 };
 
 void mission_builder_begin(mission_builder_t* const builder, mission_descriptor_t* const mission,
-                           const char* const path, text_t* const error)
+                           const char* const path, const uint16_t apid, const mission_scope_t* const scope,
+                           text_t* const error)
 {
     (void)memset(mission, 0, sizeof *mission);
     (void)memset(builder, 0, sizeof *builder);
@@ -252,6 +253,8 @@ void mission_builder_begin(mission_builder_t* const builder, mission_descriptor_
     mission->link_method          = DESCRIPTOR_SHARED_MEMORY;
     mission->ground_address       = "";
     builder->mission              = mission;
+    builder->scope                = scope;
+    builder->only                 = apid;
     builder->source.path          = path;
     builder->source.error         = error;
     builder->source.rows          = rows;

@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/framework/base/crc.h"
 #include "fsw/framework/descriptor/mission_builder.h"
 
 #include <string.h>
-
-#define SERVICE_FUNCTIONS 8U
-#define SERVICE_LINKS 130U
 
 // What a subsystem may have, its entry in a mission can hold.
 typedef char configurations_fit[(MISSION_CONFIGURATIONS_MAX >= DESCRIPTOR_CONFIGURATIONS_MAX) ? 1 : -1];
 typedef char ports_fit[(MISSION_PORTS_MAX >= DESCRIPTOR_PORTS_MAX) ? 1 : -1];
 
-/// The words of an attribute name nothing of the kind expected; `expected` begins with the element's name.
-static void refuse_name(source_t* const source, const uint32_t line, const char* const attribute,
-                        const char* const words, const char* const expected)
+void mission_builder_refuse(source_t* const source, const uint32_t line, const char* const attribute,
+                            const char* const words, const char* const expected)
 {
     source_refuse(source, line, "%=\"%\" of <", attribute, words, 0U);
     source_say(source, "%", expected, NULL, 0U);
@@ -53,57 +48,6 @@ static void copy_configurations(source_t* const source, mission_subsystem_t* con
     }
 }
 
-/// Function or configuration of this subsystem that a rule names: then nothing is left to be found.
-static const char* find_rule_name(mission_rule_t* const rule, const char* const words,
-                                  const subsystem_descriptor_t* const descriptor)
-{
-    if (rule->service == SERVICE_FUNCTIONS) {
-        return (descriptor_named(descriptor->functions, descriptor->function_count,
-                                 sizeof descriptor->functions[0], words) == NULL)
-                   ? words
-                   : NULL;
-    }
-    const descriptor_configuration_t* const configuration =
-        descriptor_named(descriptor->configurations, descriptor->configuration_count,
-                         sizeof descriptor->configurations[0], words);
-    if (configuration == NULL) {
-        return words;
-    }
-    rule->number = configuration->id;
-    return NULL;
-}
-
-/// Functions and configurations of this subsystem that rules name.
-static void find_rule_names(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
-                            const subsystem_descriptor_t* const descriptor)
-{
-    for (uint16_t i = 0U; i < builder->mission->rule_count; i++) {
-        mission_rule_t* const rule = &builder->mission->rules[i];
-        const bool is_meant = (rule->target == MISSION_ANY_TARGET) || (rule->target == subsystem->apid);
-        if ((builder->rule_words[i] != NULL) && is_meant && (rule->service != SERVICE_LINKS)) {
-            builder->rule_words[i] = find_rule_name(rule, builder->rule_words[i], descriptor);
-        }
-    }
-}
-
-/// Events of this subsystem that plans name.
-static void find_plan_names(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
-                            const subsystem_descriptor_t* const descriptor)
-{
-    for (uint16_t i = 0U; i < builder->mission->plan_count; i++) {
-        mission_plan_t* const plan = &builder->mission->plans[i];
-        if ((builder->plan_events[i] == NULL) || (plan->apid != subsystem->apid)) {
-            continue;
-        }
-        const descriptor_event_t* const event =
-            descriptor_find_event_name(descriptor, builder->plan_events[i]);
-        if ((event != NULL) && (event->severity == plan->severity)) {
-            plan->event_id          = event->id;
-            builder->plan_events[i] = NULL;
-        }
-    }
-}
-
 static const mission_bus_t* find_bus(const mission_descriptor_t* const mission, const char* const name)
 {
     return descriptor_named(mission->buses, mission->bus_count, sizeof mission->buses[0], name);
@@ -124,9 +68,10 @@ void mission_builder_buses_end(source_t* const source)
             is_good = is_good && (strcmp(mission->buses[k].redundant_to, bus->redundant_to) != 0);
         }
         if (!is_good) {
-            refuse_name(source, bus->line, "redundantTo", bus->redundant_to,
-                        "Bus>: expected a bus of the mission that is not redundant itself and has one "
-                        "redundant bus");
+            mission_builder_refuse(
+                source, bus->line, "redundantTo", bus->redundant_to,
+                "Bus>: expected a bus of the mission that is not redundant itself and has one "
+                "redundant bus");
         }
     }
 }
@@ -143,15 +88,15 @@ static void check_buses(mission_builder_t* const builder, const char* const path
         }
         if (find_bus(builder->mission, endnode->bus) == NULL) {
             source->path = path;
-            refuse_name(source, endnode->line, "bus", endnode->bus,
-                        "Endnode>: expected a bus of the mission");
+            mission_builder_refuse(source, endnode->line, "bus", endnode->bus,
+                                   "Endnode>: expected a bus of the mission");
         }
         const mission_bus_t* const redundant = find_bus(builder->mission, endnode->redundant_bus);
         const bool is_channel = (redundant != NULL) && (strcmp(redundant->redundant_to, endnode->bus) == 0);
         if ((endnode->redundant_bus[0] != '\0') && !is_channel) {
             source->path = path;
-            refuse_name(source, endnode->line, "redundantBus", endnode->redundant_bus,
-                        "Endnode>: expected a bus of the mission that is redundantTo its bus");
+            mission_builder_refuse(source, endnode->line, "redundantBus", endnode->redundant_bus,
+                                   "Endnode>: expected a bus of the mission that is redundantTo its bus");
         }
     }
 }
@@ -170,20 +115,20 @@ status_t mission_builder_take(mission_builder_t* const builder, const uint16_t i
     subsystem->interface_hash     = descriptor->interface_hash;
     subsystem->configuration_hash = descriptor->configuration_hash;
     copy_configurations(source, subsystem, descriptor);
-    find_rule_names(builder, subsystem, descriptor);
-    find_plan_names(builder, subsystem, descriptor);
+    if (builder->scope != NULL) {
+        builder->scope->take(builder, subsystem, descriptor);
+    }
     check_buses(builder, path, descriptor);
     return source->status;
 }
 
-void mission_builder_narrow(mission_builder_t* const builder, const uint16_t apid)
+void mission_builder_link(source_t* const source)
 {
-    mission_descriptor_t* const mission = builder->mission;
-    builder->only                       = apid;
-    mission->rule_count                 = 0U;
-    mission->plan_count                 = 0U;
-    mission->action_count               = 0U;
-    mission->configuration_hash         = 0U;
+    mission_link_t* const link = source->item;
+    const char** const words   = mission_builder_of(source)->link_words[source->order];
+    link->number               = (uint16_t)(source->order + 1U);
+    words[0]                   = source_text(source, "from", SOURCE_TEXT, 2U * DESCRIPTOR_NAME_MAX);
+    words[1]                   = source_text(source, "to", SOURCE_TEXT, 2U * DESCRIPTOR_NAME_MAX);
 }
 
 /// Port of a subsystem that is not taken in.
@@ -201,7 +146,7 @@ static const mission_port_t* resolve_end(mission_builder_t* const builder, const
         if ((strncmp(subsystem->name, words, length) != 0) || (subsystem->name[length] != '\0')) {
             continue;
         }
-        if ((builder->only != 0U) && (builder->only != subsystem->apid)) {
+        if ((builder->scope == NULL) && (builder->only != subsystem->apid)) {
             *out_apid = subsystem->apid;
             return &unknown_port;
         }
@@ -212,9 +157,9 @@ static const mission_port_t* resolve_end(mission_builder_t* const builder, const
             return port;
         }
     }
-    refuse_name(&builder->source, link->line, is_provided ? "from" : "to", words,
-                is_provided ? "Link>: expected SUBSYSTEM.PORT that it provides"
-                            : "Link>: expected SUBSYSTEM.PORT that it requires");
+    mission_builder_refuse(&builder->source, link->line, is_provided ? "from" : "to", words,
+                           is_provided ? "Link>: expected SUBSYSTEM.PORT that it provides"
+                                       : "Link>: expected SUBSYSTEM.PORT that it requires");
     return NULL;
 }
 
@@ -241,63 +186,13 @@ static void resolve_link(mission_builder_t* const builder, const uint16_t index)
     }
 }
 
-static void resolve_rule(mission_builder_t* const builder, const uint16_t index)
-{
-    const mission_descriptor_t* const mission = builder->mission;
-    mission_rule_t* const rule                = &builder->mission->rules[index];
-    const char* const words                   = builder->rule_words[index];
-    if (words == NULL) {
-        return;
-    }
-    const mission_link_t* const link =
-        descriptor_named(mission->links, mission->link_count, sizeof mission->links[0], words);
-    if ((rule->service == SERVICE_LINKS) && (link != NULL)) {
-        rule->number = link->number;
-        return;
-    }
-    refuse_name(&builder->source, rule->line, "select", words,
-                (rule->service == SERVICE_LINKS)       ? "Allow>: expected a link of the mission"
-                : (rule->service == SERVICE_FUNCTIONS) ? "Allow>: expected a function of its target"
-                                                       : "Allow>: expected a configuration of its target");
-}
-
-/// Continue a hash with the lines "NAME hash\n" of all subsystems.
-static uint64_t hash_subsystems(uint64_t hash, const mission_descriptor_t* const mission,
-                                const bool is_interface)
-{
-    for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
-        const mission_subsystem_t* const subsystem = &mission->subsystems[i];
-        char line[96];
-        uint8_t octets[8];
-        text_t text = text_in(line, sizeof line);
-        octets_put_u64(octets, is_interface ? subsystem->interface_hash : subsystem->configuration_hash);
-        text_add(&text, subsystem->name);
-        text_add(&text, " ");
-        text_add_octets(&text, octets, sizeof octets);
-        text_add(&text, "\n");
-        hash = fnv64(hash, (const uint8_t*)line, text.length);
-    }
-    return hash;
-}
-
 status_t mission_builder_resolve(mission_builder_t* const builder)
 {
-    mission_descriptor_t* const mission = builder->mission;
-    for (uint16_t i = 0U; i < mission->link_count; i++) {
+    for (uint16_t i = 0U; i < builder->mission->link_count; i++) {
         resolve_link(builder, i);
     }
-    for (uint16_t i = 0U; i < mission->rule_count; i++) {
-        resolve_rule(builder, i);
-    }
-    for (uint16_t i = 0U; i < mission->plan_count; i++) {
-        if (builder->plan_events[i] != NULL) {
-            refuse_name(&builder->source, mission->plans[i].line, "event", builder->plan_events[i],
-                        "Plan>: expected an event of that severity of that subsystem");
-        }
-    }
-    if (builder->only == 0U) {
-        mission->interface_hash     = hash_subsystems(FNV64_START, mission, true);
-        mission->configuration_hash = hash_subsystems(mission->configuration_hash, mission, false);
+    if (builder->scope != NULL) {
+        builder->scope->resolve(builder);
     }
     return builder->source.status;
 }

@@ -115,15 +115,6 @@ void mission_rules_allow(source_t* const source)
     read_select(source, rule, &builder->rule_words[source->order]);
 }
 
-void mission_rules_link(source_t* const source)
-{
-    mission_link_t* const link = source->item;
-    const char** const words   = mission_builder_of(source)->link_words[source->order];
-    link->number               = (uint16_t)(source->order + 1U);
-    words[0]                   = source_text(source, "from", SOURCE_TEXT, 2U * DESCRIPTOR_NAME_MAX);
-    words[1]                   = source_text(source, "to", SOURCE_TEXT, 2U * DESCRIPTOR_NAME_MAX);
-}
-
 void mission_rules_plan(source_t* const source)
 {
     mission_plan_t* const plan = source->item;

@@ -82,7 +82,7 @@ def recorder(path, probe, *interfaces, backlog=BACKLOG):
     end, however late it is served while the backlog [octets of each interface] is not full."""
     filters = [f"{interface},0:0,#FFFFFFFF" for interface in interfaces or ("any",)]
     with open(path, "w") as file:
-        process = subprocess.Popen(["taskset", "2", "candump", "-L", "-d", "-r", str(backlog), *filters],
+        process = subprocess.Popen(["taskset", hex(1 << max(os.sched_getaffinity(0))), "candump", "-L", "-d", "-r", str(backlog), *filters],
                                    stdin=subprocess.DEVNULL, stdout=file)
         try:
             def listens():

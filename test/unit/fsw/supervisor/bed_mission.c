@@ -136,8 +136,8 @@ void bed_mission_load(const char* folder, mission_descriptor_t* out_mission,
     write_file(folder, "lone.xml", lone_document, strlen(lone_document));
     write_file(folder, "mission.xml", mission_document, strlen(mission_document));
     descriptor_loader_init(&loader);
-    const status_t status =
-        descriptor_load_mission(&loader, path_of(folder, "mission.xml"), out_mission, &scratch);
+    const status_t status = descriptor_load_mission(
+        &loader, path_of(folder, "mission.xml"), MISSION_ANY_TARGET, &mission_whole, out_mission, &scratch);
     TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
     TEST_ASSERT_EQUAL(STATUS_OK, status);
     TEST_ASSERT_EQUAL(STATUS_OK,

@@ -38,7 +38,7 @@ void tearDown(void)
 static status_t load(const char* const document)
 {
     write_file("flight.xml", document);
-    return descriptor_load_mission(&loader, path, &mission, &scratch);
+    return descriptor_load_mission(&loader, path, MISSION_ANY_TARGET, &mission_whole, &mission, &scratch);
 }
 
 static void load_the_good_one(void)
@@ -288,7 +288,8 @@ static void paths_are_relative_to_the_mission_or_absolute(void)
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "descriptor='hand.xml'", where)));
     TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document)); // Written for what follows.
     TEST_ASSERT_EQUAL(0, chdir(folder));
-    const status_t status = descriptor_load_mission(&loader, "flight.xml", &mission, &scratch);
+    const status_t status = descriptor_load_mission(&loader, "flight.xml", MISSION_ANY_TARGET, &mission_whole,
+                                                    &mission, &scratch);
     TEST_ASSERT_EQUAL(0, chdir(here));
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, status, descriptor_error(&loader));
     size_t length = (size_t)snprintf(where, sizeof where, "%s", folder);
@@ -299,7 +300,8 @@ static void paths_are_relative_to_the_mission_or_absolute(void)
     const char* const long_name =
         damaged(flight_document, "descriptor='arm.xml'", "descriptor='./././././././arm.xml'");
     write_file("flight.xml", long_name);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, descriptor_load_mission(&loader, where, &mission, &scratch));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, descriptor_load_mission(&loader, where, MISSION_ANY_TARGET,
+                                                              &mission_whole, &mission, &scratch));
     TEST_ASSERT_NOT_NULL(
         strstr(descriptor_error(&loader), "flight.xml:3: the path of the descriptor is too long"));
 }
@@ -374,7 +376,7 @@ static void a_subsystem_reads_no_descriptor_but_its_own(void)
     write_file("arm.xml", "<Nonsense>");
     write_file("flight.xml", flight_document);
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK,
-                              descriptor_load_mission_for(&loader, path, 17U, false, &mission, &scratch),
+                              descriptor_load_mission(&loader, path, 17U, NULL, &mission, &scratch),
                               descriptor_error(&loader));
     TEST_ASSERT_EQUAL_STRING("HAND", scratch.name);
     TEST_ASSERT_EQUAL_UINT16(1U, scratch.configuration_count);
@@ -397,7 +399,8 @@ static void a_whole_mission_leaves_the_model_that_was_asked_for(void)
     load_the_good_one();
     const uint64_t interface_hash     = mission.interface_hash;
     const uint64_t configuration_hash = mission.configuration_hash;
-    TEST_ASSERT_EQUAL(STATUS_OK, descriptor_load_mission_for(&loader, path, 16U, true, &mission, &scratch));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      descriptor_load_mission(&loader, path, 16U, &mission_whole, &mission, &scratch));
     TEST_ASSERT_EQUAL_STRING("ARM", scratch.name);
     TEST_ASSERT_TRUE(mission.interface_hash == interface_hash);
     TEST_ASSERT_TRUE(mission.configuration_hash == configuration_hash);
@@ -423,7 +426,7 @@ static void a_subsystem_finds_what_is_wrong_about_itself(void)
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         write_file("flight.xml", damaged(flight_document, cases[i].find, cases[i].replacement));
         TEST_ASSERT_NOT_EQUAL(
-            STATUS_OK, descriptor_load_mission_for(&loader, path, cases[i].apid, false, &mission, &scratch));
+            STATUS_OK, descriptor_load_mission(&loader, path, cases[i].apid, NULL, &mission, &scratch));
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), cases[i].says),
                                      descriptor_error(&loader));
         TEST_ASSERT_EQUAL_UINT16(0U, mission.subsystem_count);

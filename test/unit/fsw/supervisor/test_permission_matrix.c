@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/framework/descriptor/mission_descriptor.h"
+#include "fsw/supervisor/permission_matrix.h"
 #include "unity.h"
 
 static mission_descriptor_t mission;

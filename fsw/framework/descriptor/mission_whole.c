@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a reader of the whole mission does beside: names in permissions and plans, found in the descriptors of
+// all subsystems, and the mission's hashes.
+#include "fsw/framework/base/crc.h"
+#include "fsw/framework/descriptor/mission_builder.h"
+
+#define SERVICE_FUNCTIONS 8U
+#define SERVICE_LINKS 130U
+
+/// Function or configuration of this subsystem that a rule names: then nothing is left to be found.
+static const char* find_rule_name(mission_rule_t* const rule, const char* const words,
+                                  const subsystem_descriptor_t* const descriptor)
+{
+    if (rule->service == SERVICE_FUNCTIONS) {
+        return (descriptor_named(descriptor->functions, descriptor->function_count,
+                                 sizeof descriptor->functions[0], words) == NULL)
+                   ? words
+                   : NULL;
+    }
+    const descriptor_configuration_t* const configuration =
+        descriptor_named(descriptor->configurations, descriptor->configuration_count,
+                         sizeof descriptor->configurations[0], words);
+    if (configuration == NULL) {
+        return words;
+    }
+    rule->number = configuration->id;
+    return NULL;
+}
+
+/// Functions and configurations of this subsystem that rules name.
+static void find_rule_names(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
+                            const subsystem_descriptor_t* const descriptor)
+{
+    for (uint16_t i = 0U; i < builder->mission->rule_count; i++) {
+        mission_rule_t* const rule = &builder->mission->rules[i];
+        const bool is_meant = (rule->target == MISSION_ANY_TARGET) || (rule->target == subsystem->apid);
+        if ((builder->rule_words[i] != NULL) && is_meant && (rule->service != SERVICE_LINKS)) {
+            builder->rule_words[i] = find_rule_name(rule, builder->rule_words[i], descriptor);
+        }
+    }
+}
+
+/// Events of this subsystem that plans name.
+static void find_plan_names(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
+                            const subsystem_descriptor_t* const descriptor)
+{
+    for (uint16_t i = 0U; i < builder->mission->plan_count; i++) {
+        mission_plan_t* const plan = &builder->mission->plans[i];
+        if ((builder->plan_events[i] == NULL) || (plan->apid != subsystem->apid)) {
+            continue;
+        }
+        const descriptor_event_t* const event =
+            descriptor_find_event_name(descriptor, builder->plan_events[i]);
+        if ((event != NULL) && (event->severity == plan->severity)) {
+            plan->event_id          = event->id;
+            builder->plan_events[i] = NULL;
+        }
+    }
+}
+
+static void take(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
+                 const subsystem_descriptor_t* const descriptor)
+{
+    find_rule_names(builder, subsystem, descriptor);
+    find_plan_names(builder, subsystem, descriptor);
+}
+
+static void resolve_rule(mission_builder_t* const builder, const uint16_t index)
+{
+    const mission_descriptor_t* const mission = builder->mission;
+    mission_rule_t* const rule                = &builder->mission->rules[index];
+    const char* const words                   = builder->rule_words[index];
+    if (words == NULL) {
+        return;
+    }
+    const mission_link_t* const link =
+        descriptor_named(mission->links, mission->link_count, sizeof mission->links[0], words);
+    if ((rule->service == SERVICE_LINKS) && (link != NULL)) {
+        rule->number = link->number;
+        return;
+    }
+    mission_builder_refuse(&builder->source, rule->line, "select", words,
+                           (rule->service == SERVICE_LINKS) ? "Allow>: expected a link of the mission"
+                           : (rule->service == SERVICE_FUNCTIONS)
+                               ? "Allow>: expected a function of its target"
+                               : "Allow>: expected a configuration of its target");
+}
+
+/// Continue a hash with the lines "NAME hash\n" of all subsystems.
+static uint64_t hash_subsystems(uint64_t hash, const mission_descriptor_t* const mission,
+                                const bool is_interface)
+{
+    for (uint16_t i = 0U; i < mission->subsystem_count; i++) {
+        const mission_subsystem_t* const subsystem = &mission->subsystems[i];
+        char line[96];
+        uint8_t octets[8];
+        text_t text = text_in(line, sizeof line);
+        octets_put_u64(octets, is_interface ? subsystem->interface_hash : subsystem->configuration_hash);
+        text_add(&text, subsystem->name);
+        text_add(&text, " ");
+        text_add_octets(&text, octets, sizeof octets);
+        text_add(&text, "\n");
+        hash = fnv64(hash, (const uint8_t*)line, text.length);
+    }
+    return hash;
+}
+
+static void resolve(mission_builder_t* const builder)
+{
+    mission_descriptor_t* const mission = builder->mission;
+    for (uint16_t i = 0U; i < mission->rule_count; i++) {
+        resolve_rule(builder, i);
+    }
+    for (uint16_t i = 0U; i < mission->plan_count; i++) {
+        if (builder->plan_events[i] != NULL) {
+            mission_builder_refuse(&builder->source, mission->plans[i].line, "event", builder->plan_events[i],
+                                   "Plan>: expected an event of that severity of that subsystem");
+        }
+    }
+    mission->interface_hash     = hash_subsystems(FNV64_START, mission, true);
+    mission->configuration_hash = hash_subsystems(mission->configuration_hash, mission, false);
+}
+
+const mission_scope_t mission_whole = {.allow   = mission_rules_allow,
+                                       .plan    = mission_rules_plan,
+                                       .action  = mission_rules_action,
+                                       .take    = take,
+                                       .resolve = resolve};
