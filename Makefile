@@ -238,7 +238,7 @@ $(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
 -include $(patsubst %.o,%.d,$(call objects,$(FUZZ_SOURCES)))
 
 # --- targets for people --------------------------------------------------------------------------------------------
-.PHONY: force all help programs tests thread-tests foreign foreign-programs foreign-tests benches fuzzers fuzz fuzz-corpus sim-run vm test test-hil check check-full bench doctor setup clean gse format new-subsystem docs
+.PHONY: force all help programs tests thread-tests kernel-tests foreign foreign-programs foreign-tests benches fuzzers fuzz fuzz-corpus sim-run vm test test-hil check check-full bench doctor setup clean gse format new-subsystem docs
 help:
 	@sed -n 's/^## \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 
@@ -264,6 +264,11 @@ foreign-tests: $(FOREIGN_PROGRAMS) $(foreach t,$(FOREIGN_TESTS),$(call test_name
 	@:
 foreign-programs: $(FOREIGN_PROGRAMS)
 	@:
+# What the tests in test/hil run once more on a kernel that has such buses.
+KERNEL_TESTS := $(filter $(patsubst %,test/contract/osal/test_%.c,can can_socket tipc network) %/test_flow_can_socket.c \
+                test/unit/fsw/framework/message/%,$(TESTS))
+kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
+	@:
 benches: $(patsubst test/bench/%.c,$B/bench/%,$(call selected,$(BENCHES))) $(TRANSPORTS:%=$B/bench/transport/%)
 	@:
 
@@ -288,7 +293,7 @@ BUILD_FOREIGN = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 foreign-tes
 HIL_TESTS = $(strip $(call selected,$(sort $(wildcard test/hil/test_*.py))))
 test: build/setup/$(if $(HIL_TESTS),vm,test)
 	+@failed=; \
-	$(MAKE) -k --no-print-directory -j$(JOBS) programs tests || failed='the build'; \
+	$(MAKE) -k --no-print-directory -j$(JOBS) programs tests $(if $(HIL_TESTS),kernel-tests) || failed='the build'; \
 	$(MAKE) -k --no-print-directory -j$(JOBS) SANITIZE=1 programs tests || failed="$$failed the sanitizer build"; \
 	$(if $(or $(if $(ONLY),,all),$(findstring fuzz,$(ONLY))),$(BUILD_FUZZERS) -k ONLY= || failed="$$failed the fuzz build";) \
 	$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || failed="$$failed the build against data races"; \
@@ -296,6 +301,7 @@ test: build/setup/$(if $(HIL_TESTS),vm,test)
 	$(VENV) test/support/run_tests.py --threads '$(call selected,$(THREAD_TESTS))' --jobs $(JOBS) --only '$(ONLY)' --failed "$$failed" $(call selected,$(TESTS))
 
 test-hil: build/setup/vm all
+	$(PARALLEL) kernel-tests
 	+$(if $(NEEDS_FOREIGN),@$(BUILD_FOREIGN))
 	@$(if $(HIL_TESTS),,$(error no test in test/hil has '$(ONLY)' in its path))HIL_PLACE='$(PLACE)' \
 	    $(VENV) test/support/run_tests.py --jobs $(JOBS) --under test/hil --only '$(ONLY)'

@@ -8,11 +8,14 @@ import cantools
 import pytest
 
 import place as places
+from hirosco_gse import logs
+from hirosco_gse import run as runs
 from recordings import assert_database_knows_all, assert_wireshark_names_all, frames, of_interface
 
 PROGRAM = "test/hil/guest/socketcan.py"
 SECONDS = 2400
 TELEPRESENCE, TELEPRESENCE_S, TELEPRESENCE_MB = "test/hil/guest/telepresence.py", 8000, 2048
+ENABLED, ENABLED_MASK = 0x27, 0x6F
 HIL = {"vcan": ("rokviss", "hil"), "controllers": ("classic", "classic")}
 
 
@@ -61,6 +64,17 @@ def test_candump_recorded_the_same_frames(group, flown, bus, least):
     recorded = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
     assert len(expected) > least
     assert recorded == expected
+
+
+def test_a_flood_leaves_no_drive_in_operation(group):
+    """By the truth of the drives: what they would report themselves waits for a SYNC that does not come through."""
+    group.check("a_flood_on_the_wire_ends_in_a_safe_state")
+    channels = logs.parse_lcm((group.result.folder / "flood" / "truth.lcm").read_bytes())
+    histories = {}
+    for entry in runs.decode_truth({"DRIVE": channels["DRIVE"]})["DRIVE"]:
+        histories.setdefault((int(entry["node"]), int(entry["axis"])), []).append(entry["statusword"] & ENABLED_MASK == ENABLED)
+    assert len([history for history in histories.values() if any(history)]) == 2, "the arm was not in operation"
+    assert not any(history[-1] for history in histories.values())
 
 
 @pytest.mark.long
