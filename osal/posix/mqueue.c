@@ -3,6 +3,7 @@
 #include "osal/include/osal/mqueue.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "osal/posix/object_name.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -10,18 +11,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#define NAME_LENGTH_MAX 60U
-
 typedef char queue_is_a_descriptor[(sizeof(mqd_t) == sizeof(int)) ? 1 : -1];
-
-static bool is_name(const char* name)
-{
-    static const char allowed[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
-    const size_t length         = strlen(name);
-    return (length >= 2U) && (length <= (NAME_LENGTH_MAX + 1U)) && (name[0] == '/') &&
-           (strspn(&name[1], allowed) == (length - 1U)) && (strcmp(name, "/.") != 0) &&
-           (strcmp(name, "/..") != 0);
-}
 
 static status_t status_of(int error)
 {
@@ -51,7 +41,7 @@ status_t osal_mqueue_create(osal_mqueue_t* queue, const char* name, uint32_t dep
 {
     FSW_ASSERT((queue != NULL) && (name != NULL));
     *queue = (osal_mqueue_t){.descriptor = -1};
-    if (!is_name(name) || (depth == 0U) || (message_octets == 0U)) {
+    if (!is_object_name(name) || (depth == 0U) || (message_octets == 0U)) {
         return STATUS_INVALID;
     }
     struct mq_attr limits = {.mq_maxmsg = (long)depth, .mq_msgsize = (long)message_octets};
@@ -68,7 +58,7 @@ status_t osal_mqueue_open(osal_mqueue_t* queue, const char* name)
 {
     FSW_ASSERT((queue != NULL) && (name != NULL));
     *queue = (osal_mqueue_t){.descriptor = -1};
-    if (!is_name(name)) {
+    if (!is_object_name(name)) {
         return STATUS_INVALID;
     }
     struct mq_attr limits = {0};
@@ -146,7 +136,7 @@ void osal_mqueue_close(osal_mqueue_t* queue)
 status_t osal_mqueue_remove(const char* name)
 {
     FSW_ASSERT(name != NULL);
-    if (!is_name(name)) {
+    if (!is_object_name(name)) {
         return STATUS_INVALID;
     }
     if (mq_unlink(name) != 0) {

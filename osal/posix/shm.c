@@ -3,6 +3,7 @@
 #include "osal/include/osal/shm.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "osal/posix/object_name.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -13,17 +14,6 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#define NAME_LENGTH_MAX 60U
-
-static bool is_name(const char* name)
-{
-    static const char allowed[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
-    const size_t length         = strlen(name);
-    return (length >= 2U) && (length <= (NAME_LENGTH_MAX + 1U)) && (name[0] == '/') &&
-           (strspn(&name[1], allowed) == (length - 1U)) && (strcmp(name, "/.") != 0) &&
-           (strcmp(name, "/..") != 0);
-}
 
 static status_t status_of(int error)
 {
@@ -70,7 +60,7 @@ status_t osal_shm_create(osal_shm_t* shm, const char* name, size_t size)
 {
     FSW_ASSERT((shm != NULL) && (name != NULL));
     *shm = (osal_shm_t){NULL, 0U};
-    if (!is_name(name) || (size == 0U) || (size > (SIZE_MAX / 2U))) {
+    if (!is_object_name(name) || (size == 0U) || (size > (SIZE_MAX / 2U))) {
         return STATUS_INVALID;
     }
     const int descriptor = shm_open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
@@ -90,7 +80,7 @@ status_t osal_shm_open(osal_shm_t* shm, const char* name)
 {
     FSW_ASSERT((shm != NULL) && (name != NULL));
     *shm = (osal_shm_t){NULL, 0U};
-    if (!is_name(name)) {
+    if (!is_object_name(name)) {
         return STATUS_INVALID;
     }
     const int descriptor = shm_open(name, O_RDWR | O_CLOEXEC, 0);
@@ -136,7 +126,7 @@ void osal_shm_close(osal_shm_t* shm)
 status_t osal_shm_remove(const char* name)
 {
     FSW_ASSERT(name != NULL);
-    if (!is_name(name)) {
+    if (!is_object_name(name)) {
         return STATUS_INVALID;
     }
     if (shm_unlink(name) != 0) {

@@ -180,6 +180,15 @@ def fly(folder, *options, limit_s=FLIGHT_LIMIT_S, **how):
     return start(folder, *options, **how).wait(limit_s)
 
 
+def fly_in_both_forms(folder, name, path):
+    """A scenario in the image and in processes, each flown to its end: form -> Flight."""
+    found = {}
+    for form in ("image", "processes"):
+        found[form] = fly(folder / f"{name}-{form}", "--scenario", path, "--form", form)
+        assert found[form].code == 0, found[form].told()
+    return found
+
+
 def refuse(*words, root=ROOT):
     """Call the launcher with options that it shall refuse; the finished process."""
     return subprocess.run(

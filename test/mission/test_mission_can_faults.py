@@ -74,12 +74,7 @@ def _scenario(path):
 @pytest.fixture(scope="module")
 def flights(hangar):
     """The same flight in both forms."""
-    path = _scenario(hangar / "can-faults.scn")
-    found = {}
-    for form in ("image", "processes"):
-        found[form] = flying.fly(hangar / f"can-faults-{form}", "--scenario", path, "--form", form)
-        assert found[form].code == 0, found[form].told()
-    return found
+    return flying.fly_in_both_forms(hangar, "can-faults", _scenario(hangar / "can-faults.scn"))
 
 
 @pytest.fixture(scope="module")

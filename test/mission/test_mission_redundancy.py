@@ -41,12 +41,7 @@ def _scenario(path):
 @pytest.fixture(scope="module")
 def flights(hangar):
     """The same flight in both forms."""
-    path = _scenario(hangar / "channels.scn")
-    found = {}
-    for form in ("image", "processes"):
-        found[form] = flying.fly(hangar / f"channels-{form}", "--scenario", path, "--form", form)
-        assert found[form].code == 0, found[form].told()
-    return found
+    return flying.fly_in_both_forms(hangar, "channels", _scenario(hangar / "channels.scn"))
 
 
 @pytest.fixture(scope="module")

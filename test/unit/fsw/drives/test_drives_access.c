@@ -2,12 +2,10 @@
 // ST[02] by SDO: the device is the test itself, which answers the frames of the client.
 #include "fsw/drives/drives_access.h"
 
+#include "test/unit/fsw/drives/two_nodes.h"
 #include "unity.h"
 
 #include <string.h>
-
-#define NODE 0x11U
-#define OTHER 0x12U
 
 static drives_t drives;
 static pus_device_port_t port;
@@ -17,23 +15,10 @@ static uint8_t frame[SDO_FRAME_OCTETS];
 
 void setUp(void)
 {
-    static const network_config_t config = {.master              = {.node_id              = 1U,
-                                                                    .heartbeat_ns         = 1000000U,
-                                                                    .heartbeat_timeout_ns = 3000000U,
-                                                                    .sdo_timeout_ns       = 1000U},
-                                            .lost_after_syncs    = 3U,
-                                            .boot_retry_ns       = 1U,
-                                            .silence_told_ns     = 1U,
-                                            .call_ns             = 1U,
-                                            .quick_stop_limit_ns = 1U};
-    memset(&drives, 0, sizeof drives);
     memset(&result, 0, sizeof result);
-    network_init(&drives.network, &config);
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&drives.network, "cia402-drive", NODE));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&drives.network, "cia402-drive", OTHER));
-    drives.network.is_running = true;
-    client                    = &drives.network.master.nodes[drives.network.devices[0].device.index].sdo;
-    port                      = drives_access_port(&drives);
+    two_nodes_run(&drives);
+    client = &drives.network.master.nodes[drives.network.devices[0].device.index].sdo;
+    port   = drives_access_port(&drives);
 }
 
 void tearDown(void)
@@ -72,7 +57,7 @@ static void answer(const uint8_t first, const char* const data)
 static void objects_are_written(void)
 {
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 4};
-    const pus_device_action_t write = command(PUS_DEVICE_COMMAND, NODE, protocol, "abcd");
+    const pus_device_action_t write = command(PUS_DEVICE_COMMAND, FIRST_NODE, protocol, "abcd");
     TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &write));
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &write));
     TEST_ASSERT_EQUAL(STATUS_BUSY, poll(0U));
@@ -91,7 +76,7 @@ static void objects_are_read(void)
         status_t status;
     } cases[] = {{any, STATUS_OK}, {exact, STATUS_OK}, {wrong, STATUS_IO}};
     for (size_t i = 0U; i < 3U; i++) {
-        const pus_device_action_t read = command(PUS_DEVICE_ACQUIRE, NODE, cases[i].protocol, NULL);
+        const pus_device_action_t read = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, cases[i].protocol, NULL);
         TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &read));
         TEST_ASSERT_EQUAL(STATUS_OK, begin(3U, &read));
         answer(0x4BU, "xy\0"); // Two octets.
@@ -109,7 +94,7 @@ static void registers_are_numbers(void)
 {
     const uint8_t value[]          = {0x11, 0x22, 0x33, 0x44};
     const pus_device_action_t load = {.kind    = PUS_DEVICE_LOAD_REGISTER,
-                                      .address = (NODE << 24U) | (0x6065U << 8U) | 2U,
+                                      .address = (FIRST_NODE << 24U) | (0x6065U << 8U) | 2U,
                                       .data    = value,
                                       .size    = 4U};
     pus_device_action_t dump       = load;
@@ -138,15 +123,15 @@ static void what_cannot_be_reached_is_refused(void)
     } cases[] = {
         {command(PUS_DEVICE_COMMAND, 0x13U, protocol, "abcd"), STATUS_NOT_FOUND},
         {command(PUS_DEVICE_COMMAND, 0x111U, protocol, "abcd"), STATUS_NOT_FOUND},
-        {command(PUS_DEVICE_COMMAND, NODE, protocol, "abc"), STATUS_OUT_OF_RANGE},
-        {command(PUS_DEVICE_COMMAND, NODE, none, ""), STATUS_OUT_OF_RANGE},
-        {command(PUS_DEVICE_ACQUIRE, NODE, large, NULL), STATUS_OUT_OF_RANGE},
-        {command(PUS_DEVICE_LOGICAL_COMMAND, NODE, NULL, "x"), STATUS_NOT_FOUND},
+        {command(PUS_DEVICE_COMMAND, FIRST_NODE, protocol, "abc"), STATUS_OUT_OF_RANGE},
+        {command(PUS_DEVICE_COMMAND, FIRST_NODE, none, ""), STATUS_OUT_OF_RANGE},
+        {command(PUS_DEVICE_ACQUIRE, FIRST_NODE, large, NULL), STATUS_OUT_OF_RANGE},
+        {command(PUS_DEVICE_LOGICAL_COMMAND, FIRST_NODE, NULL, "x"), STATUS_NOT_FOUND},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_EQUAL(cases[i].status, port.check(port.context, &cases[i].action));
     }
-    const pus_device_action_t good = command(PUS_DEVICE_COMMAND, NODE, protocol, "abcd");
+    const pus_device_action_t good = command(PUS_DEVICE_COMMAND, FIRST_NODE, protocol, "abcd");
     drives.network.is_running      = false;
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, port.check(port.context, &good));
     TEST_ASSERT_EQUAL(STATUS_IO, begin(0U, &good));
@@ -157,7 +142,7 @@ static void what_cannot_be_reached_is_refused(void)
 static void what_a_device_says_against_it_is_told(void)
 {
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
-    const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, NODE, protocol, NULL);
+    const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
     answer(0x80U, "\x00\x00\x02\x06");
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
@@ -178,8 +163,8 @@ static void what_a_device_says_against_it_is_told(void)
 static void one_transfer_to_a_node_at_a_time(void)
 {
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
-    const pus_device_action_t first = command(PUS_DEVICE_ACQUIRE, NODE, protocol, NULL);
-    const pus_device_action_t other = command(PUS_DEVICE_ACQUIRE, OTHER, protocol, NULL);
+    const pus_device_action_t first = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
+    const pus_device_action_t other = command(PUS_DEVICE_ACQUIRE, SECOND_NODE, protocol, NULL);
     TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_upload(client, 1U, 0U)); // Somebody else's.
     TEST_ASSERT_EQUAL(STATUS_FULL, begin(0U, &first));
     sdo_client_reset(client);
@@ -198,7 +183,7 @@ static void one_transfer_to_a_node_at_a_time(void)
 static void commissioning_ends_a_transfer(void)
 {
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
-    const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, NODE, protocol, NULL);
+    const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
     sdo_client_reset(client); // The network was stopped and runs again.
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));

@@ -4,13 +4,11 @@
 
 #include "fsw/drives/drives_access.h"
 #include "test/support/subsystem_double.h"
+#include "test/unit/fsw/drives/two_nodes.h"
 #include "unity.h"
 
 #include <math.h>
 #include <string.h>
-
-#define NODE 0x11U
-#define BARE 0x12U
 
 static const char document[] =
     "<Subsystem name='ARM' id='20'><Parameters/><Events/><Functions/>\n"
@@ -47,28 +45,15 @@ static status_t parse(const char* const from, const char* const to)
 
 void setUp(void)
 {
-    static const network_config_t config           = {.master              = {.node_id              = 1U,
-                                                                              .heartbeat_ns         = 1000000U,
-                                                                              .heartbeat_timeout_ns = 3000000U,
-                                                                              .sdo_timeout_ns       = 1000U},
-                                                      .lost_after_syncs    = 3U,
-                                                      .boot_retry_ns       = 1U,
-                                                      .silence_told_ns     = 1U,
-                                                      .call_ns             = 1U,
-                                                      .quick_stop_limit_ns = 1U};
     static const subsystem_callbacks_t no_callback = {.emit = NULL};
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, parse("ARM", "ARM"), descriptor_error(&loader));
     double_init(&generic, &descriptor, &no_callback, NULL);
-    memset(&drives, 0, sizeof drives);
     memset(&result, 0, sizeof result);
     memset(octets, 0, sizeof octets);
-    network_init(&drives.network, &config);
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&drives.network, "cia402-drive", NODE));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&drives.network, "cia402-drive", BARE));
-    drives.network.is_running = true;
-    drives.generic            = &generic;
-    drives.configuration      = &descriptor.configurations[0];
-    port                      = drives_access_port(&drives);
+    two_nodes_run(&drives);
+    drives.generic       = &generic;
+    drives.configuration = &descriptor.configurations[0];
+    port                 = drives_access_port(&drives);
 }
 
 void tearDown(void)
@@ -78,7 +63,7 @@ void tearDown(void)
 static const descriptor_quantity_t* quantity(const uint16_t id)
 {
     const descriptor_quantity_t* found = NULL;
-    TEST_ASSERT_EQUAL(STATUS_OK, drives_quantity_find(&drives, NODE, id, &found));
+    TEST_ASSERT_EQUAL(STATUS_OK, drives_quantity_find(&drives, FIRST_NODE, id, &found));
     return found;
 }
 
@@ -103,11 +88,11 @@ static void quantities_are_found_by_node_and_id(void)
     const descriptor_quantity_t* found = quantity(1U);
     TEST_ASSERT_EQUAL_STRING("degC", found->unit);
     TEST_ASSERT_EQUAL_HEX16(0x2210U, found->index);
-    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, drives_quantity_find(&drives, NODE, 9U, &found));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_quantity_find(&drives, BARE, 1U, &found));
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, drives_quantity_find(&drives, FIRST_NODE, 9U, &found));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_quantity_find(&drives, SECOND_NODE, 1U, &found));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_quantity_find(&drives, 0x111U, 1U, &found));
     drives.configuration = NULL;
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_quantity_find(&drives, NODE, 1U, &found));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_quantity_find(&drives, FIRST_NODE, 1U, &found));
 }
 
 static void values_are_rounded_into_objects_that_can_hold_them(void)
@@ -157,12 +142,13 @@ static void answer(uint8_t frame[SDO_FRAME_OCTETS], const uint8_t first, const u
 static void logical_devices_are_read_and_set(void)
 {
     uint8_t frame[SDO_FRAME_OCTETS];
-    const pus_device_action_t read = {.kind = PUS_DEVICE_LOGICAL_ACQUIRE, .device = NODE, .address = 1U};
-    const pus_device_action_t set  = {.kind    = PUS_DEVICE_LOGICAL_COMMAND,
-                                      .device  = NODE,
-                                      .command = 1U,
-                                      .data    = value(30.0),
-                                      .size    = DRIVES_QUANTITY_OCTETS};
+    const pus_device_action_t read = {
+        .kind = PUS_DEVICE_LOGICAL_ACQUIRE, .device = FIRST_NODE, .address = 1U};
+    const pus_device_action_t set = {.kind    = PUS_DEVICE_LOGICAL_COMMAND,
+                                     .device  = FIRST_NODE,
+                                     .command = 1U,
+                                     .data    = value(30.0),
+                                     .size    = DRIVES_QUANTITY_OCTETS};
     TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &set));
     TEST_ASSERT_EQUAL(STATUS_OK, port.begin(port.context, 0U, &set, &result));
     answer(frame, 0x60U, 0U);
@@ -182,13 +168,22 @@ static void what_is_no_quantity_or_cannot_be_set_is_refused(void)
         pus_device_action_t action;
         status_t status;
     } cases[] = {
-        {{.kind = PUS_DEVICE_LOGICAL_ACQUIRE, .device = BARE, .address = 1U}, STATUS_NOT_FOUND},
-        {{.kind = PUS_DEVICE_LOGICAL_ACQUIRE, .device = NODE, .address = 0x10001U}, STATUS_OUT_OF_RANGE},
-        {{.kind = PUS_DEVICE_LOGICAL_COMMAND, .device = NODE, .command = 2U, .data = value(1.0), .size = 8U},
+        {{.kind = PUS_DEVICE_LOGICAL_ACQUIRE, .device = SECOND_NODE, .address = 1U}, STATUS_NOT_FOUND},
+        {{.kind = PUS_DEVICE_LOGICAL_ACQUIRE, .device = FIRST_NODE, .address = 0x10001U},
          STATUS_OUT_OF_RANGE},
-        {{.kind = PUS_DEVICE_LOGICAL_COMMAND, .device = NODE, .command = 1U, .data = value(1.0), .size = 7U},
+        {{.kind    = PUS_DEVICE_LOGICAL_COMMAND,
+          .device  = FIRST_NODE,
+          .command = 2U,
+          .data    = value(1.0),
+          .size    = 8U},
          STATUS_OUT_OF_RANGE},
-        {{.kind = PUS_DEVICE_SWITCH, .device = NODE}, STATUS_NOT_FOUND},
+        {{.kind    = PUS_DEVICE_LOGICAL_COMMAND,
+          .device  = FIRST_NODE,
+          .command = 1U,
+          .data    = value(1.0),
+          .size    = 7U},
+         STATUS_OUT_OF_RANGE},
+        {{.kind = PUS_DEVICE_SWITCH, .device = FIRST_NODE}, STATUS_NOT_FOUND},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_EQUAL(cases[i].status, port.check(port.context, &cases[i].action));

@@ -13,6 +13,7 @@
 
 #include "fsw/framework/message/ring_carrier.h"
 #include "fsw/supervisor/supervisor.h"
+#include "test/support/bed_lines.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -115,13 +116,7 @@ uint16_t bed_request_link(uint16_t link);
 uint16_t bed_open_link(uint16_t link);
 uint16_t bed_close_link(uint16_t link);
 
-void bed_line(const char* format, ...) __attribute__((format(printf, 1, 2)));
 /// Line of a packet that reached a member.
 void bed_line_of_packet(bed_member_t* member, const uint8_t* packet, size_t size);
-void bed_forget(void);
-const char* bed_look(void);
-bool bed_has(const char* start);
-#define bed_expect(lines) bed_expect_at((lines), __LINE__)
-void bed_expect_at(const char* lines, unsigned line);
 
 #endif // TEST_UNIT_FSW_SUPERVISOR_BED_H

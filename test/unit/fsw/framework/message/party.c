@@ -144,6 +144,15 @@ void party_close(party_t* party)
     }
 }
 
+void party_in_each_form(party_t* party, void (*act)(void))
+{
+    for (unsigned form = PARTY_RING; form < party_forms(); form++) {
+        party_open(party, (party_form_t)form);
+        act();
+        party_close(party);
+    }
+}
+
 void party_restart(party_t* party, unsigned index, uint32_t epoch)
 {
     open_endpoint(&party->members[index], epoch);

@@ -56,6 +56,8 @@ uint16_t party_id(unsigned index);
 /// All members with start count 1, each a peer of each.
 void party_open(party_t* party, party_form_t form);
 void party_close(party_t* party);
+/// Open it in each form in turn, act, and close it.
+void party_in_each_form(party_t* party, void (*act)(void));
 /// The member dies and comes back: what waits in its inbox is gone, what waits in its socket is not.
 void party_restart(party_t* party, unsigned index, uint32_t epoch);
 status_t party_send(party_t* party, unsigned from, unsigned to, const void* octets, size_t size);

@@ -29,15 +29,6 @@ static uint32_t draw(uint32_t below)
     return (random_state >> 8U) % below;
 }
 
-static void in_each_form(void (*act)(void))
-{
-    for (unsigned form = PARTY_RING; form < party_forms(); form++) {
-        party_open(&party, (party_form_t)form);
-        act();
-        party_close(&party);
-    }
-}
-
 static message_endpoint_t* end(unsigned index)
 {
     return &party.members[index].endpoint;
@@ -96,7 +87,7 @@ static void send_each_size(void)
 
 static void octets_arrive_unchanged(void)
 {
-    in_each_form(send_each_size);
+    party_in_each_form(&party, send_each_size);
 }
 
 static void know_only_peers(void)
@@ -143,7 +134,7 @@ static void read_with_too_little_room(void)
 
 static void a_block_too_large_for_the_reader_is_dropped_alone(void)
 {
-    in_each_form(read_with_too_little_room);
+    party_in_each_form(&party, read_with_too_little_room);
 }
 
 // ---- Credits ----
@@ -176,7 +167,7 @@ static void fill_the_window(void)
 
 static void a_window_is_all_that_may_be_under_way(void)
 {
-    in_each_form(fill_the_window);
+    party_in_each_form(&party, fill_the_window);
 }
 
 static void answer_each(void)
@@ -217,12 +208,12 @@ static void fill_the_octets_of_the_window(void)
 
 static void a_window_of_octets_is_all_that_may_be_under_way(void)
 {
-    in_each_form(fill_the_octets_of_the_window);
+    party_in_each_form(&party, fill_the_octets_of_the_window);
 }
 
 static void data_carries_credit_along(void)
 {
-    in_each_form(answer_each);
+    party_in_each_form(&party, answer_each);
 }
 
 static void push_and_pull(void)
@@ -260,7 +251,7 @@ static void push_and_pull(void)
 
 static void whatever_is_accepted_arrives_in_order(void)
 {
-    in_each_form(push_and_pull);
+    party_in_each_form(&party, push_and_pull);
 }
 
 // ---- Carriers that refuse or lose ----
@@ -311,7 +302,7 @@ static void meet_a_full_carrier(void)
 
 static void a_full_carrier_loses_nothing(void)
 {
-    in_each_form(meet_a_full_carrier);
+    party_in_each_form(&party, meet_a_full_carrier);
 }
 
 static void meet_nobody(void)
@@ -328,7 +319,7 @@ static void meet_nobody(void)
 
 static void nobody_there_is_told_and_counted(void)
 {
-    in_each_form(meet_nobody);
+    party_in_each_form(&party, meet_nobody);
 }
 
 static void lose_some(void)
@@ -351,7 +342,7 @@ static void lose_some(void)
 
 static void lost_blocks_are_counted_and_give_their_credit_back(void)
 {
-    in_each_form(lose_some);
+    party_in_each_form(&party, lose_some);
 }
 
 static void lose_all_but_the_last(void)
@@ -368,7 +359,7 @@ static void lose_all_but_the_last(void)
 
 static void the_last_of_a_window_may_come_alone(void)
 {
-    in_each_form(lose_all_but_the_last);
+    party_in_each_form(&party, lose_all_but_the_last);
 }
 
 static void lose_a_whole_window(void)
@@ -393,7 +384,7 @@ static void lose_a_whole_window(void)
 
 static void a_lost_window_does_not_silence_the_sender(void)
 {
-    in_each_form(lose_a_whole_window);
+    party_in_each_form(&party, lose_a_whole_window);
 }
 
 static void refuse_all_credit(void)
@@ -416,7 +407,7 @@ static void refuse_all_credit(void)
 
 static void refused_credit_is_offered_again(void)
 {
-    in_each_form(refuse_all_credit);
+    party_in_each_form(&party, refuse_all_credit);
 }
 
 static void a_full_inbox_keeps_datagrams_in_the_socket(void)

@@ -28,15 +28,6 @@ static uint32_t draw(uint32_t below)
     return (random_state >> 8U) % below;
 }
 
-static void in_each_form(void (*act)(void))
-{
-    for (unsigned form = PARTY_RING; form < party_forms(); form++) {
-        party_open(&party, (party_form_t)form);
-        act();
-        party_close(&party);
-    }
-}
-
 static message_endpoint_t* end(unsigned index)
 {
     return &party.members[index].endpoint;
@@ -88,7 +79,7 @@ static void restart_the_receiver(void)
 
 static void a_receiver_that_comes_back_starts_anew(void)
 {
-    in_each_form(restart_the_receiver);
+    party_in_each_form(&party, restart_the_receiver);
 }
 
 static void restart_the_sender(void)
@@ -105,7 +96,7 @@ static void restart_the_sender(void)
 
 static void a_sender_that_comes_back_starts_anew(void)
 {
-    in_each_form(restart_the_sender);
+    party_in_each_form(&party, restart_the_sender);
 }
 
 static void hear_an_old_sender_late(void)
@@ -134,7 +125,7 @@ static void hear_an_old_sender_late(void)
 
 static void an_old_peer_is_never_taken_for_the_new(void)
 {
-    in_each_form(hear_an_old_sender_late);
+    party_in_each_form(&party, hear_an_old_sender_late);
 }
 
 static void restart_both(void)
@@ -155,7 +146,7 @@ static void restart_both(void)
 
 static void two_that_come_back_meet_again(void)
 {
-    in_each_form(restart_both);
+    party_in_each_form(&party, restart_both);
 }
 
 /// The peer was told something before it was ever heard, said hello, and died with all of it unread.
@@ -181,7 +172,7 @@ static void die_after_hello(void)
 
 static void what_was_said_to_a_predecessor_costs_nothing(void)
 {
-    in_each_form(die_after_hello);
+    party_in_each_form(&party, die_after_hello);
 }
 
 static void stay_unheard(void)
@@ -200,7 +191,7 @@ static void stay_unheard(void)
 
 static void a_restarted_component_is_heard_before_it_is_told(void)
 {
-    in_each_form(stay_unheard);
+    party_in_each_form(&party, stay_unheard);
 }
 
 static void restart_at_random(void)
@@ -234,7 +225,7 @@ static void restart_at_random(void)
 
 static void no_history_of_restarts_doubles_or_disorders(void)
 {
-    in_each_form(restart_at_random);
+    party_in_each_form(&party, restart_at_random);
 }
 
 // ---- Frames that are none ----
@@ -312,7 +303,7 @@ static void cut_at_every_length(void)
 
 static void a_frame_is_refused_at_every_shorter_length(void)
 {
-    in_each_form(cut_at_every_length);
+    party_in_each_form(&party, cut_at_every_length);
 }
 
 static void break_each_field(void)
@@ -341,7 +332,7 @@ static void break_each_field(void)
 
 static void each_field_is_checked(void)
 {
-    in_each_form(break_each_field);
+    party_in_each_form(&party, break_each_field);
 }
 
 static void leap_in_the_sequence(void)
@@ -363,7 +354,7 @@ static void leap_in_the_sequence(void)
 
 static void a_sequence_beyond_the_window_is_not_believed(void)
 {
-    in_each_form(leap_in_the_sequence);
+    party_in_each_form(&party, leap_in_the_sequence);
 }
 
 static void claim_credit(void)
@@ -393,7 +384,7 @@ static void claim_credit(void)
 
 static void credit_beyond_what_was_sent_is_not_believed(void)
 {
-    in_each_form(claim_credit);
+    party_in_each_form(&party, claim_credit);
 }
 
 static void strangers_are_not_heard(void)

@@ -34,15 +34,6 @@ static uint32_t random_below(uint32_t limit)
     return random_state % limit;
 }
 
-static void in_each_form(void (*act)(void))
-{
-    for (unsigned form = PARTY_RING; form < party_forms(); form++) {
-        party_open(&party, (party_form_t)form);
-        act();
-        party_close(&party);
-    }
-}
-
 static message_counters_t* counters(unsigned index)
 {
     return &party.members[index].endpoint.counters;
@@ -132,7 +123,7 @@ static void send_to_a_sleeper(void)
 
 static void a_slow_receiver_loses_nothing_silently(void)
 {
-    in_each_form(send_to_a_sleeper);
+    party_in_each_form(&party, send_to_a_sleeper);
 }
 
 // ---- Ways that are cut ----
@@ -201,7 +192,7 @@ static void survive_a_cut_in_both_directions(void)
 
 static void both_windows_lost_are_counted_and_given_back(void)
 {
-    in_each_form(survive_a_cut_in_both_directions);
+    party_in_each_form(&party, survive_a_cut_in_both_directions);
 }
 
 static void ask_after_a_hint(void)
@@ -220,7 +211,7 @@ static void ask_after_a_hint(void)
 
 static void a_hint_asks_at_once(void)
 {
-    in_each_form(ask_after_a_hint);
+    party_in_each_form(&party, ask_after_a_hint);
 }
 
 /// Only frames of credit are lost, as it were those from 1 to 0.
@@ -253,7 +244,7 @@ static void ask_again_what_was_told(void)
 
 static void credit_that_was_lost_is_told_again(void)
 {
-    in_each_form(ask_again_what_was_told);
+    party_in_each_form(&party, ask_again_what_was_told);
 }
 
 static void flood_a_sleeper(void)
@@ -268,7 +259,7 @@ static void flood_a_sleeper(void)
 
 static void asking_does_not_fill_the_way(void)
 {
-    in_each_form(flood_a_sleeper);
+    party_in_each_form(&party, flood_a_sleeper);
 }
 
 int main(void)

@@ -13,6 +13,7 @@
 #define TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_BED_H
 
 #include "fsw/framework/subsystem/component.h"
+#include "test/support/bed_lines.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -112,14 +113,6 @@ void bed_run_until(uint64_t end_ns);
 /// lines.
 void bed_bring(state_t state, uint16_t configuration);
 
-/// Lines since the last look; the next look begins behind them.
-const char* bed_look(void);
-void bed_forget(void);
-/// Check the lines since the last look.
-#define bed_expect(lines) bed_expect_at((lines), __LINE__)
-void bed_expect_at(const char* lines, unsigned line);
-/// True if a line since the last look begins with `start`; does not look.
-bool bed_has(const char* start);
 /// Note a line of the test itself.
 void bed_note(const char* text);
 

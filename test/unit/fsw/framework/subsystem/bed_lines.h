@@ -6,8 +6,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Add a line, as printf does.
-void bed_line(const char* format, ...) __attribute__((format(printf, 1, 2)));
 /// Add the line of a report; the test fails if the packet is malformed.
 void bed_line_of_report(const uint8_t* packet, size_t size);
 
