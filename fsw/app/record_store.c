@@ -68,6 +68,11 @@ status_t record_store_open(record_store_t* const store, seat_t* const seat, jour
             return complain(seat, path, status);
         }
     }
+    const status_t named = osal_file_sync_names(path);
+    if (named != STATUS_OK) {
+        close_files(store, 2U);
+        return complain(seat, path, named);
+    }
     const journal_configuration_t configuration = {
         .media    = {medium_of(&store->files[0], waits), medium_of(&store->files[1], waits)},
         .limit    = JOURNAL_LIMIT,

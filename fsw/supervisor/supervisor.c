@@ -6,7 +6,6 @@
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include <stddef.h>
-#include <string.h>
 
 #define TICK_NS 10000000ULL
 
@@ -110,7 +109,6 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
 {
     FSW_ASSERT((supervisor != NULL) && (config != NULL) && (config->mission != NULL) &&
                (config->endpoint != NULL));
-    (void)memset(supervisor, 0, offsetof(supervisor_t, log));
     supervisor->config  = *config;
     supervisor->mission = config->mission;
     supervisor->mode    = (uint8_t)config->mission->initial_mode;

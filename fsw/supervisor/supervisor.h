@@ -155,12 +155,13 @@ typedef struct supervisor { // All fields are private.
     uint32_t orbit_period_ms;       // Published.
     supervisor_orbit_t orbit;       // Published.
     octet_ring_t ground_backlog;
-    packet_log_t log; // From here on supervisor_init clears nothing by itself.
+    packet_log_t log;
     uint8_t ground_storage[SUPERVISOR_GROUND_BACKLOG];
     uint8_t packet[PUS_PACKET_MAX];
 } supervisor_t;
 
-/// Opens the packet log. STATUS_OK, or the status of packet_log_open.
+/// Opens the packet log. `supervisor` is all zeros, as static storage is when a program begins: to clear
+/// these megabytes would touch them all at start. STATUS_OK, or the status of packet_log_open.
 MUST_USE status_t supervisor_init(supervisor_t* supervisor, const supervisor_config_t* config);
 /// Take in messages and run what is due. Returns the time of the next wake [ns of the run].
 uint64_t supervisor_step(supervisor_t* supervisor, uint64_t now_ns);

@@ -39,9 +39,9 @@ status_t osal_file_append(osal_file_t* file, const char* path)
     return open_file(file, path, O_WRONLY | O_CREAT | O_APPEND);
 }
 
-/// Force the folder of a path to the disk, so that a name in it lasts. STATUS_OK, STATUS_IO.
-static status_t sync_folder(const char* path)
+status_t osal_file_sync_names(const char* path)
 {
+    FSW_ASSERT(path != NULL);
     char folder[PATH_MAX]   = {'.', '\0'};
     const char* const slash = strrchr(path, '/');
     if (slash != NULL) {
@@ -63,15 +63,7 @@ static status_t sync_folder(const char* path)
 
 status_t osal_file_update(osal_file_t* file, const char* path)
 {
-    status_t status = open_file(file, path, O_RDWR);
-    if (status == STATUS_NOT_FOUND) {
-        status = open_file(file, path, O_RDWR | O_CREAT);
-        if ((status == STATUS_OK) && (sync_folder(path) != STATUS_OK)) {
-            osal_file_close(file);
-            status = STATUS_IO;
-        }
-    }
-    return status;
+    return open_file(file, path, O_RDWR | O_CREAT);
 }
 
 status_t osal_file_write(osal_file_t* file, const void* octets, size_t size)
@@ -267,8 +259,8 @@ status_t osal_file_rename(const char* path, const char* new_path)
     if (rename(path, new_path) != 0) {
         return file_status_of(errno);
     }
-    const status_t status = sync_folder(new_path);
-    return (status == STATUS_OK) ? sync_folder(path) : status;
+    const status_t status = osal_file_sync_names(new_path);
+    return (status == STATUS_OK) ? osal_file_sync_names(path) : status;
 }
 
 status_t osal_file_link(const char* target, const char* path)

@@ -20,6 +20,7 @@
 #define LOCAL_PATH_MAX 100U
 #define BACKLOG 16
 #define NS_PER_MS 1000000ULL
+#define LOOKS_SELDOM 127U // One look in so many waits, and one.
 
 static struct sockaddr_in native(osal_address_t address)
 {
@@ -101,7 +102,7 @@ static int open_descriptor(int domain, int type)
 status_t osal_udp_open(osal_socket_t* sock, osal_address_t local, size_t receive_bytes)
 {
     FSW_ASSERT(sock != NULL);
-    sock->descriptor     = -1;
+    *sock                = (osal_socket_t)OSAL_SOCKET_CLOSED;
     const int descriptor = open_descriptor(AF_INET, SOCK_DGRAM);
     if (descriptor < 0) {
         return STATUS_IO;
@@ -125,9 +126,9 @@ status_t osal_udp_open(osal_socket_t* sock, osal_address_t local, size_t receive
 status_t osal_socket_adopt(osal_socket_t* sock, int descriptor)
 {
     FSW_ASSERT(sock != NULL);
-    int domain       = 0;
-    socklen_t size   = (socklen_t)sizeof(domain);
-    sock->descriptor = -1;
+    int domain     = 0;
+    socklen_t size = (socklen_t)sizeof(domain);
+    *sock          = (osal_socket_t)OSAL_SOCKET_CLOSED;
     if ((getsockopt(descriptor, SOL_SOCKET, SO_DOMAIN, &domain, &size) != 0) ||
         ((domain != AF_INET) && (domain != AF_UNIX) && (domain != AF_TIPC))) {
         return STATUS_INVALID;
@@ -194,7 +195,7 @@ static status_t listen_on(osal_socket_t* sock, int descriptor, const void* addre
 status_t osal_tcp_listen(osal_socket_t* sock, osal_address_t local)
 {
     FSW_ASSERT(sock != NULL);
-    sock->descriptor     = -1;
+    *sock                = (osal_socket_t)OSAL_SOCKET_CLOSED;
     const int descriptor = open_descriptor(AF_INET, SOCK_STREAM);
     if (descriptor < 0) {
         return STATUS_IO;
@@ -218,8 +219,8 @@ status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client, osa
         descriptor     = accept4(listener->descriptor, (struct sockaddr*)(void*)&peer, &size,
                                  SOCK_CLOEXEC | SOCK_NONBLOCK);
     } while ((descriptor < 0) && ((errno == EINTR) || (errno == ECONNABORTED)));
-    out_client->descriptor = descriptor;
-    *out_peer              = (osal_address_t){0U, 0U};
+    *out_client = (osal_socket_t){descriptor, 0U, 0U};
+    *out_peer   = (osal_address_t){0U, 0U};
     if (descriptor < 0) {
         if (is_short_of_descriptors(errno)) {
             return STATUS_EXHAUSTED;
@@ -267,7 +268,7 @@ static status_t connect_to(osal_socket_t* sock, int descriptor, const void* addr
 status_t osal_tcp_connect(osal_socket_t* sock, osal_address_t to)
 {
     FSW_ASSERT(sock != NULL);
-    sock->descriptor     = -1;
+    *sock                = (osal_socket_t)OSAL_SOCKET_CLOSED;
     const int descriptor = open_descriptor(AF_INET, SOCK_STREAM);
     if (descriptor < 0) {
         return STATUS_IO;
@@ -280,7 +281,7 @@ status_t osal_tcp_connect(osal_socket_t* sock, osal_address_t to)
 status_t osal_tcp_connect_begin(osal_socket_t* sock, osal_address_t to)
 {
     FSW_ASSERT(sock != NULL);
-    sock->descriptor     = -1;
+    *sock                = (osal_socket_t)OSAL_SOCKET_CLOSED;
     const int descriptor = open_descriptor(AF_INET, SOCK_STREAM);
     if (descriptor < 0) {
         return is_short_of_descriptors(errno) ? STATUS_EXHAUSTED : STATUS_IO;
@@ -373,7 +374,7 @@ status_t osal_local_listen(osal_socket_t* sock, const char* path)
 {
     FSW_ASSERT((sock != NULL) && (path != NULL));
     struct sockaddr_un address;
-    sock->descriptor = -1;
+    *sock = (osal_socket_t)OSAL_SOCKET_CLOSED;
     if (!local_address(path, &address)) {
         return STATUS_INVALID;
     }
@@ -385,7 +386,7 @@ status_t osal_local_connect(osal_socket_t* sock, const char* path)
 {
     FSW_ASSERT((sock != NULL) && (path != NULL));
     struct sockaddr_un address;
-    sock->descriptor = -1;
+    *sock = (osal_socket_t)OSAL_SOCKET_CLOSED;
     if (!local_address(path, &address)) {
         return STATUS_INVALID;
     }
@@ -396,29 +397,46 @@ status_t osal_local_connect(osal_socket_t* sock, const char* path)
 status_t osal_local_pair(osal_socket_t* sock, osal_socket_t* out_peer)
 {
     FSW_ASSERT((sock != NULL) && (out_peer != NULL));
-    int pair[2]          = {-1, -1};
-    const int result     = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, pair);
-    sock->descriptor     = (result == 0) ? pair[0] : -1;
-    out_peer->descriptor = (result == 0) ? pair[1] : -1;
+    int pair[2]      = {-1, -1};
+    const int result = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, pair);
+    *sock            = (osal_socket_t){(result == 0) ? pair[0] : -1, 0U, 0U};
+    *out_peer        = (osal_socket_t){(result == 0) ? pair[1] : -1, 0U, 0U};
     return (result == 0) ? STATUS_OK : STATUS_IO;
 }
 
 // --- Any socket ----------------------------------------------------------------------------------------
+
+/// Look for octets, unless that was in vain lately. As poll: 1 there are, or an error; 0 not yet.
+static int look_for_octets(osal_socket_t* sock, struct pollfd* watched)
+{
+    if (sock->blind > 0U) {
+        sock->blind--;
+        return 0;
+    }
+    const uint64_t until_ns = osal_clock_monotonic_ns() + OSAL_SOCKET_LOOK_NS;
+    int ready               = 0;
+    do {
+        ready = poll(watched, 1U, 0);
+    } while ((ready == 0) && (osal_clock_monotonic_ns() < until_ns));
+    sock->pause = (ready != 0) ? 0U : (uint8_t)(((2U * sock->pause) + 1U) & LOOKS_SELDOM);
+    sock->blind = sock->pause;
+    return ready;
+}
 
 status_t osal_socket_wait_readable(osal_socket_t* sock, uint32_t timeout_ms)
 {
     FSW_ASSERT(sock != NULL);
     struct pollfd watched   = {.fd = sock->descriptor, .events = POLLIN};
     const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
-    int ready               = 0;
-    do {
+    int ready               = (timeout_ms > 0U) ? look_for_octets(sock, &watched) : 0;
+    while ((ready == 0) || ((ready < 0) && (errno == EINTR))) {
         const uint64_t now_ns = osal_clock_monotonic_ns();
         const uint64_t rest_ms =
             (until_ns > now_ns) ? ((until_ns - now_ns + NS_PER_MS - 1U) / NS_PER_MS) : 0U;
         ready = poll(&watched, 1U, (rest_ms < (uint64_t)INT_MAX) ? (int)rest_ms : INT_MAX);
-    } while ((ready < 0) && (errno == EINTR));
-    if (ready == 0) {
-        return STATUS_TIMEOUT;
+        if (ready == 0) {
+            return STATUS_TIMEOUT;
+        }
     }
     return ((ready > 0) && ((watched.revents & POLLNVAL) == 0)) ? STATUS_OK : STATUS_IO;
 }
@@ -455,5 +473,5 @@ void osal_socket_close(osal_socket_t* sock)
     if (sock->descriptor >= 0) {
         (void)close(sock->descriptor);
     }
-    sock->descriptor = -1;
+    *sock = (osal_socket_t)OSAL_SOCKET_CLOSED;
 }

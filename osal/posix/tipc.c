@@ -102,7 +102,7 @@ status_t osal_tipc_open(osal_socket_t* sock, osal_tipc_kind_t kind, const osal_t
 {
     FSW_ASSERT((sock != NULL) && ((name == NULL) || (name->type >= OSAL_TIPC_TYPE_MIN)));
     const bool is_message = (kind == OSAL_TIPC_MESSAGE);
-    sock->descriptor      = -1;
+    *sock                 = (osal_socket_t)OSAL_SOCKET_CLOSED;
     const int descriptor  = open_descriptor(is_message ? SOCK_RDM : SOCK_DGRAM);
     if (descriptor < 0) {
         return status_of_open(errno);
@@ -197,7 +197,7 @@ status_t osal_tipc_watch_open(osal_socket_t* sock, uint32_t type)
     FSW_ASSERT((sock != NULL) && (type >= OSAL_TIPC_TYPE_MIN));
     struct tipc_subscr subscription;
     const struct sockaddr_tipc service = native((osal_tipc_name_t){TIPC_TOP_SRV, TIPC_TOP_SRV});
-    sock->descriptor                   = -1;
+    *sock                              = (osal_socket_t)OSAL_SOCKET_CLOSED;
     const int descriptor               = open_descriptor(SOCK_SEQPACKET);
     if (descriptor < 0) {
         return status_of_open(errno);

@@ -144,6 +144,7 @@ static void begin(void)
     now_ns                           = 0U;
     is_stop_requested                = false;
     is_finished                      = false;
+    memset(&supervisor, 0, sizeof supervisor);
     FUZZ_CHECK(supervisor_init(&supervisor, &config) == STATUS_OK);
 }
 

@@ -126,7 +126,7 @@ status_t osal_udp_open(osal_socket_t* const socket, const osal_address_t local, 
 
 status_t osal_socket_adopt(osal_socket_t* const socket, const int descriptor)
 {
-    const osal_socket_t wanted = {descriptor};
+    const osal_socket_t wanted = {.descriptor = descriptor};
     if (end_of(&wanted) == NULL) {
         return STATUS_INVALID;
     }

@@ -5,17 +5,21 @@
 
 #include "fsw/framework/message/octet_ring.h"
 
+#include <string.h>
+
 /// Lengths in the ring add up to `used`, and there are `blocks` of them.
 static inline bool octet_ring_is_consistent(const octet_ring_t* ring)
 {
     size_t walked   = 0U;
     uint32_t blocks = 0U;
     while ((walked < ring->used) && (blocks < ring->blocks)) {
+        uint8_t octets[sizeof(uint32_t)];
         uint32_t length = 0U;
-        for (size_t i = 0U; i < 4U; i++) {
-            length = (length << 8U) | ring->storage[(ring->head + walked + i) % ring->capacity];
+        for (size_t i = 0U; i < sizeof octets; i++) {
+            octets[i] = ring->storage[(ring->head + walked + i) % ring->capacity];
         }
-        walked += 4U + length;
+        (void)memcpy(&length, octets, sizeof length);
+        walked += sizeof octets + length;
         blocks++;
     }
     return (walked == ring->used) && (blocks == ring->blocks) && (ring->used <= ring->capacity);

@@ -35,8 +35,7 @@ typedef struct {
     uint32_t to_epoch;
     uint32_t sequence;
     uint32_t taken;
-    const uint8_t* payload;
-    size_t size;
+    size_t size; // Of the payload.
 } frame_t;
 
 static message_channel_t* channel_of(message_endpoint_t* const endpoint, const uint16_t peer)
@@ -186,11 +185,11 @@ status_t message_send(message_endpoint_t* const endpoint, const uint16_t to, con
     return ((status == STATUS_OK) || (status == STATUS_FULL)) ? status : STATUS_CLOSED;
 }
 
-/// STATUS_OK, or STATUS_INVALID for octets that are no frame for us.
+/// STATUS_OK, or STATUS_INVALID for a header that no frame for us has, or none of its size.
 static status_t parse(const message_endpoint_t* const endpoint, const uint8_t* const octets,
                       const size_t size, frame_t* const out_frame)
 {
-    if (size < MESSAGE_HEADER_OCTETS) {
+    if ((size < MESSAGE_HEADER_OCTETS) || (size > MESSAGE_FRAME_MAX)) {
         return STATUS_INVALID;
     }
     out_frame->kind         = octets[AT_KIND];
@@ -200,7 +199,6 @@ static status_t parse(const message_endpoint_t* const endpoint, const uint8_t* c
     out_frame->to_epoch     = octets_u32_at(&octets[AT_TO_EPOCH]);
     out_frame->sequence     = octets_u32_at(&octets[AT_SEQUENCE]);
     out_frame->taken        = octets_u32_at(&octets[AT_TAKEN]);
-    out_frame->payload      = &octets[MESSAGE_HEADER_OCTETS];
     out_frame->size         = size - MESSAGE_HEADER_OCTETS;
     const bool is_well_made = (octets_u16_at(&octets[AT_MAGIC]) == MAGIC) &&
                               (octets[AT_VERSION] == VERSION) && (out_frame->kind <= KIND_PROBE) &&
@@ -297,16 +295,16 @@ status_t message_receive(message_endpoint_t* const endpoint, uint16_t* const out
     FSW_ASSERT((endpoint != NULL) && (out_from != NULL) && (octets != NULL) && (out_size != NULL));
     *out_size = 0U;
     for (;;) {
+        uint8_t header[MESSAGE_HEADER_OCTETS];
         size_t size = 0U;
         const status_t status =
-            octet_ring_take(&endpoint->inbox, endpoint->frame, sizeof endpoint->frame, &size);
+            octet_ring_take_parts(&endpoint->inbox, header, sizeof header, octets, capacity, &size);
         if (status == STATUS_EMPTY) {
             return_all_credit(endpoint);
             return STATUS_EMPTY;
         }
-        frame_t frame = {0};
-        const bool is_frame =
-            (status == STATUS_OK) && (parse(endpoint, endpoint->frame, size, &frame) == STATUS_OK);
+        frame_t frame;
+        const bool is_frame              = parse(endpoint, header, size, &frame) == STATUS_OK;
         message_channel_t* const channel = is_frame ? channel_of(endpoint, frame.from) : NULL;
         if (channel == NULL) {
             endpoint->counters.malformed++;
@@ -319,10 +317,7 @@ status_t message_receive(message_endpoint_t* const endpoint, uint16_t* const out
             answer(endpoint, channel, &frame);
             continue;
         }
-        const bool fits = (frame.size <= capacity);
-        if (fits && (frame.size > 0U)) {
-            (void)memcpy(octets, frame.payload, frame.size);
-        }
+        const bool fits = (status == STATUS_OK);
         endpoint->counters.received++;
         *out_from = frame.from;
         *out_size = fits ? frame.size : 0U;

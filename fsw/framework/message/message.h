@@ -93,7 +93,8 @@ MUST_USE status_t message_add_peer(message_endpoint_t* endpoint, uint16_t peer);
 /// STATUS_OK; STATUS_FULL: no credit or carrier full, nothing sent; STATUS_NOT_FOUND: no such peer;
 /// STATUS_TOO_LARGE: more than MESSAGE_PAYLOAD_MAX octets; STATUS_CLOSED: the carrier cannot reach the peer.
 MUST_USE status_t message_send(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets, size_t size);
-/// Take the oldest block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped).
+/// Take the oldest block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped); with these, what `octets`
+/// holds means nothing.
 MUST_USE status_t message_receive(message_endpoint_t* endpoint, uint16_t* out_from, uint8_t* octets,
                                   size_t capacity, size_t* out_size);
 /// The way to a peer is there again: ask what it has taken of what was under way. No effect if nothing was.

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#define LENGTH_OCTETS 4U
+#define LENGTH_OCTETS sizeof(uint32_t) // Before each block its size, in the processor's own order.
 #define BLOCK_MAX 65535U
 
 void octet_ring_init(octet_ring_t* const ring, uint8_t* const storage, const size_t capacity)
@@ -20,7 +20,7 @@ static size_t wrapped(const octet_ring_t* const ring, const size_t position)
     return (position >= ring->capacity) ? (position - ring->capacity) : position;
 }
 
-static void copy_in(octet_ring_t* const ring, const uint8_t* const octets, const size_t size)
+static inline void copy_in(octet_ring_t* const ring, const uint8_t* const octets, const size_t size)
 {
     const size_t tail = wrapped(ring, ring->head + ring->used);
     const size_t left = ring->capacity - tail;
@@ -39,7 +39,7 @@ static void drop(octet_ring_t* const ring, const size_t size)
     ring->used -= size;
 }
 
-static void copy_out(octet_ring_t* const ring, uint8_t* const octets, const size_t size)
+static inline void copy_out(octet_ring_t* const ring, uint8_t* const octets, const size_t size)
 {
     const size_t left = ring->capacity - ring->head;
     if (size <= left) {
@@ -49,15 +49,6 @@ static void copy_out(octet_ring_t* const ring, uint8_t* const octets, const size
         (void)memcpy(&octets[left], ring->storage, size - left);
     }
     drop(ring, size);
-}
-
-static uint32_t length_at(const octet_ring_t* const ring, const size_t position)
-{
-    uint32_t length = 0U;
-    for (size_t i = 0U; i < LENGTH_OCTETS; i++) {
-        length = (length << 8U) | ring->storage[wrapped(ring, position + i)];
-    }
-    return length;
 }
 
 size_t octet_ring_room(const octet_ring_t* const ring)
@@ -74,8 +65,8 @@ status_t octet_ring_put(octet_ring_t* const ring, const uint8_t* const octets, c
         ring->refused++;
         return STATUS_FULL;
     }
-    const uint8_t length[LENGTH_OCTETS] = {0U, 0U, (uint8_t)(size >> 8U), (uint8_t)(size & 0xFFU)};
-    copy_in(ring, length, LENGTH_OCTETS);
+    const uint32_t length = (uint32_t)size;
+    copy_in(ring, (const uint8_t*)&length, LENGTH_OCTETS);
     if (size > 0U) {
         copy_in(ring, octets, size);
     }
@@ -84,25 +75,39 @@ status_t octet_ring_put(octet_ring_t* const ring, const uint8_t* const octets, c
     return STATUS_OK;
 }
 
-status_t octet_ring_take(octet_ring_t* const ring, uint8_t* const octets, const size_t capacity,
-                         size_t* const out_size)
+status_t octet_ring_take_parts(octet_ring_t* const ring, uint8_t* const head, const size_t head_size,
+                               uint8_t* const octets, const size_t capacity, size_t* const out_size)
 {
-    FSW_ASSERT((ring != NULL) && (octets != NULL) && (out_size != NULL));
+    FSW_ASSERT((ring != NULL) && (head != NULL) && (octets != NULL) && (out_size != NULL));
     *out_size = 0U;
     if (ring->blocks == 0U) {
         return STATUS_EMPTY;
     }
-    const size_t size = length_at(ring, ring->head);
-    FSW_ASSERT((size + LENGTH_OCTETS) <= ring->used);
-    drop(ring, LENGTH_OCTETS);
+    uint32_t length = 0U;
+    copy_out(ring, (uint8_t*)&length, LENGTH_OCTETS);
+    const size_t size  = length;
+    const size_t first = (size < head_size) ? size : head_size;
+    FSW_ASSERT(size <= ring->used);
     ring->blocks--;
-    if (size > capacity) {
-        drop(ring, size);
+    copy_out(ring, head, first);
+    *out_size = size;
+    if ((size - first) > capacity) {
+        drop(ring, size - first);
         return STATUS_TOO_LARGE;
     }
-    copy_out(ring, octets, size);
-    *out_size = size;
+    copy_out(ring, octets, size - first);
     return STATUS_OK;
+}
+
+status_t octet_ring_take(octet_ring_t* const ring, uint8_t* const octets, const size_t capacity,
+                         size_t* const out_size)
+{
+    FSW_ASSERT(octets != NULL);
+    const status_t status = octet_ring_take_parts(ring, octets, 0U, octets, capacity, out_size);
+    if (status == STATUS_TOO_LARGE) {
+        *out_size = 0U;
+    }
+    return status;
 }
 
 status_t octet_ring_peek(const octet_ring_t* const ring, uint8_t* const octets, const size_t capacity,
@@ -113,10 +118,10 @@ status_t octet_ring_peek(const octet_ring_t* const ring, uint8_t* const octets, 
     if (ring->blocks == 0U) {
         return STATUS_EMPTY;
     }
-    *out_size          = length_at(ring, ring->head);
-    const size_t begin = ring->head + LENGTH_OCTETS;
-    for (size_t i = 0U; (i < capacity) && (i < *out_size); i++) {
-        octets[i] = ring->storage[(begin + i) % ring->capacity];
-    }
+    octet_ring_t look = *ring; // Takes from a copy of the positions: the block stays.
+    uint32_t length   = 0U;
+    copy_out(&look, (uint8_t*)&length, LENGTH_OCTETS);
+    copy_out(&look, octets, (length < capacity) ? length : capacity);
+    *out_size = length;
     return STATUS_OK;
 }

@@ -9,22 +9,18 @@
 
 #define WORDS_OF(octets) (((octets) + 7U) / 8U)
 #define APART_OCTETS 128U // Processors fetch cache lines by pairs of 64 octets.
+#define LINE_WORDS 8U
 #define HEADER_WORDS LINK_FRAME_HEADER_WORDS
 
 /// What lies in the shared memory. `guard` is odd while the writer is inside. The frame is written and read
 /// word by word with relaxed atomics between fences, so that a torn read is seen and never undefined.
 /// The doorbell has cache lines of its own: readers that do not wait never touch it.
-typedef struct {
+typedef struct link_slot {
     osal_doorbell_t doorbell; // Rung after each sample.
     uint8_t apart[APART_OCTETS - sizeof(osal_doorbell_t)];
     uint32_t guard;
     uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
 } link_slot_t;
-
-static link_slot_t* slot_of(const osal_shm_t* const shm)
-{
-    return (link_slot_t*)osal_shm_address(shm);
-}
 
 static bool uses(const rtlink_terms_t* const terms, const rtlink_method_t method)
 {
@@ -44,6 +40,7 @@ static status_t create_slot(link_producer_t* const producer)
     }
     (void)osal_shm_remove(name); // Of an earlier opening; its consumers keep their mapping and go stale.
     const status_t status = osal_shm_create(&producer->shm, name, sizeof(link_slot_t));
+    producer->slot        = (status == STATUS_OK) ? osal_shm_address(&producer->shm) : NULL;
     return ((status == STATUS_INVALID) || (status == STATUS_EXISTS)) ? STATUS_IO : status;
 }
 
@@ -91,6 +88,9 @@ static void write_slot(link_slot_t* const slot, const link_frame_header_t* const
                        const uint8_t* const payload, const size_t size)
 {
     uint64_t words[HEADER_WORDS];
+    for (size_t i = 0U; i < (HEADER_WORDS + WORDS_OF(size)); i += LINE_WORDS) {
+        __builtin_prefetch(&slot->words[i], 1); // All lines come at once from the reader's processor.
+    }
     link_frame_pack(header, words);
     const uint32_t guard = __atomic_load_n(&slot->guard, __ATOMIC_RELAXED);
     __atomic_store_n(&slot->guard, guard + 1U, __ATOMIC_RELAXED);
@@ -130,8 +130,8 @@ status_t link_producer_write(link_producer_t* const producer, const uint8_t stat
                                         .sequence       = producer->sequence,
                                         .time_ns        = now_ns};
     status_t status                  = STATUS_OK;
-    if (uses(&producer->terms, RTLINK_METHOD_SHARED_MEMORY)) {
-        write_slot(slot_of(&producer->shm), &header, payload, producer->terms.layout_octets);
+    if (producer->slot != NULL) {
+        write_slot(producer->slot, &header, payload, producer->terms.layout_octets);
     } else {
         status = send_datagram(producer, &header, payload);
     }
@@ -148,12 +148,13 @@ status_t link_producer_write(link_producer_t* const producer, const uint8_t stat
 void link_producer_close(link_producer_t* const producer)
 {
     FSW_ASSERT(producer != NULL);
-    if (producer->is_open && uses(&producer->terms, RTLINK_METHOD_SHARED_MEMORY)) {
+    if (producer->slot != NULL) {
         char name[NAME_MAX_OCTETS];
         if (producer->resolver->shm_name(producer->resolver->context, producer->link, name, sizeof name)) {
             (void)osal_shm_remove(name);
         }
         osal_shm_close(&producer->shm);
+        producer->slot = NULL;
     }
     producer->is_open = false;
 }
@@ -177,6 +178,7 @@ status_t link_consumer_open(link_consumer_t* const consumer, const link_resolver
             return STATUS_IO;
         }
         consumer->is_open = (status == STATUS_OK);
+        consumer->slot    = consumer->is_open ? osal_shm_address(&consumer->shm) : NULL;
         return (status == STATUS_INVALID) ? STATUS_NOT_FOUND : status;
     }
     consumer->is_open = comes_by_datagram(agreed);
@@ -244,12 +246,11 @@ static bool copy_slot(const link_slot_t* const slot, const size_t words, uint32_
 
 static void take_from_slot(link_consumer_t* const consumer)
 {
-    const link_slot_t* const slot = slot_of(&consumer->shm);
-    const size_t count            = HEADER_WORDS + WORDS_OF(consumer->terms.layout_octets);
-    const uint32_t taken          = consumer->guard;
+    const size_t count   = HEADER_WORDS + WORDS_OF(consumer->terms.layout_octets);
+    const uint32_t taken = consumer->guard;
     uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
     for (unsigned attempt = 0U; attempt < LINK_READ_ATTEMPTS; attempt++) {
-        if (copy_slot(slot, count, &consumer->guard, words)) {
+        if (copy_slot(consumer->slot, count, &consumer->guard, words)) {
             if (consumer->guard != taken) {
                 link_frame_header_t header;
                 const status_t status = link_frame_unpack(words, &header);
@@ -264,8 +265,7 @@ static void take_from_slot(link_consumer_t* const consumer)
 osal_doorbell_t* link_consumer_doorbell(const link_consumer_t* const consumer)
 {
     FSW_ASSERT(consumer != NULL);
-    const bool is_shared = consumer->is_open && uses(&consumer->terms, RTLINK_METHOD_SHARED_MEMORY);
-    return is_shared ? &slot_of(&consumer->shm)->doorbell : NULL;
+    return (consumer->slot != NULL) ? &consumer->slot->doorbell : NULL;
 }
 
 status_t link_consumer_read(link_consumer_t* const consumer, const uint64_t now_ns)
@@ -274,7 +274,7 @@ status_t link_consumer_read(link_consumer_t* const consumer, const uint64_t now_
     if (!consumer->is_open) {
         return STATUS_CLOSED;
     }
-    if (uses(&consumer->terms, RTLINK_METHOD_SHARED_MEMORY)) {
+    if (consumer->slot != NULL) {
         take_from_slot(consumer);
     }
     if (!consumer->has_sample) {
@@ -308,8 +308,9 @@ status_t link_consumer_deliver(link_consumer_t* const consumer, const uint8_t* c
 void link_consumer_close(link_consumer_t* const consumer)
 {
     FSW_ASSERT(consumer != NULL);
-    if (consumer->is_open && uses(&consumer->terms, RTLINK_METHOD_SHARED_MEMORY)) {
+    if (consumer->slot != NULL) {
         osal_shm_close(&consumer->shm);
+        consumer->slot = NULL;
     }
     consumer->is_open = false;
 }

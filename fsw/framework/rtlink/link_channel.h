@@ -69,6 +69,7 @@ typedef struct { // Private, except counters.
     uint32_t sequence;
     bool is_open;
     osal_shm_t shm;
+    struct link_slot* slot; // In the shared memory; null: it sends datagrams.
     const link_resolver_t* resolver;
     osal_socket_t* socket;
     osal_address_t consumer;
@@ -83,12 +84,13 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
     bool is_open;
     bool has_sample;
     osal_shm_t shm;
-    uint32_t guard;                      // Of what was last taken out of the shared memory.
-    uint8_t payload[RTLINK_PAYLOAD_MAX]; // Producer's byte order.
+    struct link_slot* slot; // In the shared memory; null: its samples come by datagrams.
+    uint32_t guard;         // Of what was last taken out of it.
     uint32_t sequence;
     uint8_t peer_state;      ///< State number of the producer in its last frame.
     uint64_t sample_time_ns; ///< Time of the last sample [ns of the run].
     link_counters_t counters;
+    uint8_t payload[RTLINK_PAYLOAD_MAX]; // Producer's byte order.
 } link_consumer_t;
 
 /// Make the shared memory of a link (producer's side), before the consumer opens. A left-over of an earlier

@@ -256,7 +256,7 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
     component_link_t* link        = NULL;
     rtlink_verdict_t verdict      = RTLINK_REFUSED_STATE;
     rtlink_terms_t own;
-    rtlink_terms_t agreed;
+    rtlink_terms_t agreed = {.methods = 0U};
     rtlink_terms_t wanted;
     read_terms(&request->properties, &wanted);
     const rtlink_terms_t* supported = &wanted; // Without a port there is nothing better to tell.

@@ -27,9 +27,11 @@ MUST_USE status_t osal_file_write(osal_file_t* file, const void* octets, size_t 
 MUST_USE status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size);
 /// Whole file into the buffer. STATUS_OK, STATUS_NOT_FOUND, STATUS_TOO_LARGE, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_file_load(const char* path, void* octets, size_t capacity, size_t* out_size);
-/// Open for reading and writing anywhere; made if missing, and then its name is on the disk as well. Same
-/// statuses as create.
+/// Open for reading and writing anywhere; made if missing. Same statuses as create.
 MUST_USE status_t osal_file_update(osal_file_t* file, const char* path);
+/// Force the names of all files in the folder of `path` to the disk: one that was made before is there after
+/// a power cut, though perhaps empty. STATUS_OK, STATUS_IO.
+MUST_USE status_t osal_file_sync_names(const char* path);
 /// Read exactly `size` octets from `offset` on. STATUS_OK, STATUS_TRUNCATED (they go beyond the end),
 /// STATUS_IO.
 MUST_USE status_t osal_file_read_at(osal_file_t* file, uint64_t offset, void* octets, size_t size);

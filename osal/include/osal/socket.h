@@ -13,6 +13,8 @@
 
 typedef struct { // Private; descriptor < 0 when closed.
     int descriptor;
+    uint8_t blind; // Waits that are still to begin without a look.
+    uint8_t pause; // So many there were after the last look in vain.
 } osal_socket_t;
 
 typedef struct {
@@ -21,11 +23,12 @@ typedef struct {
 } osal_address_t;
 
 #define OSAL_IPV4_LOOPBACK 0x7F000001U
+#define OSAL_SOCKET_LOOK_NS 20000U
 
 /// Closed socket, for initialisation.
 #define OSAL_SOCKET_CLOSED                                                                                   \
     {                                                                                                        \
-        -1                                                                                                   \
+        -1, 0U, 0U                                                                                           \
     }
 
 /// Bound UDP socket; `receive_bytes` asks the kernel for that much receive buffer (0: leave).
@@ -70,7 +73,9 @@ MUST_USE status_t osal_local_connect(osal_socket_t* socket, const char* path);
 /// Two ends of one local stream; hand one to a child process. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer);
 
-/// Wait (wall-clock) until readable, at most timeout_ms. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
+/// Wait (wall-clock) until readable, at most timeout_ms. Before it sleeps it looks for OSAL_SOCKET_LOOK_NS,
+/// as a doorbell does: to wake a sleeping processor takes longer. Looks in vain are made ever more seldom,
+/// down to one in 128 waits. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Local address of a bound socket. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_socket_local_address(const osal_socket_t* socket, osal_address_t* out_local);

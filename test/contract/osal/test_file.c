@@ -127,6 +127,9 @@ static void test_update_reads_and_writes_anywhere(void)
     uint64_t size = 9U;
     osal_file_t file;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path)); // Made.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_sync_names(path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_sync_names("file-of-this-folder"));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_sync_names("/tmp/no/such/folder/file"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_size(&file, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
     TEST_ASSERT_EQUAL(STATUS_TRUNCATED, osal_file_read_at(&file, 0U, part, 1U));

@@ -138,7 +138,7 @@ static const osal_tipc_name_t name = {TYPE, 16U};
 void setUp(void)
 {
     (void)memset(&kernel, 0, sizeof kernel);
-    sock = (osal_socket_t){-1};
+    sock = (osal_socket_t)OSAL_SOCKET_CLOSED;
 }
 
 void tearDown(void)

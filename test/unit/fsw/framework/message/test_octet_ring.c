@@ -94,6 +94,37 @@ static void a_block_too_large_for_the_reader_is_dropped_alone(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, out, 3U);
 }
 
+static void a_block_comes_in_two_parts(void)
+{
+    static const uint8_t octets[8] = {1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U};
+    uint8_t storage[24];
+    octet_ring_t ring;
+    octet_ring_init(&ring, storage, sizeof storage);
+    for (size_t size = 0U; size <= sizeof octets; size++) { // Over the end of the storage, too.
+        for (size_t head_size = 0U; head_size <= sizeof octets; head_size++) {
+            const size_t first = (size < head_size) ? size : head_size;
+            uint8_t head[8]    = {0};
+            uint8_t rest[8]    = {0};
+            size_t told        = 99U;
+            TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, octets, size));
+            TEST_ASSERT_EQUAL(STATUS_OK,
+                              octet_ring_take_parts(&ring, head, head_size, rest, size - first, &told));
+            TEST_ASSERT_EQUAL(size, told);
+            TEST_ASSERT_TRUE(memcmp(octets, head, first) == 0);
+            TEST_ASSERT_TRUE(memcmp(&octets[first], rest, size - first) == 0);
+            if (size > first) { // No room for all of the rest: the head is there, the next block unharmed.
+                TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, octets, size));
+                TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, octet_ring_take_parts(&ring, head, head_size, rest,
+                                                                          size - first - 1U, &told));
+                TEST_ASSERT_EQUAL(size, told);
+                TEST_ASSERT_TRUE(memcmp(octets, head, first) == 0);
+            }
+            TEST_ASSERT_EQUAL(STATUS_EMPTY, octet_ring_take_parts(&ring, head, 8U, rest, 8U, &told));
+            TEST_ASSERT_EQUAL(0U, told);
+        }
+    }
+}
+
 static void the_largest_block_survives(void)
 {
     static uint8_t storage[65600];
@@ -240,6 +271,7 @@ int main(void)
     RUN_TEST(a_block_fills_the_ring_to_the_last_octet);
     RUN_TEST(empty_blocks_count);
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
+    RUN_TEST(a_block_comes_in_two_parts);
     RUN_TEST(the_largest_block_survives);
     RUN_TEST(a_ring_behaves_like_a_list);
     RUN_TEST(the_self_test_sees_damage);

@@ -97,8 +97,8 @@ status_t osal_tipc_watch_next(osal_socket_t* sock, osal_tipc_event_t* out_event)
 
 // ---- The bed ----
 
-static osal_socket_t plug  = {7};
-static osal_socket_t watch = {8};
+static osal_socket_t plug  = {.descriptor = 7};
+static osal_socket_t watch = {.descriptor = 8};
 static tipc_carrier_t carrier;
 static message_endpoint_t endpoint;
 static uint8_t inbox[INBOX];
