@@ -172,16 +172,9 @@ static void sweep(void* const context, const char* const name)
     const int32_t id      = owner_of(name);
     const status_t status = (id > 0) ? osal_process_watch(&owner, id) : STATUS_OK;
     if (status == STATUS_NOT_FOUND) {
-        char door[LAUNCH_PATH_MAX];
-        text_t text = text_in(door, sizeof door);
-        text_add(&text, "/tmp");
-        text_add(&text, FAMILY);
-        text_add_unsigned(&text, (uint64_t)id);
-        text_add(&text, ".door");
-        (void)osal_shm_remove(name);
-        (void)osal_file_remove(door);
+        (void)osal_shm_remove(name); // The door has such a name as well.
         char identity[RUN_IDENTITY_MAX];
-        text = text_in(identity, sizeof identity);
+        text_t text = text_in(identity, sizeof identity);
         text_add(&text, &FAMILY[1]);
         text_add_unsigned(&text, (uint64_t)id);
         launcher_remove_nodes(identity);
@@ -320,10 +313,12 @@ static void find_equipment(launcher_t* const launcher)
     launcher->has_equipment = osal_file_exists(launcher->equipment_path);
 }
 
+/// Beside the run's shared memory: who has a /dev/shm of its own and begins to count processes at 1 (a
+/// container) has doors of its own too, and what a killed launcher left is swept with the rest.
 static void name_door(launcher_t* const launcher)
 {
     text_t text = text_in(launcher->door, sizeof launcher->door);
-    text_add(&text, "/tmp/");
+    text_add(&text, "/dev/shm/");
     text_add(&text, launcher->run->identity);
     text_add(&text, ".door");
 }

@@ -2,6 +2,7 @@
 """Two on-board computers and TIPC. Network namespaces and UDP are tested on this kernel where it permits them; TIPC in one
 boot of the place that has it, with the C tests of its layer."""
 
+import concurrent.futures
 import json
 import os
 import subprocess
@@ -92,6 +93,22 @@ def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
     for reaction in reactions:
         assert len(reaction) == DRIVES, "not all drives were in operation"
         assert max(reaction) <= REACTION_US, reaction
+
+
+def test_flights_of_two_containers_do_not_meet(tmp_path):
+    """Containers count processes from 1 each and may share /tmp: two launchers of one number fly at the same time."""
+    if not has_namespaces():
+        pytest.skip("no namespaces on this kernel for this account")
+    meeting = tmp_path / "here"
+    both_are_here = f"until test -e {meeting}-one -a -e {meeting}-two; do sleep 0.01; done"
+
+    def fly(name):
+        run = f"exec build/bin/hirosco run --scenario commissioning --report no --out {tmp_path}/{name}"
+        return places.in_namespaces(f"touch {meeting}-{name}; {both_are_here}; {run}", places.SECONDS, dict(os.environ))
+
+    with concurrent.futures.ThreadPoolExecutor() as pool:
+        for code, told, problem in pool.map(fly, ("one", "two")):
+            assert code == 0, (told + problem).decode(errors="replace")
 
 
 # --- what the system does not permit -------------------------------------------------------------------------------
