@@ -2,8 +2,9 @@
 """Check the flight side with cppcheck and its MISRA C:2012 add-on against the deviations of docs/misra.md.
 
 A finding is accepted when a deviation of its rule covers its file; nothing is suppressed elsewhere. By default only
-the sources that changed against the main branch (on it: in the last twenty commits) are looked at; --all
-looks at the whole flight side at once, with the rules that need all of it, and finds deviations nothing needs.
+what changed against the main branch (on it: in the last twenty commits) is looked at, a header by one source that
+includes it; --all looks at the whole flight side at once, with the rules that need all of it, and finds deviations
+nothing needs.
 Prints each finding; exit code 1. Rule texts are not in the project, so a finding shows the rule's number only."""
 
 import argparse
@@ -80,11 +81,17 @@ def changed_files():
     return git_lines("diff", "--name-only", base[0]) + git_lines("ls-files", "--others", "--exclude-standard")
 
 
-def affected(sources, changed):
-    """Those sources that changed themselves or include a header that did."""
+def affected(sources, changed, text_of=lambda path: (ROOT / path).read_text()):
+    """Those sources that changed themselves, and for each changed header the source of its name, or else one that includes it."""
     changed = set(changed)
-    return [path for path in sources
-            if path in changed or changed & set(INCLUDE.findall((ROOT / path).read_text()))]
+    chosen = {path for path in sources if path in changed}
+    includes = {path: set(INCLUDE.findall(text_of(path))) for path in sources}
+    for header in (path for path in sorted(changed) if path.endswith(".h")):
+        users = [path for path in sources if header in includes[path]]
+        own = header.removesuffix(".h") + ".c"
+        if users and not chosen & set(users):
+            chosen.add(own if own in users else users[0])
+    return [path for path in sources if path in chosen]
 
 
 def main():

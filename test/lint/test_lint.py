@@ -159,6 +159,21 @@ def test_half_a_program_is_not_judged_by_rules_of_the_whole():
 
 
 @pytest.mark.parametrize(
+    ("changed", "looked_at"),
+    [
+        ({"a.c"}, ["a.c"]),
+        ({"a.h"}, ["a.c"]),
+        ({"a.h", "b.c"}, ["b.c"]),
+        ({"c.h"}, ["b.c"]),
+        ({"none.h", "a.md"}, []),
+    ],
+)
+def test_misra_looks_at_what_changed(changed, looked_at):
+    texts = {"b.c": '#include "a.h"\n#include "c.h"\n', "a.c": '#include "a.h"\n', "d.c": '#include "c.h"\n'}
+    assert check_misra.affected(list(texts), changed, texts.get) == looked_at
+
+
+@pytest.mark.parametrize(
     "text, complaint",
     [
         ("[there](other.md)", None),
