@@ -7,7 +7,46 @@
 
 #include <string.h>
 
-/// Both orders are complete and sorted, every entry has its definition and storage.
+#define PARAMETER_LIST_BROKEN UINT16_MAX
+
+/// Entries in the list at one place, none of them twice; PARAMETER_LIST_BROKEN if it leads astray.
+static inline uint16_t parameters_of_id(const parameter_dictionary_t* dictionary, uint16_t place)
+{
+    const parameter_entry_t* const entries = dictionary->entries;
+    uint16_t length                        = 0U;
+    for (uint16_t i = entries[place].first_of_id; i != UINT16_MAX; i = entries[i].next_of_id) {
+        if ((i >= dictionary->count) || (length >= dictionary->count)) {
+            return PARAMETER_LIST_BROKEN;
+        }
+        for (uint16_t k = entries[place].first_of_id; k != i; k = entries[k].next_of_id) {
+            if (entries[k].definition->id == entries[i].definition->id) {
+                return PARAMETER_LIST_BROKEN;
+            }
+        }
+        length++;
+    }
+    return length;
+}
+
+static inline uint16_t parameters_of_name(const parameter_dictionary_t* dictionary, uint16_t place)
+{
+    const parameter_entry_t* const entries = dictionary->entries;
+    uint16_t length                        = 0U;
+    for (uint16_t i = entries[place].first_of_name; i != UINT16_MAX; i = entries[i].next_of_name) {
+        if ((i >= dictionary->count) || (length >= dictionary->count)) {
+            return PARAMETER_LIST_BROKEN;
+        }
+        for (uint16_t k = entries[place].first_of_name; k != i; k = entries[k].next_of_name) {
+            if (strcmp(entries[k].definition->name, entries[i].definition->name) == 0) {
+                return PARAMETER_LIST_BROKEN;
+            }
+        }
+        length++;
+    }
+    return length;
+}
+
+/// Every entry has its definition and storage, and stands in one list of ids and one of names.
 static inline bool parameter_is_consistent(const parameter_dictionary_t* dictionary)
 {
     const parameter_entry_t* const entries = dictionary->entries;
@@ -15,19 +54,17 @@ static inline bool parameter_is_consistent(const parameter_dictionary_t* diction
         return false;
     }
     for (uint16_t i = 0U; i < dictionary->count; i++) {
-        if ((entries[i].definition == NULL) || (entries[i].storage == NULL) ||
-            (entries[i].by_id >= dictionary->count) || (entries[i].by_name >= dictionary->count)) {
+        if ((entries[i].definition == NULL) || (entries[i].storage == NULL)) {
             return false;
         }
     }
-    for (uint16_t i = 1U; i < dictionary->count; i++) { // Strictly sorted, so that none stands twice.
-        if ((entries[entries[i - 1U].by_id].definition->id >= entries[entries[i].by_id].definition->id) ||
-            (strcmp(entries[entries[i - 1U].by_name].definition->name,
-                    entries[entries[i].by_name].definition->name) >= 0)) {
-            return false;
-        }
+    uint32_t ids   = 0U;
+    uint32_t names = 0U;
+    for (uint16_t i = 0U; i < dictionary->capacity; i++) {
+        ids += parameters_of_id(dictionary, i);
+        names += parameters_of_name(dictionary, i);
     }
-    return true;
+    return (ids == dictionary->count) && (names == dictionary->count);
 }
 
 #endif // TEST_SUPPORT_CONSISTENT_PARAMETER_H

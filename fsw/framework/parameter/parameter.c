@@ -7,6 +7,9 @@
 #include <float.h>
 #include <string.h>
 
+#define NO_ENTRY UINT16_MAX
+#define SPREAD 2654435769U // 2^32 / golden ratio.
+
 typedef union { // Any one scalar, aligned for all of them.
     uint64_t u64;
     double f64;
@@ -39,79 +42,70 @@ static void unlock_values(parameter_dictionary_t* const dictionary)
     unlock(dictionary);
 }
 
-status_t parameter_init(parameter_dictionary_t* const dictionary, parameter_entry_t* const entries,
-                        const uint16_t capacity, parameter_bounds_t* const bounds,
-                        const uint16_t bounds_capacity)
+/// There are as many places as entries; neighbours in number are spread over all of them.
+static uint16_t place_of(const parameter_dictionary_t* const dictionary, const uint32_t key)
 {
-    FSW_ASSERT((dictionary != NULL) && (entries != NULL) && (bounds != NULL));
-    *dictionary = (parameter_dictionary_t){
-        .entries = entries, .capacity = capacity, .bounds = bounds, .bounds_capacity = bounds_capacity};
-    return osal_mutex_create(&dictionary->mutex, false);
-}
-
-/// First place in the order of ids whose id is not below `id`.
-static uint16_t place_of_id(const parameter_dictionary_t* const dictionary, const uint32_t id)
-{
-    uint16_t low  = 0U;
-    uint16_t high = dictionary->count;
-    while (low < high) {
-        const uint16_t middle = (uint16_t)((low + high) / 2U);
-        if (dictionary->entries[dictionary->entries[middle].by_id].definition->id < id) {
-            low = (uint16_t)(middle + 1U);
-        } else {
-            high = middle;
-        }
-    }
-    return low;
+    const uint32_t spread = key * SPREAD;
+    return (uint16_t)(((uint64_t)spread * dictionary->capacity) >> 32U);
 }
 
 static uint16_t place_of_name(const parameter_dictionary_t* const dictionary, const char* const name)
 {
-    uint16_t low  = 0U;
-    uint16_t high = dictionary->count;
-    while (low < high) {
-        const uint16_t middle = (uint16_t)((low + high) / 2U);
-        if (strcmp(dictionary->entries[dictionary->entries[middle].by_name].definition->name, name) < 0) {
-            low = (uint16_t)(middle + 1U);
-        } else {
-            high = middle;
-        }
+    uint32_t key = 0U;
+    for (const char* at = name; *at != '\0'; at++) {
+        key = (key ^ (uint8_t)*at) * SPREAD;
     }
-    return low;
+    return place_of(dictionary, key ^ (key >> 16U));
 }
 
 static parameter_entry_t* entry_of_id(const parameter_dictionary_t* const dictionary, const uint32_t id)
 {
-    const uint16_t place = place_of_id(dictionary, id);
-    if (place >= dictionary->count) {
-        return NULL;
+    uint16_t index = dictionary->entries[place_of(dictionary, id)].first_of_id;
+    while ((index != NO_ENTRY) && (dictionary->entries[index].definition->id != id)) {
+        index = dictionary->entries[index].next_of_id;
     }
-    parameter_entry_t* const entry = &dictionary->entries[dictionary->entries[place].by_id];
-    return (entry->definition->id == id) ? entry : NULL;
+    return (index != NO_ENTRY) ? &dictionary->entries[index] : NULL;
 }
 
 static parameter_entry_t* entry_of_name(const parameter_dictionary_t* const dictionary,
                                         const char* const name)
 {
-    const uint16_t place = place_of_name(dictionary, name);
-    if (place >= dictionary->count) {
-        return NULL;
+    uint16_t index = dictionary->entries[place_of_name(dictionary, name)].first_of_name;
+    while ((index != NO_ENTRY) && (strcmp(dictionary->entries[index].definition->name, name) != 0)) {
+        index = dictionary->entries[index].next_of_name;
     }
-    parameter_entry_t* const entry = &dictionary->entries[dictionary->entries[place].by_name];
-    return (strcmp(entry->definition->name, name) == 0) ? entry : NULL;
+    return (index != NO_ENTRY) ? &dictionary->entries[index] : NULL;
 }
 
-/// Make room at `place` in both orders and enter the new last entry there.
-static void enter(parameter_dictionary_t* const dictionary, const uint16_t by_id, const uint16_t by_name)
+static void forget_all(parameter_dictionary_t* const dictionary)
 {
-    for (uint16_t i = dictionary->count; i > by_id; i--) {
-        dictionary->entries[i].by_id = dictionary->entries[i - 1U].by_id;
+    for (uint16_t i = 0U; i < dictionary->capacity; i++) {
+        dictionary->entries[i].first_of_id   = NO_ENTRY;
+        dictionary->entries[i].first_of_name = NO_ENTRY;
     }
-    for (uint16_t i = dictionary->count; i > by_name; i--) {
-        dictionary->entries[i].by_name = dictionary->entries[i - 1U].by_name;
-    }
-    dictionary->entries[by_id].by_id     = dictionary->count;
-    dictionary->entries[by_name].by_name = dictionary->count;
+}
+
+status_t parameter_init(parameter_dictionary_t* const dictionary, parameter_entry_t* const entries,
+                        const uint16_t capacity, parameter_bounds_t* const bounds,
+                        const uint16_t bounds_capacity)
+{
+    FSW_ASSERT((dictionary != NULL) && (entries != NULL) && (capacity >= 1U) && (bounds != NULL));
+    *dictionary = (parameter_dictionary_t){
+        .entries = entries, .capacity = capacity, .bounds = bounds, .bounds_capacity = bounds_capacity};
+    forget_all(dictionary);
+    return osal_mutex_create(&dictionary->mutex, false);
+}
+
+/// Put the new last entry first at the places of its id and its name.
+static void enter(parameter_dictionary_t* const dictionary, parameter_entry_t* const entry)
+{
+    parameter_entry_t* const of_id = &dictionary->entries[place_of(dictionary, entry->definition->id)];
+    parameter_entry_t* const of_name =
+        &dictionary->entries[place_of_name(dictionary, entry->definition->name)];
+    entry->next_of_id      = of_id->first_of_id;
+    entry->next_of_name    = of_name->first_of_name;
+    of_id->first_of_id     = dictionary->count;
+    of_name->first_of_name = dictionary->count;
     __atomic_store_n(&dictionary->count, (uint16_t)(dictionary->count + 1U), __ATOMIC_RELAXED);
 }
 
@@ -154,8 +148,7 @@ status_t parameter_publish(parameter_dictionary_t* const dictionary,
             entry->bounds[i] = (parameter_bounds_t){.min = -DBL_MAX, .max = DBL_MAX};
         }
         dictionary->bounds_used = (uint16_t)(dictionary->bounds_used + definition->field_count);
-        enter(dictionary, place_of_id(dictionary, definition->id),
-              place_of_name(dictionary, definition->name));
+        enter(dictionary, entry);
     }
     unlock(dictionary);
     return status;
@@ -167,6 +160,7 @@ void parameter_withdraw_all(parameter_dictionary_t* const dictionary)
     lock(dictionary);
     __atomic_store_n(&dictionary->count, 0U, __ATOMIC_RELAXED);
     dictionary->bounds_used = 0U;
+    forget_all(dictionary);
     unlock(dictionary);
 }
 

@@ -11,7 +11,7 @@
 ///            structure in place between parameter_lock and parameter_unlock. The lock is not recursive: no
 ///            other function of this header may be called in between. An entry found before is read without
 ///            the lock unless values change meanwhile (docs/decisions/0023).
-/// Time       Finding O(log n); reading and writing O(size); publishing O(n).
+/// Time       Finding O(1), by a hash of the id or name; reading, writing and publishing O(size).
 /// Errors     Each function lists every status. What comes from a wire is refused by status and counted.
 ///
 ///     static parameter_entry_t  entries[MANIPULATOR_PARAMETER_COUNT];
@@ -64,9 +64,13 @@ typedef struct { // Placed by the caller. Fields may be read, written only here.
     void* storage;
     parameter_bounds_t* bounds; ///< One per field.
     bool is_settable;
-    uint32_t writes;  ///< Successful writes from the wire [calls, wraps]: the owner sees that it changed.
-    uint16_t by_id;   // Private: index of the entry at this place in the order of ids
-    uint16_t by_name; // and of names.
+    uint32_t writes; ///< Successful writes from the wire [calls, wraps]: the owner sees that it changed.
+    // Private: entries with the id or name of one hash are a list. This is where the list of the hash with
+    // the index of this entry begins, and which entry comes after this one in its list; UINT16_MAX: none.
+    uint16_t first_of_id;
+    uint16_t next_of_id;
+    uint16_t first_of_name;
+    uint16_t next_of_name;
 } parameter_entry_t;
 
 typedef struct {           // Refusals [calls, wraps], for telemetry.
@@ -89,7 +93,7 @@ typedef struct { // All fields are private, except `count` and `refusals`: read-
     parameter_refusals_t refusals;
 } parameter_dictionary_t;
 
-/// An empty dictionary. `bounds` has room for the fields of all parameters together.
+/// An empty dictionary. capacity >= 1. `bounds` has room for the fields of all parameters together.
 /// STATUS_OK, STATUS_UNSUPPORTED (no mutex on this port).
 MUST_USE status_t parameter_init(parameter_dictionary_t* dictionary, parameter_entry_t* entries,
                                  uint16_t capacity, parameter_bounds_t* bounds, uint16_t bounds_capacity);

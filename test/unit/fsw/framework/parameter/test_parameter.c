@@ -7,9 +7,11 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #define APID 16U
+#define MANY 2000U
 
 typedef struct {
     int32_t state;
@@ -25,6 +27,7 @@ static const parameter_field_t fields[] = {
     {"FLAG", VALUE_BOOL, 1U, (uint32_t)offsetof(values_t, flag)},
     {"TARGET", VALUE_DOUBLE, 2U, 0U},
     {"RATE", VALUE_FLOAT, 1U, 0U},
+    {"VALUE", VALUE_DOUBLE, 1U, 0U},
 };
 
 static const parameter_definition_t definitions[] = {
@@ -370,6 +373,47 @@ static void finds_all_of_many_in_any_order(void)
     }
 }
 
+/// Entries looked at to find each of those published once, by id and by name.
+static void count_looks(uint32_t* const out_looks_of_ids, uint32_t* const out_looks_of_names)
+{
+    *out_looks_of_ids   = 0U;
+    *out_looks_of_names = 0U;
+    for (uint16_t i = 0U; i < dictionary.capacity; i++) {
+        const uint32_t ids   = parameters_of_id(&dictionary, i);
+        const uint32_t names = parameters_of_name(&dictionary, i);
+        *out_looks_of_ids += (ids * (ids + 1U)) / 2U;
+        *out_looks_of_names += (names * (names + 1U)) / 2U;
+    }
+}
+
+/// However many there are, one is found with two looks at most, on average, though the dictionary is full.
+static void finding_one_of_more_does_not_take_longer(void)
+{
+    static char names[MANY][24];
+    static parameter_definition_t many[MANY];
+    static parameter_entry_t many_entries[MANY];
+    static parameter_bounds_t many_bounds[MANY];
+    static double storage;
+    osal_mutex_destroy(&dictionary.mutex);
+    for (uint16_t number = 1U; number <= MANY; number = (uint16_t)((number * 3U / 2U) + 1U)) {
+        uint32_t of_ids   = 0U;
+        uint32_t of_names = 0U;
+        TEST_ASSERT_EQUAL(STATUS_OK, parameter_init(&dictionary, many_entries, number, many_bounds, number));
+        for (uint16_t i = 0U; i < number; i++) {
+            (void)snprintf(names[i], sizeof names[i], "JOINT%u.V%u", i / 4U, i % 4U);
+            many[i] = (parameter_definition_t){
+                names[i], PARAMETER_ID(APID, VALUE_DOUBLE, i), &fields[6], 1U, 8U, 8U};
+            TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &many[i], &storage));
+        }
+        TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
+        count_looks(&of_ids, &of_names);
+        TEST_ASSERT_TRUE(of_ids <= (2U * number));
+        TEST_ASSERT_TRUE(of_names <= (2U * number));
+        osal_mutex_destroy(&dictionary.mutex);
+    }
+    setUp();
+}
+
 static void publish_with_a_wrong_wire_size(void)
 {
     parameter_definition_t wrong = definitions[0];
@@ -384,10 +428,17 @@ static void publish_beyond_the_storage(void)
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &wrong, &values));
 }
 
+static void no_entries(void)
+{
+    parameter_dictionary_t none;
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_init(&none, entries, 0U, bounds, 1U));
+}
+
 static void asserts_on_definitions_that_contradict_themselves(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(publish_with_a_wrong_wire_size));
     TEST_ASSERT_TRUE(assertion_fails(publish_beyond_the_storage));
+    TEST_ASSERT_TRUE(assertion_fails(no_entries));
 }
 
 int main(void)
@@ -408,6 +459,7 @@ int main(void)
     RUN_TEST(a_group_is_written_whole_or_not_at_all);
     RUN_TEST(sets_initial_values_from_text);
     RUN_TEST(finds_all_of_many_in_any_order);
+    RUN_TEST(finding_one_of_more_does_not_take_longer);
     RUN_TEST(asserts_on_definitions_that_contradict_themselves);
     return UNITY_END();
 }

@@ -6,6 +6,8 @@
 
 #include "unity.h"
 
+#include <string.h>
+
 static const parameter_field_t fields[]   = {{"LEFT", VALUE_UINT16, 2U, 0U}, {"RIGHT", VALUE_UINT8, 1U, 4U}};
 static const parameter_definition_t good  = {"PAIR", PARAMETER_ID(16U, VALUE_STRUCT, 1U), fields, 2U, 6U, 5U};
 static const parameter_definition_t other = {"LAST", PARAMETER_ID(16U, VALUE_UINT16, 2U), fields, 1U, 4U, 4U};
@@ -79,19 +81,22 @@ static void self_test_finds_damage(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &good, storage));
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &other, other_storage));
-    const parameter_entry_t first  = entries[0];
-    const parameter_entry_t second = entries[1];
-    for (unsigned damage = 0U; damage < 6U; damage++) {
+    parameter_entry_t whole[4];
+    memcpy(whole, entries, sizeof whole);
+    for (unsigned damage = 0U; damage < 8U; damage++) {
         entries[1].definition = (damage == 0U) ? NULL : entries[1].definition;
         entries[1].storage    = (damage == 1U) ? NULL : entries[1].storage;
-        entries[1].by_id      = (damage == 2U) ? 2U : entries[1].by_id;
-        entries[1].by_name    = (damage == 3U) ? 2U : entries[1].by_name;
-        // The order of ids, or of names, leads to the wrong entry.
-        entries[0].by_id   = (damage == 4U) ? second.by_id : entries[0].by_id;
-        entries[0].by_name = (damage == 5U) ? second.by_name : entries[0].by_name;
+        // A list that leads nowhere, in a circle, or past one of its entries.
+        entries[1].next_of_id   = (damage == 2U) ? 2U : entries[1].next_of_id;
+        entries[1].next_of_name = (damage == 3U) ? 2U : entries[1].next_of_name;
+        entries[1].next_of_id   = (damage == 4U) ? 1U : entries[1].next_of_id;
+        entries[1].next_of_name = (damage == 5U) ? 1U : entries[1].next_of_name;
+        for (unsigned i = 0U; i < 4U; i++) {
+            entries[i].first_of_id   = (damage == 6U) ? UINT16_MAX : entries[i].first_of_id;
+            entries[i].first_of_name = (damage == 7U) ? UINT16_MAX : entries[i].first_of_name;
+        }
         TEST_ASSERT_FALSE_MESSAGE(parameter_is_consistent(&dictionary), "damage not found");
-        entries[0] = first;
-        entries[1] = second;
+        memcpy(entries, whole, sizeof whole);
         TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
     }
     dictionary.capacity = 1U;
