@@ -136,10 +136,18 @@ void can_socket_close(osal_can_t* can)
 status_t can_socket_filter(const osal_can_t* can)
 {
     struct can_filter filters[OSAL_CAN_FILTERS_MAX];
+    size_t count = 0U;
     for (size_t i = 0U; i < can->filter_count; i++) {
-        filters[i] = (struct can_filter){.can_id = can->filters[i].id, .can_mask = can->filters[i].mask};
+        const uint32_t mask   = can->filters[i].mask;
+        const uint32_t wanted = can->filters[i].id & mask;
+        // The kernel takes this bit for another meaning: in the mask "error frames only", in the identifier
+        // "all but these". No frame that is filtered has it.
+        if ((wanted & OSAL_CAN_ERROR) == 0U) {
+            filters[count] = (struct can_filter){.can_id = wanted, .can_mask = mask & ~OSAL_CAN_ERROR};
+            count++;
+        }
     }
-    const socklen_t size = (socklen_t)(can->filter_count * sizeof(filters[0]));
+    const socklen_t size = (socklen_t)(count * sizeof(filters[0]));
     const void* const at = (size > 0U) ? filters : NULL;
     return (setsockopt(can->descriptor, SOL_CAN_RAW, CAN_RAW_FILTER, at, size) == 0) ? STATUS_OK : STATUS_IO;
 }

@@ -205,6 +205,24 @@ static void test_filters_let_through_what_one_of_them_matches(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_filter(&node, NULL, 0U));
 }
 
+/// All bits of the identifier, that of error frames too.
+static void test_a_mask_may_have_any_bit(void)
+{
+    osal_can_frame_t out;
+    static const osal_can_filter_t filters[] = {{0x181U, UINT32_MAX}, {OSAL_CAN_ERROR | 0x182U, UINT32_MAX}};
+    static const uint32_t ids[] = {0x181U, 0x182U, OSAL_CAN_EXTENDED | 0x181U, OSAL_CAN_ERROR | 0x40U};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_filter(&node, filters, 2U));
+    for (size_t i = 0U; i < 4U; i++) {
+        const osal_can_frame_t frame = {.id = ids[i]};
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL_HEX32(ids[0], out.id);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
+    TEST_ASSERT_EQUAL_HEX32(ids[3], out.id);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
+}
+
 static void test_removed_bus_stays_usable_for_open_ends(void)
 {
     osal_can_frame_t out;
@@ -298,6 +316,7 @@ int main(void)
     RUN_TEST(test_node_that_opens_has_received_nothing_and_what_it_sent_stays);
     RUN_TEST(test_names_and_addresses);
     RUN_TEST(test_filters_let_through_what_one_of_them_matches);
+    RUN_TEST(test_a_mask_may_have_any_bit);
     RUN_TEST(test_removed_bus_stays_usable_for_open_ends);
     RUN_TEST(test_memory_of_another_kind_is_no_bus);
     RUN_TEST(test_two_processes_exchange_every_frame_in_order);

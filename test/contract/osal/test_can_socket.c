@@ -203,6 +203,31 @@ static void test_filters_hold_in_the_kernel_and_let_error_frames_through(void)
     osal_can_close(&two);
 }
 
+/// Also that of error frames, which the kernel takes for another meaning.
+static void test_a_mask_may_have_any_bit(void)
+{
+    osal_can_t one;
+    osal_can_t two;
+    osal_can_frame_t out;
+    static const osal_can_filter_t filters[] = {{0x181U, UINT32_MAX}, {OSAL_CAN_ERROR | 0x182U, UINT32_MAX}};
+    static const uint32_t ids[]              = {0x182U, 0x181U, OSAL_CAN_EXTENDED | 0x181U,
+                                                OSAL_CAN_ERROR | OSAL_CAN_ERROR_BUS_OFF};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&one, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&two, first_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_filter(&two, filters, 2U));
+    for (size_t i = 0U; i < 4U; i++) {
+        const osal_can_frame_t frame = frame_of(ids[i], 8U, 0U);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&one, &frame));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, receive_within(&two, &out));
+    TEST_ASSERT_EQUAL_HEX32(0x181U, out.id);
+    TEST_ASSERT_EQUAL(STATUS_OK, receive_within(&two, &out));
+    TEST_ASSERT_EQUAL_HEX32(ids[3], out.id);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&two, &out));
+    osal_can_close(&one);
+    osal_can_close(&two);
+}
+
 static void test_an_interface_that_goes_down_closes_the_end_until_it_is_up(void)
 {
     osal_can_t can;
@@ -406,6 +431,7 @@ int main(void)
         RUN_TEST(test_frames_of_all_kinds_pass_and_own_ones_do_not_come_back);
         RUN_TEST(test_a_classic_interface_refuses_fd);
         RUN_TEST(test_filters_hold_in_the_kernel_and_let_error_frames_through);
+        RUN_TEST(test_a_mask_may_have_any_bit);
         RUN_TEST(test_an_interface_that_goes_down_closes_the_end_until_it_is_up);
         RUN_TEST(test_an_interface_that_is_deleted_is_told_to_who_receives);
         RUN_TEST(test_overruns_are_counted);

@@ -23,7 +23,7 @@ BOUND_S = 900
 BACKLOG = 1 << 25  # 80 000 frames: the kernel doubles it, and needs some 800 octets for each.
 CONTRACTS = ["contract/osal/test_can", "contract/osal/test_can_socket",
              "unit/fsw/framework/dataflow/test_flow_can_socket"]
-CASES = {"test_can_socket": 14, "test_flow_can_socket": 4}
+CASES = {"test_can_socket": 15, "test_flow_can_socket": 4}
 KEPT = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log", "operator.log", "console.log", "run.json",
         "truth.lcm")
 FIRST, LAST = "7FE#EE", "7FF#FF"  # Probe and sentinel: identifiers that nobody of the mission sends.
