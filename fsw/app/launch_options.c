@@ -18,7 +18,8 @@ const char* launch_options_help(void)
            "                     none: fly until Ctrl-C\n"
            "  --seed N           of sensor noise and faults (default 1)\n"
            "  --form processes|image   a process per subsystem (default), or all in one program\n"
-           "  --time stepped|real      discrete time (default), or the wall clock\n"
+           "  --time stepped|real      discrete time, or the wall clock (default: stepped; real without "
+           "simulator)\n"
            "  --bus shm|vcan|can carrier of the CAN buses: shared memory (default); virtual interfaces\n"
            "                     vcan-BUS, where candump and other tools attach; or real controllers:\n"
            "  --interface BUS=INTERFACE      with --bus can: flight's controller, e.g. robot=can0\n"
@@ -312,11 +313,6 @@ static bool is_foreign_sensible(launch_options_t* const options, char error[LAUN
         return fail(error, "--foreign", "--form image",
                     "a program of another processor is a process of its own; take processes");
     }
-    if (!options->is_stepped) {
-        return fail(error, "--foreign", "--time real",
-                    "its stand-in hands over turn by turn, and an emulated processor keeps no deadline; take "
-                    "--time stepped");
-    }
     if (strcmp(options->links, "udp") != 0) {
         return fail(
             error, "--foreign --links", options->links,
@@ -328,6 +324,11 @@ static bool is_foreign_sensible(launch_options_t* const options, char error[LAUN
     if (options->bus != LAUNCH_BUS_SHM) {
         return fail(error, "--foreign --bus", launch_bus_text(options->bus),
                     "its stand-in hands over frames, but not what else a controller tells; take --bus shm");
+    }
+    if (!options->is_stepped) {
+        return fail(error, "--foreign", "--time real",
+                    "its stand-in hands over turn by turn, and an emulated processor keeps no deadline; take "
+                    "--time stepped");
     }
     return (options->nodes == 1U) ||
            fail(error, "--foreign", "--nodes 2", "a stand-in and its program run on one on-board computer");
@@ -372,18 +373,19 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
                           launch_options_t* const out_options, char error[LAUNCH_ERROR_MAX])
 {
     FSW_ASSERT((arguments != NULL) && (out_options != NULL) && (error != NULL));
-    *out_options = (launch_options_t){.mission    = "rokviss",
-                                      .scenario   = "telepresence",
-                                      .seed       = 1U,
-                                      .is_stepped = true,
-                                      .transport  = "",
-                                      .links      = "",
-                                      .nodes      = 1U,
-                                      .output     = "",
-                                      .storage    = "",
-                                      .foreign    = "",
-                                      .has_report = true};
-    error[0]     = '\0';
+    *out_options      = (launch_options_t){.mission    = "rokviss",
+                                           .scenario   = "telepresence",
+                                           .seed       = 1U,
+                                           .is_stepped = true,
+                                           .transport  = "",
+                                           .links      = "",
+                                           .nodes      = 1U,
+                                           .output     = "",
+                                           .storage    = "",
+                                           .foreign    = "",
+                                           .has_report = true};
+    error[0]          = '\0';
+    bool is_time_said = false;
     for (int i = 0; i < argument_count; i += 2) {
         if ((i + 1) == argument_count) {
             return fail(error, arguments[i], "", "a value is missing; see hirosco run --help");
@@ -391,6 +393,10 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
         if (!take(out_options, arguments[i], arguments[i + 1], error)) {
             return false;
         }
+        is_time_said = is_time_said || (is_word(arguments[i], "--time") && (arguments[i + 1][0] != '\0'));
+    }
+    if (!is_time_said) { // Devices that are not simulated do not wait.
+        out_options->is_stepped = launch_has_simulator(out_options);
     }
     return is_foreign_sensible(out_options, error) && is_sensible(out_options, error);
 }

@@ -26,7 +26,7 @@ typedef struct {
                           ///< the ending .scn. "none": no operator, no hand, no faults.
     uint64_t seed;
     bool is_image;
-    bool is_stepped;
+    bool is_stepped; ///< Discrete time; where nothing is said: with a simulator.
     launch_bus_t bus;
     const char* interfaces[LAUNCH_INTERFACES_MAX]; ///< "BUS=INTERFACE": flight's controllers.
     size_t interface_count;

@@ -19,7 +19,7 @@ USAGE = 2
         (("--scenario", "none"), ("none", "stepped", "end")),
         (("--bus", "lin"), ("lin", "shm", "vcan", "can")),
         (("--bus", "can"), ("can", "--interface", "robot=can0")),
-        (("--bus", "can", "--interface", "robot=can0"), ("stepped", "--time real", "--sim-interface")),
+        (("--bus", "can", "--interface", "robot=can0", "--time", "stepped"), ("stepped", "--time real", "--sim-interface")),
         (("--transport", "tcp"), ("tcp", "udp", "tipc")),
         (("--form", "image", "--transport", "udp"), ("image", "memory", "processes")),
         (("--nodes", "3"), ("3", "1 or 2", "namespaces")),
@@ -62,8 +62,8 @@ def test_nonsense_is_refused_with_the_reason(options, reasons):
         (("--mission", "apollo"), "no such mission"),
         (("--scenario", "picnic"), "no such scenario: sim/scenarios/picnic.scn"),
         (("--scenario", "/nowhere/picnic.scn"), "no such scenario: /nowhere/picnic.scn"),
-        (("--bus", "can", "--interface", "robot=none0", "--interface", "joystick=none1", "--time", "real"), "none0"),
-        (("--bus", "can", "--interface", "arm=none0", "--time", "real"), "the mission has no such bus: arm=none0"),
+        (("--bus", "can", "--interface", "robot=none0", "--interface", "joystick=none1"), "none0"),
+        (("--bus", "can", "--interface", "arm=none0"), "the mission has no such bus: arm=none0"),
     ],
 )
 def test_what_is_not_there_is_named(folder, options, reason):

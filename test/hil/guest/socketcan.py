@@ -242,9 +242,10 @@ def case_emulated_controllers_carry_the_classic_mission():
 
 def case_real_devices_have_no_simulator():
     """Nobody answers on the wire: the mission comes up by the wall clock, waits, and goes down."""
-    said = flown("devices", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--time", "real",
-                 "--scenario", "none", "--duration", "3")
+    said = flown("devices", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--scenario", "none",
+                 "--duration", "3")
     seen = facts("devices")
+    assert seen["time"] == "real", seen
     assert "simulator" not in {process["name"] for process in seen["processes"]}, seen
     assert not seen["reproducible"] and seen["simulated_s"] >= 3, said
 

@@ -52,6 +52,8 @@ static void real_controllers_are_named(void)
     TEST_ASSERT_EQUAL_UINT(2U, options.interface_count);
     TEST_ASSERT_EQUAL_STRING("joystick=can1", options.interfaces[1]);
     TEST_ASSERT_FALSE(launch_has_simulator(&options));
+    TEST_ASSERT_TRUE(parse("--bus can --interface robot=can0 --interface joystick=can1"));
+    TEST_ASSERT_FALSE_MESSAGE(options.is_stepped, "devices that are not simulated do not wait");
     TEST_ASSERT_TRUE(parse("--bus can --interface robot=can0 --sim-interface robot=can1"));
     TEST_ASSERT_TRUE(options.is_stepped);
     TEST_ASSERT_TRUE(launch_has_simulator(&options));
@@ -76,7 +78,7 @@ static void what_makes_no_sense_is_refused_with_the_reason(void)
         {"--bus can0", "expected shm, vcan or can"},
         {"--bus can", "name flight's controllers"},
         {"--bus can --sim-interface robot=can1", "name flight's controllers"},
-        {"--bus can --interface robot=can0", "take --time real"},
+        {"--bus can --time stepped --interface robot=can0", "take --time real"},
         {"--bus can --interface robot", "expected BUS=INTERFACE"},
         {"--bus can --interface =can0", "expected BUS=INTERFACE"},
         {"--bus can --interface robot=", "expected BUS=INTERFACE"},
@@ -92,6 +94,7 @@ static void what_makes_no_sense_is_refused_with_the_reason(void)
         {"--foreign MANIPULATOR --links tipc", "take udp"},
         {"--foreign MANIPULATOR --transport tipc", "take udp"},
         {"--foreign MANIPULATOR --bus vcan", "take --bus shm"},
+        {"--foreign MANIPULATOR --bus can --interface robot=can0", "take --bus shm"},
         {"--foreign MANIPULATOR --nodes 2", "one on-board computer"},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
