@@ -125,6 +125,7 @@ void network_bus_counters(const canopen_network_t* const network, network_bus_co
         sum.sent += flow->counters.sent;
         sum.received += flow->counters.received;
         sum.refused += flow->counters.refused;
+        sum.full += flow->counters.full;
         sum.errors += flow->counters.errors;
         sum.overruns += flow->counters.overruns;
         sum.bus_offs += flow->errors.bus_offs;

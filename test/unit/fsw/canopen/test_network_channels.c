@@ -299,6 +299,29 @@ static void conditions_of_a_controller_are_told_and_counted(void)
     TEST_ASSERT_EQUAL_UINT32(5U, counters.errors);
 }
 
+static void what_is_not_sent_is_counted_with_the_reason(void)
+{
+    static const uint8_t octets[8] = {0U};
+    network_bus_counters_t before;
+    network_bus_counters_t after;
+    is_b_missing = true;
+    open_network();
+    run();
+    network_bus_counters(&network, &before);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_can_send(&network.flows[B], 0x7F0U, octets, 8U));
+    network_bus_counters(&network, &after);
+    TEST_ASSERT_EQUAL_UINT32(before.refused + 1U, after.refused);
+    TEST_ASSERT_EQUAL_UINT32(before.full, after.full);
+    status_t status = STATUS_OK;
+    for (unsigned i = 0U; (i <= OSAL_CAN_RING_FRAMES) && (status == STATUS_OK); i++) {
+        status = flow_can_send(&network.flows[A], 0x7F0U, octets, 8U); // Nobody takes them.
+    }
+    TEST_ASSERT_EQUAL(STATUS_FULL, status);
+    network_bus_counters(&network, &after);
+    TEST_ASSERT_EQUAL_UINT32(before.refused + 2U, after.refused);
+    TEST_ASSERT_EQUAL_UINT32(before.full + 1U, after.full);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -311,5 +334,6 @@ int main(void)
     RUN_TEST(what_the_other_channel_brings_is_dropped);
     RUN_TEST(a_missing_channel_b_is_told_and_cannot_be_selected);
     RUN_TEST(conditions_of_a_controller_are_told_and_counted);
+    RUN_TEST(what_is_not_sent_is_counted_with_the_reason);
     return UNITY_END();
 }

@@ -301,6 +301,7 @@ static void events_and_counters_are_published(void)
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, perform(JOYSTICK_FUNCTION_RAISE, &lost, 1U));
     scripted_bus_deliver(&bus, 0x123U, NULL, 0U);
     scripted_bus_emergency(&bus, 0x21U, 0x4310U);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send(joystick.drives.network.flow, 0x800U, NULL, 0U));
     idle(2U);
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, JOYSTICK_EVENT_DRIVE_WARNING));
     const joystick_counters_t* const counters = &joystick.parameters.counters;
@@ -308,6 +309,8 @@ static void events_and_counters_are_published(void)
     TEST_ASSERT_EQUAL_UINT32(1U, counters->frames_refused);
     TEST_ASSERT_EQUAL_UINT32(1U, counters->emergencies);
     TEST_ASSERT_EQUAL_UINT32(0U, counters->pdo_missed);
+    TEST_ASSERT_EQUAL_UINT32(1U, counters->transmit_refused);
+    TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // It was another reason.
     TEST_ASSERT_EQUAL_UINT32(500U, joystick.parameters.link_age);
     TEST_ASSERT_EQUAL_INT32(STATE_OPERATIONAL, joystick.parameters.cur_values.state);
     TEST_ASSERT_EQUAL_HEX16(0x0237U, joystick.parameters.cur_values.statusword[1]);

@@ -340,6 +340,7 @@ static void current_values_and_counters_are_published(void)
     TEST_ASSERT_EQUAL_UINT32(4U, counters->pool_refused);
     TEST_ASSERT_EQUAL_UINT32(5U, counters->tc_refused);
     TEST_ASSERT_EQUAL_UINT32(0U, counters->frames_refused + counters->transmit_full + counters->emergencies);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send(rig_manipulator.drives.network.flow, 0x800U, NULL, 0U));
     scripted_bus_deliver(&rig_bus, 0x123U, NULL, 0U);
     scripted_bus_deliver(&rig_bus, 0x191U | OSAL_CAN_REMOTE, NULL, 0U);
     scripted_bus_emergency(&rig_bus, 0x11U, 0x8120U);
@@ -348,6 +349,8 @@ static void current_values_and_counters_are_published(void)
     rig_joints[1]->is_pdo_mute = false;
     rig_idle(2U);
     TEST_ASSERT_EQUAL_UINT32(2U, counters->frames_refused);
+    TEST_ASSERT_EQUAL_UINT32(1U, counters->transmit_refused);
+    TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // It was another reason.
     TEST_ASSERT_EQUAL_UINT32(1U, counters->emergencies);
     TEST_ASSERT_EQUAL_UINT32(1U, counters->pdo_missed[1]);
     rig_generic.ports[HAND].age_ns = UINT64_MAX;
