@@ -9,12 +9,13 @@
 // builtins: C99 has no atomics). LATEST guards the words with a sequence that is odd while they change.
 
 #define MAGIC 0x464C4F57U
+#define ENDED 0x454E4445U // In its place, when no more values come.
 #define VALUE_OCTETS_MAX 65536U
 #define DEPTH_MAX 65536U
 #define READ_ATTEMPTS 4U
 
 typedef struct {
-    uint32_t magic; // Written last by the creator.
+    uint32_t magic; // MAGIC, written last by the creator; ENDED by who closes it or makes the next one.
     uint32_t kind;
     uint32_t value_octets;
     uint32_t depth;
@@ -74,112 +75,172 @@ static void load_words(const uint64_t* const words, void* const out_value, const
     }
 }
 
-void flow_shm_init(flow_shm_t* const flow)
+void flow_shm_init(flow_shm_t* const flow, const flow_shm_setup_t* const setup,
+                   const flow_resolver_t* const resolver)
 {
-    FSW_ASSERT(flow != NULL);
-    *flow = (flow_shm_t){.is_open = false};
+    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL) && (setup->name != NULL));
+    FSW_ASSERT(is_shape_valid(setup->shape));
+    *flow = (flow_shm_t){.setup = *setup, .resolver = resolver};
+    reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
 }
 
-status_t flow_shm_create(flow_shm_t* const flow, const flow_resolver_t* const resolver,
-                         const char* const name, const flow_shm_shape_t shape)
+static bool is_alive(const osal_shm_t* const shm)
 {
-    FSW_ASSERT((flow != NULL) && (resolver != NULL) && (name != NULL));
-    if (flow->is_open) {
-        return STATUS_EXISTS;
-    }
-    if (!is_shape_valid(shape)) {
-        return STATUS_INVALID;
-    }
-    endnode_address_t address;
-    status_t status = endnode_resolve(resolver, ENDNODE_SHM, name, &address);
-    if (status != STATUS_OK) {
-        return status;
-    }
-    status = osal_shm_create(&flow->shm, address.address, region_octets(shape));
-    if (status != STATUS_OK) {
-        return status;
-    }
-    region_t* const region = region_of(flow);
-    region->kind           = (uint32_t)shape.kind;
-    region->value_octets   = shape.value_octets;
-    region->depth          = shape.depth;
-    __atomic_store_n(&region->magic, MAGIC, __ATOMIC_RELEASE);
-    (void)memcpy(flow->name, address.address, sizeof flow->name);
-    flow->shape     = shape;
-    flow->is_writer = true;
-    flow->is_open   = true;
-    return STATUS_OK;
+    const region_t* const region = osal_shm_address(shm);
+    return (osal_shm_size(shm) >= sizeof(region_t)) &&
+           (__atomic_load_n(&region->magic, __ATOMIC_ACQUIRE) == MAGIC);
 }
 
-status_t flow_shm_open(flow_shm_t* const flow, const flow_resolver_t* const resolver, const char* const name,
-                       const flow_shm_shape_t shape)
+/// Tell the readers of a memory that it gets no more values.
+static void end_region(const osal_shm_t* const shm)
 {
-    FSW_ASSERT((flow != NULL) && (resolver != NULL) && (name != NULL));
-    if (flow->is_open) {
-        return STATUS_EXISTS;
+    if (is_alive(shm)) {
+        region_t* const region = osal_shm_address(shm);
+        __atomic_store_n(&region->magic, ENDED, __ATOMIC_RELEASE);
     }
-    endnode_address_t address;
-    status_t status = endnode_resolve(resolver, ENDNODE_SHM, name, &address);
+}
+
+/// What a predecessor left; mostly there is none.
+static void end_predecessor(const flow_shm_t* const flow)
+{
+    osal_shm_t left;
+    if (osal_shm_open(&left, flow->address) == STATUS_OK) {
+        end_region(&left);
+        osal_shm_close(&left);
+    }
+    (void)osal_shm_remove(flow->address);
+}
+
+static status_t create_region(flow_shm_t* const flow)
+{
+    end_predecessor(flow);
+    const flow_shm_shape_t shape = flow->setup.shape;
+    const status_t status        = osal_shm_create(&flow->shm, flow->address, region_octets(shape));
     if (status == STATUS_OK) {
-        status = osal_shm_open(&flow->shm, address.address);
+        region_t* const region = region_of(flow);
+        region->kind           = (uint32_t)shape.kind;
+        region->value_octets   = shape.value_octets;
+        region->depth          = shape.depth;
+        __atomic_store_n(&region->magic, MAGIC, __ATOMIC_RELEASE);
     }
+    return status;
+}
+
+static status_t open_region(flow_shm_t* const flow)
+{
+    const flow_shm_shape_t shape = flow->setup.shape;
+    const status_t status        = osal_shm_open(&flow->shm, flow->address);
     if (status != STATUS_OK) {
         return status;
+    }
+    if (!is_alive(&flow->shm)) {
+        return STATUS_NOT_FOUND;
     }
     const region_t* const region = region_of(flow);
-    const bool is_ready          = (osal_shm_size(&flow->shm) >= sizeof(region_t)) &&
-                          (__atomic_load_n(&region->magic, __ATOMIC_ACQUIRE) == MAGIC);
-    const bool is_same = is_ready && (region->kind == (uint32_t)shape.kind) &&
+    const bool is_same           = (region->kind == (uint32_t)shape.kind) &&
                          (region->value_octets == shape.value_octets) && (region->depth == shape.depth) &&
                          (osal_shm_size(&flow->shm) >= region_octets(shape));
-    if (!is_same) {
-        osal_shm_close(&flow->shm);
-        return is_ready ? STATUS_INVALID : STATUS_NOT_FOUND;
-    }
-    flow->shape         = shape;
-    flow->is_writer     = false;
-    flow->is_open       = true;
     flow->last_sequence = 0U;
-    return STATUS_OK;
+    return is_same ? STATUS_OK : STATUS_INVALID;
+}
+
+static void release(flow_shm_t* const flow)
+{
+    osal_shm_close(&flow->shm);
+    quota_give(flow->setup.quota);
+    flow->is_open = false;
+}
+
+static void begin(flow_shm_t* const flow)
+{
+    status_t status = quota_take(flow->setup.quota);
+    if (status == STATUS_OK) {
+        endnode_address_t address;
+        status = endnode_resolve(flow->resolver, ENDNODE_SHM, flow->setup.name, &address);
+        if (status == STATUS_OK) {
+            (void)memcpy(flow->address, address.address, sizeof flow->address);
+            status = flow->setup.is_writer ? create_region(flow) : open_region(flow);
+        }
+        if (status != STATUS_OK) {
+            release(flow);
+        }
+    }
+    if (status == STATUS_OK) {
+        flow->is_open = true;
+        reconnect_succeeded(&flow->reconnect, flow->now_ns);
+    } else {
+        flow->failure = status;
+        reconnect_failed(&flow->reconnect, flow->now_ns);
+    }
+}
+
+static void lose(flow_shm_t* const flow)
+{
+    release(flow);
+    flow->failure = STATUS_CLOSED;
+    reconnect_lost(&flow->reconnect, flow->now_ns);
+}
+
+status_t flow_shm_step(flow_shm_t* const flow, const uint64_t now_ns)
+{
+    FSW_ASSERT(flow != NULL);
+    flow->now_ns = now_ns;
+    if (!flow->is_open && reconnect_is_due(&flow->reconnect, now_ns)) {
+        begin(flow);
+    }
+    return flow->is_open ? STATUS_OK : STATUS_CLOSED;
+}
+
+bool flow_shm_is_open(const flow_shm_t* const flow)
+{
+    FSW_ASSERT(flow != NULL);
+    return flow->is_open;
 }
 
 void flow_shm_close(flow_shm_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    if (!flow->is_open) {
-        return;
+    if (flow->is_open) {
+        if (flow->setup.is_writer && is_alive(&flow->shm)) { // Else a successor has the name.
+            end_region(&flow->shm);
+            (void)osal_shm_remove(flow->address);
+        }
+        lose(flow);
     }
-    osal_shm_close(&flow->shm);
-    if (flow->is_writer) {
-        (void)osal_shm_remove(flow->name); // Already gone is as good.
+    reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
+}
+
+static status_t write_value(const flow_shm_t* const flow, region_t* const region, const void* const value)
+{
+    const flow_shm_shape_t shape = flow->setup.shape;
+    const uint64_t written       = __atomic_load_n(&region->written, __ATOMIC_RELAXED);
+    if (shape.kind == FLOW_SHM_LATEST) {
+        __atomic_store_n(&region->written, written + 1U, __ATOMIC_RELAXED);
+        __atomic_thread_fence(__ATOMIC_RELEASE);
+        store_words(region->words, value, shape.value_octets);
+        __atomic_store_n(&region->written, written + 2U, __ATOMIC_RELEASE);
+    } else {
+        if ((written - __atomic_load_n(&region->read, __ATOMIC_ACQUIRE)) >= shape.depth) {
+            return STATUS_FULL;
+        }
+        const size_t place = (size_t)(written % shape.depth) * words_of(shape);
+        store_words(&region->words[place], value, shape.value_octets);
+        __atomic_store_n(&region->written, written + 1U, __ATOMIC_RELEASE);
     }
-    flow->is_open = false;
+    return STATUS_OK;
 }
 
 status_t flow_shm_write(flow_shm_t* const flow, const void* const value)
 {
     FSW_ASSERT((flow != NULL) && (value != NULL));
-    if (!flow->is_open || !flow->is_writer) {
-        return STATUS_CLOSED;
-    }
-    region_t* const region = region_of(flow);
-    const uint64_t written = __atomic_load_n(&region->written, __ATOMIC_RELAXED);
-    if (flow->shape.kind == FLOW_SHM_LATEST) {
-        __atomic_store_n(&region->written, written + 1U, __ATOMIC_RELAXED);
-        __atomic_thread_fence(__ATOMIC_RELEASE);
-        store_words(region->words, value, flow->shape.value_octets);
-        __atomic_store_n(&region->written, written + 2U, __ATOMIC_RELEASE);
+    const bool is_ready   = flow->is_open && flow->setup.is_writer;
+    const status_t status = is_ready ? write_value(flow, region_of(flow), value) : STATUS_CLOSED;
+    if (status == STATUS_OK) {
+        flow->counters.written++;
     } else {
-        if ((written - __atomic_load_n(&region->read, __ATOMIC_ACQUIRE)) >= flow->shape.depth) {
-            flow->counters.refused++;
-            return STATUS_FULL;
-        }
-        const size_t place = (size_t)(written % flow->shape.depth) * words_of(flow->shape);
-        store_words(&region->words[place], value, flow->shape.value_octets);
-        __atomic_store_n(&region->written, written + 1U, __ATOMIC_RELEASE);
+        flow->counters.refused++;
     }
-    flow->counters.written++;
-    return STATUS_OK;
+    return status;
 }
 
 static status_t read_latest(flow_shm_t* const flow, const region_t* const region, void* const out_value)
@@ -192,7 +253,7 @@ static status_t read_latest(flow_shm_t* const flow, const region_t* const region
         if ((before % 2U) != 0U) {
             continue;
         }
-        load_words(region->words, out_value, flow->shape.value_octets);
+        load_words(region->words, out_value, flow->setup.shape.value_octets);
         __atomic_thread_fence(__ATOMIC_ACQUIRE);
         if (__atomic_load_n(&region->written, __ATOMIC_RELAXED) == before) {
             flow->last_sequence = before;
@@ -210,8 +271,8 @@ static status_t read_queue(flow_shm_t* const flow, region_t* const region, void*
     if (__atomic_load_n(&region->written, __ATOMIC_ACQUIRE) == read) {
         return STATUS_EMPTY;
     }
-    const size_t place = (size_t)(read % flow->shape.depth) * words_of(flow->shape);
-    load_words(&region->words[place], out_value, flow->shape.value_octets);
+    const size_t place = (size_t)(read % flow->setup.shape.depth) * words_of(flow->setup.shape);
+    load_words(&region->words[place], out_value, flow->setup.shape.value_octets);
     __atomic_store_n(&region->read, read + 1U, __ATOMIC_RELEASE);
     flow->counters.read++;
     return STATUS_OK;
@@ -220,10 +281,16 @@ static status_t read_queue(flow_shm_t* const flow, region_t* const region, void*
 status_t flow_shm_read(flow_shm_t* const flow, void* const out_value)
 {
     FSW_ASSERT((flow != NULL) && (out_value != NULL));
-    if (!flow->is_open || flow->is_writer) {
+    if (!flow->is_open || flow->setup.is_writer) {
         return STATUS_CLOSED;
     }
+    const bool was_alive   = is_alive(&flow->shm); // Looked at first: what is written before the end is read.
     region_t* const region = region_of(flow);
-    return (flow->shape.kind == FLOW_SHM_LATEST) ? read_latest(flow, region, out_value)
-                                                 : read_queue(flow, region, out_value);
+    const status_t status = (flow->setup.shape.kind == FLOW_SHM_LATEST) ? read_latest(flow, region, out_value)
+                                                                        : read_queue(flow, region, out_value);
+    if ((status == STATUS_OK) || was_alive) {
+        return status;
+    }
+    lose(flow);
+    return STATUS_CLOSED;
 }

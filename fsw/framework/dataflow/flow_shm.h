@@ -5,7 +5,12 @@
 /// because the writer kept overtaking it. Queue: one writer, one reader, nothing lost; a full queue is
 /// refused.
 ///
-/// Ownership  The caller places flow_shm_t. The writer creates the memory and removes its name on close.
+/// The writer of an end node is one component: memory that stands there when it starts is what its
+/// predecessor left, and is made anew. A reader reads what was left, is then told, and opens the new memory;
+/// one that starts first waits for its writer, both with back-off. Call flow_shm_step once a cycle, then
+/// write or read.
+///
+/// Ownership  The caller places flow_shm_t; the name, the resolver and the quota outlive it.
 /// Context    One task per end. Never blocks. Time O(value size).
 /// Errors     Each function lists its statuses; each refusal is counted.
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_SHM_H
@@ -13,6 +18,8 @@
 
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/resource/quota.h"
 #include "osal/include/osal/shm.h"
 
 #include <stdbool.h>
@@ -30,38 +37,51 @@ typedef struct { // Both ends must say the same.
     uint32_t depth;        ///< Values a queue holds, 1..65536; 1 for LATEST.
 } flow_shm_shape_t;
 
+typedef struct {
+    const char* name;
+    bool is_writer;
+    flow_shm_shape_t shape;
+    uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
+    uint64_t retry_longest_ns;
+    quota_t* quota; ///< Of open memories; null: not counted.
+} flow_shm_setup_t;
+
 typedef struct { // [wrap]
     uint32_t written;
     uint32_t read;
-    uint32_t refused; ///< Queue full.
+    uint32_t refused; ///< Not written: no memory, or the queue is full.
     uint32_t torn;    ///< The writer kept overtaking this reader.
 } flow_shm_counters_t;
 
-typedef struct { // Private, except counters: read-only.
+typedef struct { // Private; read-only for housekeeping: counters, reconnect, failure.
+    flow_shm_setup_t setup;
+    const flow_resolver_t* resolver;
+    char address[ENDNODE_ADDRESS_MAX];
     osal_shm_t shm;
-    flow_shm_shape_t shape;
-    char name[ENDNODE_ADDRESS_MAX];
-    bool is_writer;
     bool is_open;
     uint64_t last_sequence;
+    uint64_t now_ns;
+    status_t failure; ///< Why the last attempt failed, or the last memory was left; STATUS_OK: nothing yet.
+    reconnect_t reconnect;
     flow_shm_counters_t counters;
 } flow_shm_t;
 
-void flow_shm_init(flow_shm_t* flow);
-/// Make the memory and be its writer. STATUS_OK, STATUS_EXISTS (open already, or name taken),
-/// STATUS_NOT_FOUND (resolver), STATUS_INVALID (shape, name), STATUS_EXHAUSTED, STATUS_DENIED, STATUS_IO.
-MUST_USE status_t flow_shm_create(flow_shm_t* flow, const flow_resolver_t* resolver, const char* name,
-                                  flow_shm_shape_t shape);
-/// Be a reader. STATUS_OK, STATUS_EXISTS (open already), STATUS_NOT_FOUND (resolver, or no writer yet),
-/// STATUS_INVALID (shape differs from the writer's), STATUS_DENIED, STATUS_IO.
-MUST_USE status_t flow_shm_open(flow_shm_t* flow, const flow_resolver_t* resolver, const char* name,
-                                flow_shm_shape_t shape);
-void flow_shm_close(flow_shm_t* flow);
+/// Closed. A shape out of its range is a coding error.
+void flow_shm_init(flow_shm_t* flow, const flow_shm_setup_t* setup, const flow_resolver_t* resolver);
+/// Make or open the memory if it is time. STATUS_OK (open), STATUS_CLOSED (`failure` says why:
+/// STATUS_NOT_FOUND resolver, or no writer yet; STATUS_INVALID name, or the writer's shape is another;
+/// STATUS_EXHAUSTED quota or memory; STATUS_EXISTS somebody else makes it at this moment; STATUS_DENIED,
+/// STATUS_IO).
+status_t flow_shm_step(flow_shm_t* flow, uint64_t now_ns);
 
-/// Write one value of value_octets. STATUS_OK, STATUS_FULL (queue), STATUS_CLOSED (not open as writer).
+/// Write one value of value_octets. STATUS_OK, STATUS_FULL (queue), STATUS_CLOSED (no memory, or a reader).
 MUST_USE status_t flow_shm_write(flow_shm_t* flow, const void* value);
 /// LATEST: the newest value not read before. QUEUE: the oldest. STATUS_OK, STATUS_EMPTY (nothing new),
-/// STATUS_BUSY (LATEST: overtaken, try in the next cycle), STATUS_CLOSED (not open as reader).
+/// STATUS_BUSY (LATEST: overtaken, try in the next cycle), STATUS_CLOSED (no memory, its writer has closed it
+/// or begins anew, or a writer).
 MUST_USE status_t flow_shm_read(flow_shm_t* flow, void* out_value);
+bool flow_shm_is_open(const flow_shm_t* flow);
+/// The writer removes the name with it, and its readers are told.
+void flow_shm_close(flow_shm_t* flow);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_FLOW_SHM_H

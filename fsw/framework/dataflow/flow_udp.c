@@ -5,41 +5,89 @@
 
 #define DATAGRAMS_PER_CALL 64U // Passed over at most before the caller gets its turn back.
 
-void flow_udp_init(flow_udp_t* const flow)
+void flow_udp_init(flow_udp_t* const flow, const flow_udp_setup_t* const setup,
+                   const flow_resolver_t* const resolver)
 {
-    FSW_ASSERT(flow != NULL);
-    *flow = (flow_udp_t){.socket = OSAL_SOCKET_CLOSED};
+    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL));
+    FSW_ASSERT((setup->local != NULL) && (setup->peer != NULL));
+    *flow = (flow_udp_t){.setup = *setup, .resolver = resolver, .socket = OSAL_SOCKET_CLOSED};
+    reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
 }
 
-status_t flow_udp_open(flow_udp_t* const flow, const flow_resolver_t* const resolver, const char* const local,
-                       const char* const peer, const size_t receive_octets)
+static void release(flow_udp_t* const flow)
 {
-    FSW_ASSERT((flow != NULL) && (resolver != NULL) && (local != NULL) && (peer != NULL));
-    if (osal_socket_is_open(&flow->socket)) {
-        return STATUS_EXISTS;
-    }
-    osal_address_t address;
-    status_t status = endnode_resolve_socket(resolver, ENDNODE_UDP, local, &address);
+    osal_socket_close(&flow->socket);
+    quota_give(flow->setup.quota);
+}
+
+static status_t open_socket(flow_udp_t* const flow)
+{
+    osal_address_t local = {0U, 0U};
+    status_t status      = endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.local, &local);
     if (status == STATUS_OK) {
-        status = endnode_resolve_socket(resolver, ENDNODE_UDP, peer, &flow->peer);
+        status = endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.peer, &flow->peer);
     }
-    return (status == STATUS_OK) ? osal_udp_open(&flow->socket, address, receive_octets) : status;
+    return (status == STATUS_OK) ? osal_udp_open(&flow->socket, local, flow->setup.receive_octets) : status;
+}
+
+static void begin(flow_udp_t* const flow)
+{
+    status_t status = quota_take(flow->setup.quota);
+    if (status == STATUS_OK) {
+        status = open_socket(flow);
+        if (status != STATUS_OK) {
+            release(flow);
+        }
+    }
+    if (status == STATUS_OK) {
+        reconnect_succeeded(&flow->reconnect, flow->now_ns);
+    } else {
+        flow->failure = status;
+        reconnect_failed(&flow->reconnect, flow->now_ns);
+    }
+}
+
+static void lose(flow_udp_t* const flow, const status_t why)
+{
+    release(flow);
+    flow->failure = why;
+    reconnect_lost(&flow->reconnect, flow->now_ns);
+}
+
+status_t flow_udp_step(flow_udp_t* const flow, const uint64_t now_ns)
+{
+    FSW_ASSERT(flow != NULL);
+    flow->now_ns = now_ns;
+    if (!flow_udp_is_open(flow) && reconnect_is_due(&flow->reconnect, now_ns)) {
+        begin(flow);
+    }
+    return flow_udp_is_open(flow) ? STATUS_OK : STATUS_CLOSED;
+}
+
+bool flow_udp_is_open(const flow_udp_t* const flow)
+{
+    FSW_ASSERT(flow != NULL);
+    return osal_socket_is_open(&flow->socket);
 }
 
 void flow_udp_close(flow_udp_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    if (osal_socket_is_open(&flow->socket)) {
-        osal_socket_close(&flow->socket);
+    if (flow_udp_is_open(flow)) {
+        lose(flow, STATUS_CLOSED);
     }
+    reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
 }
 
 status_t flow_udp_send(flow_udp_t* const flow, const uint8_t* const octets, const size_t size)
 {
     FSW_ASSERT((flow != NULL) && (octets != NULL));
-    const status_t status = osal_socket_is_open(&flow->socket)
-                                ? osal_udp_send(&flow->socket, flow->peer, octets, size)
-                                : STATUS_CLOSED;
+    status_t status =
+        flow_udp_is_open(flow) ? osal_udp_send(&flow->socket, flow->peer, octets, size) : STATUS_CLOSED;
+    if (status == STATUS_IO) {
+        lose(flow, status);
+        status = STATUS_CLOSED;
+    }
     if (status == STATUS_OK) {
         flow->counters.sent++;
     } else {
@@ -53,14 +101,13 @@ status_t flow_udp_receive(flow_udp_t* const flow, uint8_t* const octets, const s
 {
     FSW_ASSERT((flow != NULL) && (octets != NULL) && (out_size != NULL));
     *out_size = 0U;
-    if (!osal_socket_is_open(&flow->socket)) {
-        return STATUS_CLOSED;
-    }
-    for (unsigned i = 0U; i < DATAGRAMS_PER_CALL; i++) {
+    for (unsigned i = 0U; flow_udp_is_open(flow) && (i < DATAGRAMS_PER_CALL); i++) {
         osal_address_t from   = {0};
         const status_t status = osal_udp_receive(&flow->socket, &from, octets, capacity, out_size);
         if (status == STATUS_TOO_LARGE) {
             flow->counters.oversize++;
+        } else if (status == STATUS_IO) {
+            lose(flow, status);
         } else if (status != STATUS_OK) {
             *out_size = 0U;
             return status;
@@ -72,5 +119,5 @@ status_t flow_udp_receive(flow_udp_t* const flow, uint8_t* const octets, const s
         }
     }
     *out_size = 0U;
-    return STATUS_EMPTY;
+    return flow_udp_is_open(flow) ? STATUS_EMPTY : STATUS_CLOSED;
 }

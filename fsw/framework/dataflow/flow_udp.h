@@ -1,16 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data flow of datagrams: one bound socket, one peer.
+/// Data flow of datagrams: one bound socket, one peer. A port that cannot be had, or a socket that fails, is
+/// tried again with back-off; a datagram that finds nobody is refused or lost, and the next one goes out all
+/// the same. Call flow_udp_step once a cycle, then send and receive.
 ///
-/// Ownership  The caller places flow_udp_t. Context: one task, never blocks. Errors: status and counter each.
+/// Ownership  The caller places flow_udp_t; names, the resolver and the quota outlive it. Context: one task,
+///            never blocks. Errors: status and counter each.
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_UDP_H
 #define FSW_FRAMEWORK_DATAFLOW_FLOW_UDP_H
 
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/resource/quota.h"
 #include "osal/include/osal/socket.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+typedef struct {
+    const char* local;       ///< End node that is bound,
+    const char* peer;        ///< and the one that is talked to, and nobody else; both as the resolver says.
+    size_t receive_octets;   ///< Receive buffer asked of the system; 0: as it is.
+    uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
+    uint64_t retry_longest_ns;
+    quota_t* quota; ///< Of open sockets; null: not counted.
+} flow_udp_setup_t;
 
 typedef struct { // [datagrams, wrap]
     uint32_t sent;
@@ -20,24 +35,28 @@ typedef struct { // [datagrams, wrap]
     uint32_t oversize; ///< Received, longer than the caller's buffer, dropped.
 } flow_udp_counters_t;
 
-typedef struct { // Private, except counters: read-only.
+typedef struct { // Private; read-only for housekeeping: counters, reconnect, failure.
+    flow_udp_setup_t setup;
+    const flow_resolver_t* resolver;
     osal_socket_t socket;
     osal_address_t peer;
+    uint64_t now_ns;
+    status_t failure; ///< Why the last attempt failed, or the last socket was left; STATUS_OK: nothing yet.
+    reconnect_t reconnect;
     flow_udp_counters_t counters;
 } flow_udp_t;
 
-void flow_udp_init(flow_udp_t* flow);
-/// Bind end node `local`, talk to end node `peer` and to nobody else; both as the resolver says.
-/// STATUS_OK, STATUS_EXISTS (open already, or port in use), STATUS_NOT_FOUND, STATUS_INVALID (address),
-/// STATUS_DENIED, STATUS_IO.
-MUST_USE status_t flow_udp_open(flow_udp_t* flow, const flow_resolver_t* resolver, const char* local,
-                                const char* peer, size_t receive_octets);
-void flow_udp_close(flow_udp_t* flow);
+void flow_udp_init(flow_udp_t* flow, const flow_udp_setup_t* setup, const flow_resolver_t* resolver);
+/// Open the socket if it is time. STATUS_OK (open), STATUS_CLOSED (`failure` says why: STATUS_NOT_FOUND,
+/// STATUS_INVALID address; STATUS_EXISTS port in use; STATUS_EXHAUSTED quota; STATUS_DENIED, STATUS_IO).
+status_t flow_udp_step(flow_udp_t* flow, uint64_t now_ns);
 
-/// STATUS_OK, STATUS_FULL, STATUS_CLOSED, STATUS_TOO_LARGE, STATUS_IO.
+/// STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no socket, or no way there).
 MUST_USE status_t flow_udp_send(flow_udp_t* flow, const uint8_t* octets, size_t size);
 /// One datagram of the peer; foreign and oversize ones are counted and passed over.
-/// STATUS_OK, STATUS_EMPTY, STATUS_CLOSED, STATUS_IO.
+/// STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (no socket).
 MUST_USE status_t flow_udp_receive(flow_udp_t* flow, uint8_t* octets, size_t capacity, size_t* out_size);
+bool flow_udp_is_open(const flow_udp_t* flow);
+void flow_udp_close(flow_udp_t* flow);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_FLOW_UDP_H

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
 #include "fsw/framework/dataflow/flow_shm.h"
 
+#include "test/support/assertion.h"
 #include "unity.h"
 
 #include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #define WORDS 37U // Not a multiple of anything.
@@ -13,6 +17,7 @@
 static char address[64]; // Of this process alone.
 static flow_shm_t writer;
 static flow_shm_t reader;
+static quota_t quota;
 
 static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
                         endnode_address_t* const out_address)
@@ -21,7 +26,7 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
     if ((kind != ENDNODE_SHM) || (strcmp(name, "moon") == 0)) {
         return STATUS_NOT_FOUND;
     }
-    (void)strcpy(out_address->address, address);
+    (void)strcpy(out_address->address, (strcmp(name, "bad") == 0) ? "no name" : address);
     return STATUS_OK;
 }
 
@@ -30,24 +35,42 @@ static const flow_shm_shape_t latest  = {
      .kind = FLOW_SHM_LATEST, .value_octets = (WORDS * 4U) - 1U, .depth = 1U};
 static const flow_shm_shape_t queue = {.kind = FLOW_SHM_QUEUE, .value_octets = 5U, .depth = 3U};
 
+static void begin(flow_shm_t* const flow, const char* const name, const bool is_writer,
+                  const flow_shm_shape_t shape)
+{
+    const flow_shm_setup_t setup = {.name             = name,
+                                    .is_writer        = is_writer,
+                                    .shape            = shape,
+                                    .retry_first_ns   = 10U,
+                                    .retry_longest_ns = 40U,
+                                    .quota            = &quota};
+    flow_shm_init(flow, &setup, &resolver);
+}
+
 void setUp(void)
 {
     (void)snprintf(address, sizeof address, "/test-flow-shm-%ld", (long)getpid());
     (void)osal_shm_remove(address);
-    flow_shm_init(&writer);
-    flow_shm_init(&reader);
+    quota_init(&quota, 4U);
+    begin(&writer, "x", true, queue);
+    begin(&reader, "x", false, queue);
 }
 
 void tearDown(void)
 {
     flow_shm_close(&reader);
     flow_shm_close(&writer);
+    TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_remove(address)); // Nothing is left behind.
 }
 
 static void both_ends(const flow_shm_shape_t shape)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_create(&writer, &resolver, "x", shape));
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_open(&reader, &resolver, "x", shape));
+    begin(&writer, "x", true, shape);
+    begin(&reader, "x", false, shape);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 0U));
+    TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.used);
 }
 
 static void the_latest_value_is_read_once(void)
@@ -97,44 +120,170 @@ static void each_end_does_its_own_part_only(void)
     both_ends(queue);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_write(&reader, value));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&writer, value));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_shm_create(&writer, &resolver, "x", queue));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_shm_open(&reader, &resolver, "x", queue));
+    TEST_ASSERT_EQUAL_UINT32(1U, reader.counters.refused);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 1U)); // And stays open.
+    TEST_ASSERT_TRUE(flow_shm_is_open(&reader) && flow_shm_is_open(&writer));
 }
 
-static void opening_is_refused_for_a_reason(void)
+static void expect_refusal(flow_shm_t* const flow, const uint64_t now_ns, const status_t why)
 {
-    flow_shm_t second;
-    flow_shm_init(&second);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_shm_open(&reader, &resolver, "x", queue)); // No writer yet.
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_shm_open(&reader, &resolver, "moon", queue));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_shm_create(&writer, &resolver, "moon", queue));
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_create(&writer, &resolver, "x", queue));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_shm_create(&second, &resolver, "x", queue));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_shm_open(&reader, &resolver, "x", latest));
-    flow_shm_shape_t other = queue;
-    other.depth            = 4U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_shm_open(&reader, &resolver, "x", other));
-    other              = queue;
-    other.value_octets = 6U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_shm_open(&reader, &resolver, "x", other));
-    const flow_shm_shape_t impossible[] = {{FLOW_SHM_LATEST, 0U, 1U},    {FLOW_SHM_LATEST, 8U, 2U},
-                                           {FLOW_SHM_QUEUE, 8U, 0U},     {FLOW_SHM_QUEUE, 65537U, 1U},
-                                           {FLOW_SHM_QUEUE, 8U, 65537U}, {(flow_shm_kind_t)7, 8U, 1U}};
-    for (unsigned i = 0U; i < (sizeof impossible / sizeof impossible[0]); i++) {
-        TEST_ASSERT_EQUAL(STATUS_INVALID, flow_shm_create(&second, &resolver, "x", impossible[i]));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_step(flow, now_ns));
+    TEST_ASSERT_EQUAL(why, flow->failure);
+    TEST_ASSERT_FALSE(flow_shm_is_open(flow));
+}
+
+static void opening_is_refused_for_a_reason_and_counted(void)
+{
+    begin(&reader, "moon", false, queue);
+    expect_refusal(&reader, 0U, STATUS_NOT_FOUND);
+    begin(&writer, "moon", true, queue);
+    expect_refusal(&writer, 0U, STATUS_NOT_FOUND);
+    begin(&writer, "bad", true, queue);
+    expect_refusal(&writer, 0U, STATUS_INVALID);
+    begin(&reader, "bad", false, queue);
+    expect_refusal(&reader, 0U, STATUS_INVALID);
+    begin(&writer, "x", true, queue);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 0U));
+    const flow_shm_shape_t others[] = {
+        {FLOW_SHM_LATEST, 5U, 1U}, {FLOW_SHM_QUEUE, 5U, 4U}, {FLOW_SHM_QUEUE, 6U, 3U}};
+    for (unsigned i = 0U; i < (sizeof others / sizeof others[0]); i++) {
+        begin(&reader, "x", false, others[i]);
+        expect_refusal(&reader, 0U, STATUS_INVALID);
+        TEST_ASSERT_EQUAL_UINT32(1U, reader.reconnect.failed);
+    }
+    quota_init(&quota, 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // That of the writer.
+    begin(&reader, "x", false, queue);
+    expect_refusal(&reader, 0U, STATUS_EXHAUSTED);
+}
+
+static flow_shm_shape_t impossible;
+
+static void begin_the_impossible(void)
+{
+    begin(&reader, "x", false, impossible);
+}
+
+static void impossible_shapes_are_coding_errors(void)
+{
+    const flow_shm_shape_t shapes[] = {{FLOW_SHM_LATEST, 0U, 1U},    {FLOW_SHM_LATEST, 8U, 2U},
+                                       {FLOW_SHM_QUEUE, 8U, 0U},     {FLOW_SHM_QUEUE, 65537U, 1U},
+                                       {FLOW_SHM_QUEUE, 8U, 65537U}, {(flow_shm_kind_t)7, 8U, 1U}};
+    for (unsigned i = 0U; i < (sizeof shapes / sizeof shapes[0]); i++) {
+        impossible = shapes[i];
+        TEST_ASSERT_TRUE(assertion_fails(begin_the_impossible));
     }
 }
 
-static void a_new_writer_is_met_by_a_new_reader(void)
+static void a_reader_that_starts_first_waits_with_back_off(void)
+{
+    static const uint64_t due[] = {0U, 10U, 30U, 70U, 110U}; // Delays of 10, 20, 40, and no longer ones.
+    uint8_t value[5]            = {7U};
+    for (uint32_t i = 0U; i < 5U; i++) {
+        if (i > 0U) {
+            expect_refusal(&reader, due[i] - 1U, STATUS_NOT_FOUND); // Not yet tried.
+            TEST_ASSERT_EQUAL_UINT32(i, reader.reconnect.failed);
+        }
+        expect_refusal(&reader, due[i], STATUS_NOT_FOUND);
+        TEST_ASSERT_EQUAL_UINT32(i + 1U, reader.reconnect.failed);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 111U));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, value));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_step(&reader, 149U));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 150U));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value));
+    TEST_ASSERT_EQUAL_UINT8(7U, value[0]);
+}
+
+/// What stood in the queue when the writer closed it is read; then the reader is told.
+static void a_writer_that_closes_is_told_after_its_last_value(void)
 {
     uint8_t value[5] = {1U};
     both_ends(queue);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, value));
     flow_shm_close(&writer);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value)); // The old memory stays readable.
-    flow_shm_close(&reader);
-    both_ends(queue);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&reader, value));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&reader, value));
+    TEST_ASSERT_EQUAL_UINT32(1U, reader.reconnect.lost);
+    expect_refusal(&reader, 9U, STATUS_CLOSED);
+    expect_refusal(&reader, 10U, STATUS_NOT_FOUND); // It has not come back.
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 20U));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 100U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, value));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value));
+}
+
+/// A writer killed in another process leaves its memory; its successor makes it anew and the reader follows,
+/// though the dead one may have stood within a value.
+static void a_writer_that_was_killed_comes_back(void)
+{
+    static const flow_shm_shape_t shapes[] = {{FLOW_SHM_LATEST, 5U, 1U}, {FLOW_SHM_QUEUE, 5U, 3U}};
+    for (unsigned i = 0U; i < 2U; i++) {
+        uint8_t value[5] = {(uint8_t)i, 1U};
+        begin(&writer, "x", true, shapes[i]);
+        begin(&reader, "x", false, shapes[i]);
+        const pid_t other = fork();
+        if (other == 0) {
+            if ((flow_shm_step(&writer, 0U) == STATUS_OK) && (flow_shm_write(&writer, value) == STATUS_OK)) {
+                (void)raise(SIGKILL);
+            }
+            _exit(1);
+        }
+        int how = 0;
+        TEST_ASSERT_EQUAL(other, waitpid(other, &how, 0));
+        TEST_ASSERT_TRUE(WIFSIGNALED(how));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 0U));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value)); // Its testament.
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value));
+        if (shapes[i].kind == FLOW_SHM_LATEST) { // As if it had died within the next one.
+            ((uint64_t*)osal_shm_address(&reader.shm))[2]++;
+            TEST_ASSERT_EQUAL(STATUS_BUSY, flow_shm_read(&reader, value));
+        }
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 0U));
+        TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&reader, value));
+        TEST_ASSERT_EQUAL(STATUS_CLOSED, reader.failure);
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 10U));
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value)); // Nothing of the old one.
+        value[1] = 2U;
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, value));
+        value[1] = 0U;
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value));
+        TEST_ASSERT_EQUAL_UINT8(2U, value[1]);
+        flow_shm_close(&reader);
+        flow_shm_close(&writer);
+    }
+}
+
+/// A writer that was thought dead leaves its successor's memory alone.
+static void a_writer_that_was_replaced_takes_nothing_away(void)
+{
+    flow_shm_t successor;
+    uint8_t value[5] = {3U};
+    both_ends(queue);
+    begin(&successor, "x", true, queue);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&successor, 0U));
+    flow_shm_close(&writer);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&reader, value));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 10U));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&successor, value));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value));
+    flow_shm_close(&successor);
+}
+
+static void memory_of_somebody_else_is_no_flow(void)
+{
+    static const size_t sizes[] = {1U, 4096U}; // Too small, and without a beginning.
+    for (unsigned i = 0U; i < 2U; i++) {
+        osal_shm_t strange;
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&strange, address, sizes[i]));
+        begin(&reader, "x", false, queue);
+        expect_refusal(&reader, 0U, STATUS_NOT_FOUND);
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 0U)); // Takes the name.
+        TEST_ASSERT_EQUAL_HEX8(0U, *(uint8_t*)osal_shm_address(&strange));
+        osal_shm_close(&strange);
+        flow_shm_close(&writer);
+    }
 }
 
 static void* write_for_a_while(void* const context)
@@ -186,8 +335,13 @@ int main(void)
     RUN_TEST(the_latest_value_is_read_once);
     RUN_TEST(a_queue_keeps_order_and_refuses_when_full);
     RUN_TEST(each_end_does_its_own_part_only);
-    RUN_TEST(opening_is_refused_for_a_reason);
-    RUN_TEST(a_new_writer_is_met_by_a_new_reader);
+    RUN_TEST(opening_is_refused_for_a_reason_and_counted);
+    RUN_TEST(impossible_shapes_are_coding_errors);
+    RUN_TEST(a_reader_that_starts_first_waits_with_back_off);
+    RUN_TEST(a_writer_that_closes_is_told_after_its_last_value);
+    RUN_TEST(a_writer_that_was_killed_comes_back);
+    RUN_TEST(a_writer_that_was_replaced_takes_nothing_away);
+    RUN_TEST(memory_of_somebody_else_is_no_flow);
     RUN_TEST(a_value_is_never_torn);
     return UNITY_END();
 }

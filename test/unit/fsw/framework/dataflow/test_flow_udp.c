@@ -6,9 +6,11 @@
 #include "unity.h"
 
 #include <string.h>
+#include <unistd.h>
 
 static flow_udp_t left;
 static flow_udp_t right;
+static quota_t quota;
 static osal_socket_t stranger;
 static osal_address_t addresses[3]; // Of left, right, and one without a socket.
 
@@ -44,13 +46,22 @@ static void find_ports(void)
     }
 }
 
+static void begin(flow_udp_t* const flow, const char* const local, const char* const peer)
+{
+    const flow_udp_setup_t setup = {
+        .local = local, .peer = peer, .retry_first_ns = 10U, .retry_longest_ns = 40U, .quota = &quota};
+    flow_udp_init(flow, &setup, &resolver);
+}
+
 void setUp(void)
 {
     find_ports();
-    flow_udp_init(&left);
-    flow_udp_init(&right);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_open(&left, &resolver, "0", "1", 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_open(&right, &resolver, "1", "0", 0U));
+    quota_init(&quota, 4U);
+    begin(&left, "0", "1");
+    begin(&right, "1", "0");
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&left, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&right, 0U));
+    TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.used);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&stranger, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}, 0U));
 }
 
@@ -59,6 +70,7 @@ void tearDown(void)
     flow_udp_close(&left);
     flow_udp_close(&right);
     osal_socket_close(&stranger);
+    TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
 }
 
 static status_t receive(flow_udp_t* const flow, uint8_t* const octets, size_t* const size)
@@ -104,18 +116,88 @@ static void strangers_and_giants_are_passed_over(void)
     TEST_ASSERT_EQUAL_UINT64(0U, size);
 }
 
-static void opening_is_refused_for_a_reason(void)
+/// A stranger that never pauses does not hold up the cycle.
+static void so_many_strangers_are_passed_over_in_one_call(void)
+{
+    uint8_t octets[16] = {0U};
+    size_t size        = 9U;
+    for (unsigned i = 0U; i < 100U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&stranger, addresses[1], octets, 4U));
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, receive(&right, octets, &size));
+    TEST_ASSERT_EQUAL_UINT64(0U, size);
+    TEST_ASSERT_EQUAL_UINT32(64U, right.counters.foreign);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&right, 1U)); // It stays open.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_udp_receive(&right, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL_UINT32(100U, right.counters.foreign);
+}
+
+static void expect_refusal(flow_udp_t* const flow, const status_t why)
+{
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_step(flow, 0U));
+    TEST_ASSERT_EQUAL(why, flow->failure);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow->reconnect.failed);
+    TEST_ASSERT_FALSE(flow_udp_is_open(flow));
+}
+
+static void opening_is_refused_for_a_reason_and_counted(void)
 {
     flow_udp_t third;
-    flow_udp_init(&third);
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_udp_open(&left, &resolver, "0", "1", 0U));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_udp_open(&third, &resolver, "0", "1", 0U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_udp_open(&third, &resolver, "moon", "1", 0U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_udp_open(&third, &resolver, "2", "moon", 0U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_udp_open(&third, &resolver, "text", "1", 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_open(&third, &resolver, "2", "1", 65536U));
+    begin(&third, "moon", "1");
+    expect_refusal(&third, STATUS_NOT_FOUND);
+    begin(&third, "2", "moon");
+    expect_refusal(&third, STATUS_NOT_FOUND);
+    begin(&third, "text", "1");
+    expect_refusal(&third, STATUS_INVALID);
+    begin(&third, "2", "1");
+    third.setup.receive_octets = 65536U;
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&third, 0U));
     flow_udp_close(&third);
     flow_udp_close(&third);
+    quota_init(&quota, 2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Those of left and right.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota));
+    begin(&third, "2", "1");
+    expect_refusal(&third, STATUS_EXHAUSTED);
+}
+
+static void a_port_in_use_is_tried_again_with_back_off(void)
+{
+    const uint8_t octets[2] = {1U, 2U};
+    flow_udp_t third;
+    begin(&third, "0", "1");
+    expect_refusal(&third, STATUS_EXISTS);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_send(&third, octets, 2U));
+    flow_udp_close(&left);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_step(&third, 9U)); // Not yet tried.
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&third, 10U));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&third, octets, 2U));
+    TEST_ASSERT_EQUAL_UINT32(1U, third.reconnect.connected);
+    TEST_ASSERT_EQUAL_UINT32(1U, third.counters.refused);
+    flow_udp_close(&third);
+}
+
+/// The system's socket goes from under the flow.
+static void a_socket_that_fails_is_opened_again(void)
+{
+    const uint8_t hello[2] = {'h', 'i'};
+    uint8_t octets[16];
+    size_t size = 9U;
+    for (unsigned i = 0U; i < 2U; i++) {
+        TEST_ASSERT_EQUAL(0, close(left.socket.descriptor));
+        if (i == 0U) {
+            TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_send(&left, hello, 2U));
+        } else {
+            TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_receive(&left, octets, sizeof octets, &size));
+            TEST_ASSERT_EQUAL_UINT64(0U, size);
+        }
+        TEST_ASSERT_EQUAL(STATUS_IO, left.failure);
+        TEST_ASSERT_EQUAL_UINT32(i + 1U, left.reconnect.lost);
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&left, 100U * (i + 1U)));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&left, hello, 2U));
+        TEST_ASSERT_EQUAL(STATUS_OK, receive(&right, octets, &size));
+    }
+    TEST_ASSERT_EQUAL_UINT32(1U, left.counters.refused);
 }
 
 static void sending_is_refused_for_a_reason(void)
@@ -135,7 +217,10 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(datagrams_go_both_ways_whole);
     RUN_TEST(strangers_and_giants_are_passed_over);
-    RUN_TEST(opening_is_refused_for_a_reason);
+    RUN_TEST(so_many_strangers_are_passed_over_in_one_call);
+    RUN_TEST(opening_is_refused_for_a_reason_and_counted);
+    RUN_TEST(a_port_in_use_is_tried_again_with_back_off);
+    RUN_TEST(a_socket_that_fails_is_opened_again);
     RUN_TEST(sending_is_refused_for_a_reason);
     return UNITY_END();
 }
