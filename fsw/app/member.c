@@ -3,8 +3,11 @@
 
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/text.h"
+#include "osal/include/osal/console.h"
 
 #include <string.h>
+
+#define LINE_CHARACTERS (DESCRIPTOR_ERROR_CHARACTERS + 64U)
 
 bool descriptor_path(const run_block_t* const run, const char* const relative, char* const out_path,
                      const size_t capacity)
@@ -43,6 +46,16 @@ bool member_load(member_t* const member, seat_t* const seat, const uint64_t inte
                               seat->clock.mode != OSAL_CLOCK_REAL) == STATUS_OK);
 }
 
+/// File, line, value and what was expected: more than the report of a failure can say.
+static void tell_refusal(const member_t* const member)
+{
+    char line[LINE_CHARACTERS];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, descriptor_error(&member->seat->reader->loader));
+    text_add(&text, " (not read anew: the descriptor in force stays)");
+    osal_console_complain(line);
+}
+
 /// TC[129,6]: a descriptor that is refused leaves the old one in force.
 static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
 {
@@ -57,6 +70,8 @@ static status_t reload(void* const context, const subsystem_descriptor_t** const
         member->in_force                  = reader->spare;
         reader->spare                     = old;
         *out_descriptor                   = member->in_force;
+    } else {
+        tell_refusal(member);
     }
     return status;
 }

@@ -126,6 +126,24 @@ def test_configuration_part_needs_no_recompilation(house):
     assert hashes(flight) != hashes(plain)
 
 
+def test_a_mistake_read_anew_is_told_with_its_place_and_leaves_the_old_in_force(house):
+    """TC[129,6] in the middle of a mission: refused with file, line, value and what was expected; then all goes on."""
+    flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
+    try:
+        assert flying.gse(flight, "state", "MANIPULATOR", "PRE_OPERATIONAL").returncode == 0
+        line = _replace(house, MANIPULATOR, 'samplingTime="500us"', 'samplingTime="500parsec"')
+        refused = flying.gse(flight, "reload", "MANIPULATOR")
+        assert refused.returncode != 0, refused.stdout
+        for words in (("config", "MANIPULATOR", "STAND_ALONE"), ("state", "MANIPULATOR", "SAFE_OPERATIONAL"), ("shutdown",)):
+            done = flying.gse(flight, *words)
+            assert done.returncode == 0, done.stdout + done.stderr
+        flight.wait()
+    finally:
+        flight.abandon()
+    assert flight.code == 0, flight.told()
+    assert re.search(rf"manipulator\.xml:{line}: .*500parsec.*not read anew", flight.output + flight.console), flight.told()
+
+
 def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_told_with_both_hashes(house):
     """It reads its descriptor anew, which has changed since; what the supervisor knows is that of the start."""
     flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
