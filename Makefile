@@ -267,7 +267,7 @@ foreign-tests: $(FOREIGN_PROGRAMS) $(foreach t,$(FOREIGN_TESTS),$(call test_name
 foreign-programs: $(FOREIGN_PROGRAMS)
 	@:
 # What the tests in test/hil run once more on a kernel that has such buses.
-KERNEL_TESTS := $(filter $(patsubst %,test/contract/osal/test_%.c,can can_socket tipc network) %/test_flow_can_socket.c \
+KERNEL_TESTS := $(filter $(patsubst %,test/contract/osal/test_%.c,calendar_blocking can can_socket tipc network) %/test_flow_can_socket.c \
                 test/unit/fsw/framework/message/%,$(TESTS))
 kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
 	@:

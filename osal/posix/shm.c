@@ -60,8 +60,11 @@ status_t osal_shm_create(osal_shm_t* shm, const char* name, size_t size)
 {
     FSW_ASSERT((shm != NULL) && (name != NULL));
     *shm = (osal_shm_t){NULL, 0U};
-    if (!is_object_name(name) || (size == 0U) || (size > (SIZE_MAX / 2U))) {
+    if (!is_object_name(name) || (size == 0U)) {
         return STATUS_INVALID;
+    }
+    if (size > (SIZE_MAX / 2U)) {
+        return STATUS_EXHAUSTED; // Beyond what a length of a file can say.
     }
     const int descriptor = shm_open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
     if (descriptor < 0) {

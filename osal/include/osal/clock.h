@@ -6,10 +6,11 @@
 ///
 /// Stepped time does not escape the calendar: osal_clock_wait, and it alone, waits for simulated time. The
 /// other calls of this layer that may wait (osal_event_wait, osal_doorbell_wait, osal_mutex_lock,
-/// osal_task_join, osal_socket_wait_readable, osal_process_wait_any, the connects, files) keep the grant
-/// while they do: simulated time stands still, nobody else is granted, and their time-outs are wall-clock. So
-/// they are for what is under way already, never for what another participant does after its own grant: that
-/// would wait for ever.
+/// osal_task_join, osal_socket_wait_readable, osal_process_start and osal_process_wait_any, the connects,
+/// files and directories, the console, network namespaces, CAN interfaces, and a counted CAN bus) keep the
+/// grant while they do: simulated time stands still, nobody else is granted, and their time-outs are
+/// wall-clock. So they are for what is under way already, never for what another participant does after its
+/// own grant: that would wait for ever.
 ///
 /// A program that cannot reach the calendar's memory (one of another byte order) has a granted clock: stepped
 /// time whose grants somebody brings to it, and takes back what it told of deliveries.

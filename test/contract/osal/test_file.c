@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -207,9 +208,17 @@ static void test_rename_replaces(void)
     assert_content("old");
 }
 
-/// A pipe takes a large block only bit by bit: the write must go on until all is out.
-static void test_short_writes_are_completed(void)
+static void ignore_it(int number)
 {
+    (void)number;
+}
+
+/// A pipe takes a large block only bit by bit: the write must go on until all is out, whatever interrupts it.
+static void test_short_and_interrupted_writes_are_completed(void)
+{
+    struct sigaction action         = {.sa_handler = ignore_it};
+    const struct itimerval every_ms = {{0, 1000}, {0, 1000}};
+    const struct itimerval off      = {{0, 0}, {0, 0}};
     static char block[1000000];
     int ends[2];
     TEST_ASSERT_EQUAL(0, pipe(ends));
@@ -218,6 +227,7 @@ static void test_short_writes_are_completed(void)
         size_t total = 0U;
         ssize_t size = 0;
         (void)close(ends[1]);
+        (void)usleep(20000U); // The writer is asleep on the full pipe meanwhile.
         do {
             size = read(ends[0], block, 1000U);
             total += (size_t)((size > 0) ? size : 0);
@@ -226,7 +236,10 @@ static void test_short_writes_are_completed(void)
     }
     (void)close(ends[0]);
     osal_file_t file = {ends[1]};
+    TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
+    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &every_ms, NULL));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, block, sizeof(block)));
+    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
     osal_file_close(&file);
     int how = -1;
     TEST_ASSERT_EQUAL(reader, waitpid(reader, &how, 0));
@@ -289,7 +302,7 @@ int main(void)
     RUN_TEST(test_a_lock_keeps_others_out_until_the_file_is_closed);
     RUN_TEST(test_rename_replaces);
     RUN_TEST(test_full_disk_is_a_status);
-    RUN_TEST(test_short_writes_are_completed);
+    RUN_TEST(test_short_and_interrupted_writes_are_completed);
     RUN_TEST(test_folders_with_parents);
     RUN_TEST(test_no_privilege_is_denied);
     return UNITY_END();
