@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `hirosco run`: fly a mission. Exit codes: 0 flown to the end, 1 something failed, 2 usage.
-#include "fsw/app/launcher.h"
-
+#include "fsw/app/launcher_guard.h"
+#include "fsw/app/launcher_internal.h"
 #include "fsw/framework/base/text.h"
 #include "osal/include/osal/console.h"
 
@@ -61,31 +61,63 @@ static void conclude(void)
     osal_console_say(line);
 }
 
+/// Fly, with a guard beside this process.
+static int run(const int argument_count, char* const arguments[], const launch_options_t* const options)
+{
+    static guard_t guard;
+    int code = 1;
+    osal_process_catch_stop();
+    guard_start(&guard, arguments[0], argument_count - 2, &arguments[2]);
+    if (launcher_prepare(&launcher, options, folder_of(arguments[0]))) {
+        launcher.guard = &guard;
+        announce();
+        launcher_fly(&launcher);
+        launcher_clean_up(&launcher);
+        conclude();
+        code = launcher.exit_code;
+    } else {
+        (void)complain(launcher.reason);
+        launcher_clean_up(&launcher);
+    }
+    guard_stop(&guard);
+    return code;
+}
+
+/// Be the guard of another process: `hirosco guard IDENTITY`, and the options of its run.
+static int watch(char* const arguments[], const launch_options_t* const options)
+{
+    if (launcher_owner_of(arguments[2]) == 0) {
+        return complain("expected `hirosco guard hirosco-NUMBER ...`; guards are started by `hirosco run`");
+    }
+    osal_process_ignore_interrupt();
+    const int code = guard_watch(&launcher, options, folder_of(arguments[0]), arguments[2]);
+    if (launcher.run != NULL) {
+        conclude();
+    } else if (code != 0) {
+        (void)complain("the launcher was killed before its run began");
+    } else {
+        // It has cleaned up itself.
+    }
+    return code;
+}
+
 int main(const int argument_count, char* arguments[])
 {
-    const bool is_run  = (argument_count >= 2) && (strcmp(arguments[1], "run") == 0);
-    const bool is_help = (argument_count < 2) || (strcmp(arguments[argument_count - 1], "--help") == 0);
+    const bool is_run   = (argument_count >= 2) && (strcmp(arguments[1], "run") == 0);
+    const bool is_guard = (argument_count >= 3) && (strcmp(arguments[1], "guard") == 0);
+    const bool is_help  = (argument_count < 2) || (strcmp(arguments[argument_count - 1], "--help") == 0);
+    const int first     = is_guard ? 3 : 2;
     if (is_help) {
         osal_console_say(launch_options_help());
         return 0;
     }
-    if (!is_run) {
+    if (!is_run && !is_guard) {
         return complain("expected `hirosco run ...`; see hirosco --help");
     }
     launch_options_t options;
     char error[LAUNCH_ERROR_MAX];
-    if (!launch_options_parse(argument_count - 2, &arguments[2], &options, error)) {
+    if (!launch_options_parse(argument_count - first, &arguments[first], &options, error)) {
         return complain(error);
     }
-    osal_process_catch_stop();
-    if (!launcher_prepare(&launcher, &options, folder_of(arguments[0]))) {
-        (void)complain(launcher.reason);
-        launcher_clean_up(&launcher);
-        return 1;
-    }
-    announce();
-    launcher_fly(&launcher);
-    launcher_clean_up(&launcher);
-    conclude();
-    return launcher.exit_code;
+    return is_guard ? watch(arguments, &options) : run(argument_count, arguments, &options);
 }

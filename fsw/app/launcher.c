@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The life of a run: its children, and what their ends mean.
+#include "fsw/app/launcher_guard.h"
 #include "fsw/app/launcher_internal.h"
 
 #include "osal/include/osal/clock.h"
@@ -27,7 +28,7 @@ void launcher_give_up(launcher_t* const launcher, const char* const what, const 
 }
 
 /// Without a simulator, mission time is the machine's.
-static uint64_t simulated_ns(const launcher_t* const launcher)
+uint64_t launcher_now_ns(const launcher_t* const launcher)
 {
     if (launcher->calendar != NULL) {
         return osal_calendar_now_ns(launcher->calendar);
@@ -74,7 +75,7 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
         __atomic_store_n(&component->is_wanted, 0U, __ATOMIC_RELEASE);
         __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_LOST, __ATOMIC_RELEASE);
         if (component->apid == 1U) { // Without supervisor the others reach their safe state by themselves.
-            launcher->abandon_ns = simulated_ns(launcher) + ABANDON_NS;
+            launcher->abandon_ns = launcher_now_ns(launcher) + ABANDON_NS;
         }
     } else if (strcmp(child->name, "packet-archive-sqlite") != 0) {
         request_stop(launcher);
@@ -106,7 +107,7 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
     } else if (!is_over && (strcmp(child->name, "operator") != 0)) {
         launcher_part_lost(launcher, child); // Ended in good order, but before its time.
     } else if (strcmp(child->name, "operator") == 0) {
-        launcher->left_ns = simulated_ns(launcher) + 1U;
+        launcher->left_ns = launcher_now_ns(launcher) + 1U;
         if (child->participant != LAUNCHER_NO_PARTICIPANT) {
             end_participant(launcher, child); // It may never have joined.
         } else if (launcher->options.is_image &&
@@ -160,7 +161,7 @@ static void obey_supervisor(launcher_t* const launcher)
 
 static void show_progress(launcher_t* const launcher, const uint64_t wall_ns)
 {
-    const uint64_t simulated = simulated_ns(launcher);
+    const uint64_t simulated = launcher_now_ns(launcher);
     if ((launcher->first_wall_ns == 0U) && (simulated > 0U)) {
         launcher->first_wall_ns      = wall_ns;
         launcher->first_simulated_ns = simulated;
@@ -215,7 +216,7 @@ static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
         }
         osal_console_say("\nshutting the mission down (Ctrl-C twice more ends it at once)");
     }
-    const uint64_t simulated = simulated_ns(launcher);
+    const uint64_t simulated = launcher_now_ns(launcher);
     const bool is_due  = (launcher->options.duration_ns > 0U) && (simulated >= launcher->options.duration_ns);
     const bool is_left = (launcher->options.duration_ns == 0U) && (launcher->left_ns > 0U) &&
                          (simulated >= (launcher->left_ns + LEFT_NS));
@@ -249,7 +250,10 @@ void launcher_fly(launcher_t* const launcher)
             break;
         }
         obey_supervisor(launcher);
+        if (launcher->guard != NULL) {
+            guard_keep(launcher->guard);
+        }
     }
     launcher->last_wall_ns      = osal_clock_monotonic_ns();
-    launcher->last_simulated_ns = simulated_ns(launcher);
+    launcher->last_simulated_ns = launcher_now_ns(launcher);
 }

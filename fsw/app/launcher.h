@@ -39,7 +39,7 @@ typedef struct { // Private: the interfaces of one bus, "" where it has none.
     osal_can_claim_t claim;
 } launcher_bus_t;
 
-typedef struct { // Private, except `exit_code` and `reason`.
+typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     launch_options_t options;
     const char* program_folder;
     mission_descriptor_t mission;
@@ -59,6 +59,8 @@ typedef struct { // Private, except `exit_code` and `reason`.
     uint32_t foreign_frames;
     child_t children[LAUNCHER_CHILDREN_MAX];
     size_t child_count;
+    struct guard* guard; // Cleans up if this process is killed. Null: nobody does.
+    bool is_taken_over;  // This is the guard: the launcher was killed.
     char door[LAUNCH_PATH_MAX];
     char scenario_path[LAUNCH_PATH_MAX];
     bool has_operator;

@@ -164,8 +164,8 @@ static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
     return is_fit(launcher, wanted, name, &seen);
 }
 
-static bool make_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
-                      const mission_bus_t* const wanted)
+/// False if the bus has too long a name for it.
+static bool name_virtual(launcher_bus_t* const bus, const mission_bus_t* const wanted)
 {
     text_t shown = text_in(bus->shown, sizeof bus->shown);
     text_add(&shown, "vcan-");
@@ -173,7 +173,13 @@ static bool make_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
     text_t flight = text_in(bus->flight, sizeof bus->flight);
     text_add(&flight, "fsw-");
     text_add(&flight, wanted->name);
-    if (shown.cut || flight.cut) {
+    return !shown.cut && !flight.cut;
+}
+
+static bool make_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
+                      const mission_bus_t* const wanted)
+{
+    if (!name_virtual(bus, wanted)) {
         return refuse(launcher, "the name of bus ", wanted->name,
                       " is too long: vcan-BUS is the name of an interface, at most 15 characters", "");
     }
@@ -376,5 +382,25 @@ void launcher_remove_buses(launcher_t* const launcher)
         osal_can_interface_release(&bus->claim);
         bus->is_flight_made = false;
         bus->is_shown_made  = false;
+    }
+}
+
+static bool is_left(const char* const name)
+{
+    osal_can_interface_t seen;
+    return (osal_can_interface_look(name, &seen) == STATUS_OK) && (strcmp(seen.label, LABEL) == 0);
+}
+
+void launcher_adopt_interfaces(launcher_t* const launcher)
+{
+    const bool are_made = (launcher->options.bus == LAUNCH_BUS_VCAN);
+    for (uint16_t i = 0U; are_made && (i < launcher->mission.bus_count); i++) {
+        launcher_bus_t* const bus = &launcher->buses[i];
+        // Who has claimed them since flies on them, and removes them.
+        if (name_virtual(bus, &launcher->mission.buses[i]) &&
+            (osal_can_interface_claim(bus->shown, &bus->claim) == STATUS_OK)) {
+            bus->is_shown_made  = is_left(bus->shown);
+            bus->is_flight_made = is_left(bus->flight);
+        }
     }
 }

@@ -73,8 +73,12 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
                                             launcher->run->is_stepped ? (osal_process_own_id() % 2) : -1,
                                         .output_path = output};
     if (osal_process_start(&child->process, &start) == STATUS_OK) {
-        child->is_alive = true;
-        child->has_run  = true;
+        run_block_t* const run = launcher->run;
+        child->is_alive        = true;
+        child->has_run         = true;
+        __atomic_store_n(&run->processes[run->process_count % RUN_PROCESSES_MAX], child->process.id,
+                         __ATOMIC_RELEASE);
+        run->process_count++;
     } else {
         launcher_give_up(launcher, "cannot start ", arguments->list[0]);
     }

@@ -78,6 +78,17 @@ static void remove_name(void* const context, const char* const name)
     (void)osal_shm_remove(name);
 }
 
+void launcher_remove_all(const char* const identity)
+{
+    char prefix[RUN_NAME_MAX];
+    text_t text = text_in(prefix, sizeof prefix);
+    text_add(&text, "/");
+    text_add(&text, identity);
+    text_add(&text, ".");
+    (void)osal_shm_each(prefix, remove_name, NULL); // The door as well.
+    launcher_remove_nodes(identity);
+}
+
 static void remove_names(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
@@ -149,12 +160,13 @@ void launcher_clean_up(launcher_t* const launcher)
     }
     end_children(launcher);
     remove_names(launcher);
-    if (launcher->child_count > 0U) {
+    if ((launcher->child_count > 0U) || launcher->is_taken_over) {
         complete_logs(launcher);
         run_summary_write(launcher);
         if (launcher->options.has_report) {
             draw_report(launcher);
         }
     }
+    __atomic_store_n(&launcher->run->is_cleaned_up, 1U, __ATOMIC_RELEASE);
     osal_socket_close(&launcher->ground);
 }

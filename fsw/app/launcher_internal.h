@@ -51,7 +51,16 @@ bool launcher_is_foreign(const launcher_t* launcher, unsigned component);
 /// Program and arguments of a component's process, or of its stand-in.
 void launcher_add_component(const launcher_t* launcher, unsigned component, arguments_t* arguments);
 
-/// launcher_clean_up.c: run a tool to its end. False if it failed.
+/// launcher_prepare.c: what a launcher that was killed has left of a run, to be cleaned up; null: it had not
+/// made it yet.
+void launcher_take_over(launcher_t* launcher, const launch_options_t* options, const char* program_folder,
+                        run_block_t* run);
+/// Number of the process behind "hirosco-" in an identity, 0 if there is none.
+int32_t launcher_owner_of(const char* identity);
+
+/// launcher_clean_up.c: every name of a run that has this identity.
+void launcher_remove_all(const char* identity);
+/// Run a tool to its end. False if it failed.
 bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const char* name);
 
 /// launcher_buses.c: interfaces of the buses, before there is a run; then shared memory, and the addresses in
@@ -60,8 +69,11 @@ bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const
 bool launcher_ready_interfaces(launcher_t* launcher);
 bool launcher_make_buses(launcher_t* launcher);
 void launcher_remove_buses(launcher_t* launcher);
+/// Virtual interfaces that a launcher which was killed has made, to be removed with the buses.
+void launcher_adopt_interfaces(launcher_t* launcher);
 
-/// launcher.c
+/// launcher.c: mission time.
+uint64_t launcher_now_ns(const launcher_t* launcher);
 bool launcher_is_flag(const uint32_t* flag);
 /// The run fails; the first reason counts.
 void launcher_give_up(launcher_t* launcher, const char* what, const char* detail);

@@ -8,7 +8,8 @@
 
 #include <string.h>
 
-#define FAMILY "/hirosco-" ///< How all names of runs begin.
+#define IDENTITY "hirosco-"
+#define FAMILY "/" IDENTITY ///< How all names of runs begin.
 #define SLOT_NS 500000ULL
 #define PORT_TRIES 200U
 #define FOLDER_TRIES 1000U
@@ -153,12 +154,12 @@ static bool make_folder(launcher_t* const launcher, char* const folder, const si
 
 // ---- Left by others ----
 
-/// Number behind "/hirosco-" in a name, 0 if there is none.
-static int32_t owner_of(const char* const name)
+int32_t launcher_owner_of(const char* const identity)
 {
-    int32_t owner = 0;
-    for (const char* next = &name[sizeof FAMILY - 1U];
-         (*next >= '0') && (*next <= '9') && (owner < 100000000); next++) {
+    int32_t owner          = 0;
+    const size_t length    = sizeof IDENTITY - 1U;
+    const char* const from = (strncmp(identity, IDENTITY, length) == 0) ? &identity[length] : "";
+    for (const char* next = from; (*next >= '0') && (*next <= '9') && (owner < 100000000); next++) {
         owner = (owner * 10) + (int32_t)(*next - '0');
     }
     return owner;
@@ -169,7 +170,7 @@ static void sweep(void* const context, const char* const name)
 {
     (void)context;
     osal_process_t owner  = {.id = 0, .descriptor = -1};
-    const int32_t id      = owner_of(name);
+    const int32_t id      = launcher_owner_of(&name[1]);
     const status_t status = (id > 0) ? osal_process_watch(&owner, id) : STATUS_OK;
     if (status == STATUS_NOT_FOUND) {
         (void)osal_shm_remove(name); // The door has such a name as well.
@@ -189,7 +190,7 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
 {
     char identity[RUN_IDENTITY_MAX];
     text_t text = text_in(identity, sizeof identity);
-    text_add(&text, "hirosco-");
+    text_add(&text, IDENTITY);
     text_add_unsigned(&text, (uint64_t)osal_process_own_id());
     if (run_block_create(&launcher->run_shm, identity, &launcher->run) != STATUS_OK) {
         return fail(launcher, "cannot make shared memory for the run ", identity);
@@ -361,4 +362,29 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
         launcher->run->origin_ns = osal_clock_monotonic_ns() + 300000000U; // All are up by then.
     }
     return is_ready;
+}
+
+void launcher_take_over(launcher_t* const launcher, const launch_options_t* const options,
+                        const char* const program_folder, run_block_t* const run)
+{
+    char path[LAUNCH_PATH_MAX];
+    begin(launcher, options, program_folder);
+    if (load_mission(launcher, path, sizeof path) && choose_methods(launcher, path)) {
+        launcher_adopt_interfaces(launcher);
+    }
+    launcher->run           = run;
+    launcher->is_taken_over = true;
+    launcher->is_broken     = true;
+    launcher->exit_code     = 1;
+    text_t text             = text_in(launcher->reason, sizeof launcher->reason);
+    text_add(&text, "launcher was killed; all others died with it");
+    if (run == NULL) {
+        return;
+    }
+    name_door(launcher);
+    if (run->is_stepped && run_name(run, "calendar", 0U, path, sizeof path) &&
+        (osal_shm_open(&launcher->calendar_shm, path) == STATUS_OK)) {
+        launcher->calendar = osal_calendar_attach(osal_shm_address(&launcher->calendar_shm));
+    }
+    launcher->last_simulated_ns = launcher_now_ns(launcher);
 }

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#define MAGIC 0x48524E33U
+#define MAGIC 0x48524E34U
 #define FLOW_FREE 0U
 #define FLOW_TAKEN 1U
 #define FLOW_NOTED 2U

@@ -20,6 +20,7 @@
 #define RUN_IDENTITY_MAX 24U
 #define RUN_PATH_MAX 256U
 #define RUN_NAME_MAX 64U
+#define RUN_PROCESSES_MAX 64U
 #define RUN_SIMULATOR 0U ///< Participant.
 #define RUN_NODES_MAX 2U ///< On-board computers.
 
@@ -83,6 +84,9 @@ typedef struct {
     uint32_t is_finished;       ///< The supervisor has shut the mission down.
     uint32_t is_intruded;       ///< A client outside the calendar has sent telecommands.
     uint32_t is_lossy;          ///< A datagram that was announced has not arrived.
+    uint32_t is_cleaned_up;     ///< For the guard: the launcher has done all that there was to do.
+    uint32_t process_count;     ///< Children started so far; the numbers of the last of them:
+    int32_t processes[RUN_PROCESSES_MAX];
 } run_block_t;
 
 /// The block of a run that the launcher made. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (another version),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/app/run_summary.h"
 
+#include "fsw/app/launcher_guard.h"
 #include "fsw/framework/base/text.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/file.h"
@@ -136,6 +137,10 @@ void run_summary_write(const launcher_t* const launcher)
     text_add(&text, "{\"hirosco\": \"0.1.0\", \"compiler\": ");
     add_string(&text, __VERSION__);
     text_add(&text, "}");
+    if ((launcher->guard != NULL) && (launcher->guard->starts > 1U)) {
+        add_key(&text, "guards");
+        text_add_unsigned(&text, launcher->guard->starts);
+    }
     add_children(&text, launcher);
     text_add(&text, "\n}\n");
     text_t name = text_in(path, sizeof path);

@@ -101,9 +101,13 @@ static void default_signals(void)
 /// Become the program. Returns only on failure, with errno.
 static void become(const osal_process_start_t* start, pid_t parent)
 {
-    (void)prctl(PR_SET_PDEATHSIG, (unsigned long)SIGKILL, 0UL, 0UL, 0UL);
-    if (getppid() != parent) {
-        _exit(EXIT_NOT_STARTED); // The parent died before its death could be noticed.
+    if (start->outlives) {
+        (void)setsid(); // What ends the parent's session or group does not reach it.
+    } else {
+        (void)prctl(PR_SET_PDEATHSIG, (unsigned long)SIGKILL, 0UL, 0UL, 0UL);
+        if (getppid() != parent) {
+            _exit(EXIT_NOT_STARTED); // The parent died before its death could be noticed.
+        }
     }
     default_signals();
     pin(start->processor);

@@ -83,22 +83,15 @@ def fly(case, folder, scenario_folder):
         flight.wait(LIMIT_S)
     finally:
         flight.abandon()
-    return flight, left_of(flight, case)
+    return flight, left_of(flight)
 
 
-def left_of(flight, case):
-    """What a run must not leave. The names of a launcher that was killed stay, and are removed here."""
-    is_killed = case.victim == "launcher"
-
-    def entries():
-        return [entry for entry in flight.leftovers() if entry.startswith("process ") or not is_killed]
-
+def left_of(flight):
+    """What a run must not leave."""
     try:
-        flying.wait_until(lambda: not entries(), "")
+        flying.wait_until(lambda: not flight.leftovers(), "")
     except AssertionError:
-        return entries()
-    for entry in flight.leftovers():
-        pathlib.Path(entry).unlink(missing_ok=True)  # Another run may be quicker.
+        return flight.leftovers()
     return []
 
 
@@ -106,18 +99,13 @@ def main(numbers):
     """One flight after the other; results.jsonl tells which of them came to an end, and left nothing."""
     out, work = pathlib.Path(os.environ["OUT"]), pathlib.Path("/dev/shm/deaths")
     work.mkdir()
-    before, owed = interfaces(), []
+    before = interfaces()
     with open(out / "results.jsonl", "w") as results:
         for case in (drawn(number, True) for number in numbers):
             folder, message = work / str(case.number), ""
             try:
                 flight, left = fly(case, folder, work)
-                made = [f"interface {name}" for name in interfaces() if name not in before]
-                if case.victim == "launcher":
-                    owed = made  # They go with the next run on vcan.
-                elif "vcan" in case.options:
-                    owed = []
-                left += [name for name in made if name not in owed]
+                left += [f"interface {name}" for name in interfaces() if name not in before]
                 (out / str(case.number)).mkdir()
                 for name in KEPT:
                     if (folder / name).exists():

@@ -77,10 +77,11 @@ def judge(case, end, folder, undisturbed):
     assert not end.left, end.left
     for log in ("can-robot.log", "can-joystick.log"):
         judge_before(case, folder / log, undisturbed / log)
-    if case.victim == "launcher":
-        assert end.code in (-9, 137), "the launcher is the one that was killed"
-        return
     facts = json.loads((folder / "run.json").read_text())
+    if case.victim == "launcher":
+        judge_launcher(end, facts)
+        judge_packets(folder)
+        return
     assert end.code in (0, 1) and facts["exit_code"] == end.code, end.output
     judge_packets(folder)
     if case.victim in ("simulator", "image"):  # With it the devices are gone too.
@@ -125,6 +126,14 @@ def judge_death(case, end, facts):
     assert facts["reproducible"] is False
     entry = next(entry for entry in facts["processes"] if entry["name"] == case.victim)
     assert entry.get("signal") == 9 or entry["starts"] == 2, entry
+
+
+def judge_launcher(end, facts):
+    """Its guard has ended the run, and says so."""
+    assert end.code in (-9, 137), "the launcher is the one that was killed"
+    assert facts["exit_code"] == 1 and facts["exit_reason"].startswith("launcher was killed"), facts
+    assert "failed: launcher was killed" in end.output
+    assert facts["reproducible"] is False
 
 
 def judge_others(case, drives, packets, facts):

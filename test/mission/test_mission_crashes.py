@@ -185,18 +185,65 @@ def test_somebody_stands_still(folder, name):
     flying.assert_clean(flight)
 
 
+def _guard_of(flight):
+    """Process id of the guard of a flight, if it has one just now."""
+    mark = f"guard {flight.identity}".encode()
+    return next((pid for pid, line in flying.command_lines() if re.search(re.escape(mark) + rb"(?![0-9])", line)), None)
+
+
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_kill_of_the_launcher_ends_its_children(folder, form):
-    flight = flying.start(folder, "--scenario", "telepresence", "--form", form)
+def test_kill_of_the_launcher(folder, form):
+    """Its children end with it, and its guard does what is left to do: names, logs, report."""
+    flight = flying.start(folder, "--scenario", "telepresence", "--form", form, report="yes")
     flying.wait_until(lambda: flight.steps() >= 10, "step 10")
     children = flight.children()
     assert len(children) >= 3
     flight.process.kill()
-    flight.process.wait(flying.MOMENT_S)
-    flying.wait_until(lambda: not [pid for pid, _, _ in flying.processes() if pid in children.values()], "children end")
-    for entry in flight.leftovers():  # Names stay, since their owner is gone without a word: the next run must not mind.
-        assert not entry.startswith("process "), entry
-        os.unlink(entry)
+    flight.wait()
+    assert not [pid for pid, _, _ in flying.processes() if pid in children.values()]
+    flying.assert_clean(flight)
+    assert "failed: launcher was killed" in flight.output
+    assert flight.facts["exit_reason"].startswith("launcher was killed")
+    assert flight.facts["exit_code"] == 1 and flight.facts["reproducible"] is False
+    assert flight.facts["simulated_s"] > 0
+    assert "launcher was killed" in flight.read("report.html")
+    _assert_log_is_complete(flight)
+
+
+@pytest.mark.parametrize("moment_s", [0.0, 0.002, 0.005, 0.01, 0.02])
+def test_kill_of_the_launcher_before_it_flies(folder, moment_s):
+    """As soon as there is a guard: whatever of the run was made by then goes."""
+    flight = flying.start(folder, "--scenario", "commissioning")
+    flying.wait_until(lambda: _guard_of(flight) or flight.process.poll() is not None, "a guard")
+    time.sleep(moment_s)
+    flight.process.kill()
+    flight.wait()
+    flying.assert_clean(flight)
+    assert not folder.exists() or not (folder / "ground.port").exists() or flight.facts["exit_code"] == 1
+
+
+def test_kill_of_the_guard(folder, scenario):
+    """Another takes its place, who cleans up as well; the flight is the same."""
+    flight = flying.start(folder, "--scenario", scenario)
+    flying.wait_until(lambda: flight.steps() >= 1, "step 1")
+    first = _guard_of(flight)
+    os.kill(first, signal.SIGKILL)
+    flying.wait_until(lambda: _guard_of(flight) not in (None, first), "another guard")
+    flight.process.kill()
+    flight.wait()
+    assert "the guard of the run was killed" in flight.output
+    assert flight.facts["exit_reason"].startswith("launcher was killed")
+    flying.assert_clean(flight)
+
+
+def test_run_says_that_its_guard_was_killed(folder, scenario):
+    flight = flying.start(folder, "--scenario", scenario)
+    flying.wait_until(lambda: flight.steps() >= 1, "step 1")
+    os.kill(_guard_of(flight), signal.SIGKILL)
+    flight.wait()
+    assert flight.code == 0, flight.told()
+    assert flight.facts["guards"] == 2 and flight.facts["reproducible"] is True
+    flying.assert_clean(flight)
 
 
 def test_kill_of_the_image(folder, scenario):

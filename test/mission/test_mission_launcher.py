@@ -90,6 +90,13 @@ def test_help(words):
     assert max(map(len, shown.stdout.splitlines())) <= 110
 
 
+@pytest.mark.parametrize("words", [("guard", "x"), ("guard", "hirosco-"), ("guard", "hirosco-0", "--seed", "1")])
+def test_guard_without_a_launcher_is_refused(words):
+    refused = flying.refuse(*words)
+    assert refused.returncode == USAGE
+    assert "guards are started by `hirosco run`" in refused.stderr
+
+
 def test_unknown_command_is_refused():
     refused = flying.refuse("fly")
     assert refused.returncode == USAGE

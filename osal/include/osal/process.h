@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Child processes. A child dies with its parent (never orphaned) and inherits only what is named.
+/// Child processes. A child dies with its parent, unless it is started to clean up after it, and inherits
+/// only what is named.
 ///
-/// Context  "Parent" is the task that started the child: when that task ends, the child is killed.
+/// Context  "Parent" is the task that started the child: when that task ends, the child is killed
+///          unless it `outlives`.
 ///          One task of a program waits for stop signals (osal_process_wait_any, osal_clock_wait).
 #ifndef OSAL_PROCESS_H
 #define OSAL_PROCESS_H
@@ -26,6 +28,7 @@ typedef struct {
     uint64_t memory_limit_bytes; ///< Address space limit; 0: none.
     int processor;           ///< Pin to one (where permitted), counted round those we may use; -1: anywhere.
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
+    bool outlives;           ///< Goes on when its parent ends, in a session of its own.
 } osal_process_start_t;
 
 typedef struct {

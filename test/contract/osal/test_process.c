@@ -82,10 +82,10 @@ static int show_signals(void)
 }
 
 /// A parent that starts a child, tells its id, and then waits to be killed.
-static int be_parent(int report)
+static int be_parent(int report, bool outlives)
 {
     const char* const arguments[]    = {SELF, "hold", NULL};
-    const osal_process_start_t start = {.arguments = arguments, .processor = -1};
+    const osal_process_start_t start = {.arguments = arguments, .processor = -1, .outlives = outlives};
     osal_process_t child;
     if ((osal_process_start(&child, &start) != STATUS_OK) ||
         (write(report, &child.id, sizeof(child.id)) != (ssize_t)sizeof(child.id))) {
@@ -136,7 +136,10 @@ static int play(const char* role, const char* argument)
         return show_signals();
     }
     if (strcmp(role, "parent") == 0) {
-        return be_parent(atoi(argument));
+        return be_parent(atoi(argument), false);
+    }
+    if (strcmp(role, "predecessor") == 0) {
+        return be_parent(atoi(argument), true);
     }
     if (strcmp(role, "speak") == 0) {
         return ((write(1, "out\n", 4U) == 4) && (write(2, "err\n", 4U) == 4)) ? 0 : 1;
@@ -305,21 +308,30 @@ static void test_child_begins_with_ordinary_signals(void)
     TEST_ASSERT_EQUAL(0, result_of(&process).code);
 }
 
-static void test_child_dies_with_its_parent(void)
+/// A child in a role of a parent, and who watches what it has started.
+static osal_process_t start_parent(const char* role, osal_process_t* out_grandchild)
 {
     int report[2];
     int32_t grandchild_id = 0;
     char number[16];
-    osal_process_t grandchild;
-    osal_process_t* const one[] = {&grandchild};
-    osal_process_result_t result;
     TEST_ASSERT_EQUAL(0, pipe(report));
     (void)snprintf(number, sizeof(number), "%d", report[1]);
     const int kept[]                 = {report[1]};
     const osal_process_start_t start = {.descriptors = kept, .descriptor_count = 1U, .processor = -1};
-    osal_process_t parent            = start_role("parent", number, &start);
+    const osal_process_t parent      = start_role(role, number, &start);
     TEST_ASSERT_EQUAL((ssize_t)sizeof(grandchild_id), read(report[0], &grandchild_id, sizeof(grandchild_id)));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_watch(&grandchild, grandchild_id));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_watch(out_grandchild, grandchild_id));
+    (void)close(report[0]);
+    (void)close(report[1]);
+    return parent;
+}
+
+static void test_child_dies_with_its_parent(void)
+{
+    osal_process_t grandchild;
+    osal_process_t* const one[] = {&grandchild};
+    osal_process_result_t result;
+    osal_process_t parent = start_parent("parent", &grandchild);
     TEST_ASSERT_TRUE(osal_process_is_alive(&grandchild));
     TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_process_poll(&grandchild, &result)); // Not our child.
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_process_wait_any(one, 1U, 10U));
@@ -330,8 +342,21 @@ static void test_child_dies_with_its_parent(void)
     osal_process_release(&grandchild);
     osal_process_release(&grandchild);
     TEST_ASSERT_FALSE(osal_process_is_alive(&grandchild));
-    (void)close(report[0]);
-    (void)close(report[1]);
+}
+
+static void test_child_that_outlives_its_parent_goes_on_whatever_ends_its_group(void)
+{
+    osal_process_t grandchild;
+    osal_process_t* const one[] = {&grandchild};
+    osal_process_t parent       = start_parent("predecessor", &grandchild);
+    TEST_ASSERT_TRUE(getsid(grandchild.id) != getsid(0));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_stop(&parent, true));
+    (void)result_of(&parent);
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_process_wait_any(one, 1U, 50U));
+    TEST_ASSERT_TRUE(osal_process_is_alive(&grandchild));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_stop(&grandchild, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_wait_any(one, 1U, LONG_MS));
+    osal_process_release(&grandchild);
 }
 
 static void test_watch_needs_a_process(void)
@@ -444,6 +469,7 @@ int main(int count, char** arguments)
     RUN_TEST(test_output_goes_to_the_file_and_is_appended);
     RUN_TEST(test_child_begins_with_ordinary_signals);
     RUN_TEST(test_child_dies_with_its_parent);
+    RUN_TEST(test_child_that_outlives_its_parent_goes_on_whatever_ends_its_group);
     RUN_TEST(test_watch_needs_a_process);
     RUN_TEST(test_wait_any_finds_the_one_that_ended);
     RUN_TEST(test_caught_stop_signal_ends_a_wait_and_not_the_program);
