@@ -20,7 +20,7 @@ import sys
 HERE = pathlib.Path("test/fuzz")
 BUILT = pathlib.Path("build/fuzz/target")
 FOUND = pathlib.Path("build/fuzz/found")
-# One input of these is a short text or frame: they are through their states in a third of the time.
+# One input of these is a short text or frame: in `make test` they are through their states in a third of the time.
 SMALL = {"text", "door", "link_frame", "packet"}
 # Whole files that are inputs as they are.
 VECTORS = {"subsystem_descriptor": "descriptors/subsystems", "mission_descriptor": "descriptors/missions",
@@ -132,7 +132,8 @@ def explain(target, output):
 def judge(target, seconds, seed):
     code, output = replay(target)
     if code == 0 and seconds > 0:
-        code, output = fuzz(target, seconds_for(target, seconds), seed, fixed_runs(target, seconds) if seed else None)
+        code, output = (fuzz(target, seconds_for(target, seconds), seed, fixed_runs(target, seconds)) if seed else
+                        fuzz(target, seconds, seed))
     return target, code, output
 
 
