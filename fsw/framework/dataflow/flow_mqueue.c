@@ -114,6 +114,30 @@ status_t flow_mqueue_receive(flow_mqueue_t* const flow, uint8_t* const octets, c
     return STATUS_CLOSED;
 }
 
+status_t flow_mqueue_send_record(flow_mqueue_t* const flow, const record_layout_t* const layout,
+                                 const void* const record)
+{
+    FSW_ASSERT(flow != NULL);
+    uint8_t octets[RECORD_OCTETS_MAX];
+    size_t size           = 0U;
+    const status_t status = record_encode(layout, flow->setup.order, record, octets, sizeof octets, &size);
+    FSW_ASSERT(status == STATUS_OK);
+    return flow_mqueue_send(flow, octets, size);
+}
+
+status_t flow_mqueue_receive_record(flow_mqueue_t* const flow, const record_layout_t* const layout,
+                                    void* const out_record)
+{
+    uint8_t octets[RECORD_OCTETS_MAX];
+    size_t size     = 0U;
+    status_t status = flow_mqueue_receive(flow, octets, sizeof octets, &size);
+    if (status == STATUS_OK) {
+        status = record_decode(layout, flow->setup.order, octets, size, out_record);
+        flow->counters.unfit += (status != STATUS_OK) ? 1U : 0U;
+    }
+    return status;
+}
+
 bool flow_mqueue_is_open(const flow_mqueue_t* const flow)
 {
     FSW_ASSERT(flow != NULL);

@@ -14,6 +14,7 @@
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/dataflow/record.h"
 #include "fsw/framework/resource/quota.h"
 #include "osal/include/osal/mqueue.h"
 
@@ -26,6 +27,7 @@ typedef struct {
     bool is_receiver;
     uint32_t depth;          ///< Messages; the receiver's business.
     uint32_t message_octets; ///< Longest message; a sender refuses a queue of shorter ones.
+    flow_order_t order;      ///< Of the octets of a number, in records.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
     quota_t* quota; ///< Of open queues; null: not counted.
@@ -35,6 +37,7 @@ typedef struct { // [messages, wrap]
     uint32_t sent;
     uint32_t received;
     uint32_t refused; ///< Not sent: no queue, full, or too large.
+    uint32_t unfit;   ///< Received, but no such record.
 } flow_mqueue_counters_t;
 
 typedef struct { // Private; read-only for housekeeping: counters, reconnect, failure.
@@ -59,6 +62,15 @@ MUST_USE status_t flow_mqueue_send(flow_mqueue_t* flow, const uint8_t* octets, s
 /// capacity >= message_octets. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_mqueue_receive(flow_mqueue_t* flow, uint8_t* octets, size_t capacity,
                                       size_t* out_size);
+/// One struct as one message, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
+/// error. Statuses of flow_mqueue_send.
+MUST_USE status_t flow_mqueue_send_record(flow_mqueue_t* flow, const record_layout_t* layout,
+                                          const void* record);
+/// The next message as a struct, which changes only with STATUS_OK; message_octets <= RECORD_OCTETS_MAX.
+/// Statuses of flow_mqueue_receive; STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: it was no such
+/// record, and is dropped and counted.
+MUST_USE status_t flow_mqueue_receive_record(flow_mqueue_t* flow, const record_layout_t* layout,
+                                             void* out_record);
 bool flow_mqueue_is_open(const flow_mqueue_t* flow);
 /// The receiver removes the name with it.
 void flow_mqueue_close(flow_mqueue_t* flow);

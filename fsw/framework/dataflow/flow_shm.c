@@ -294,3 +294,28 @@ status_t flow_shm_read(flow_shm_t* const flow, void* const out_value)
     lose(flow);
     return STATUS_CLOSED;
 }
+
+status_t flow_shm_write_record(flow_shm_t* const flow, const record_layout_t* const layout,
+                               const void* const record)
+{
+    FSW_ASSERT((flow != NULL) && (record_octets(layout) == flow->setup.shape.value_octets));
+    uint8_t octets[RECORD_OCTETS_MAX];
+    size_t size           = 0U;
+    const status_t status = record_encode(layout, flow->setup.order, record, octets, sizeof octets, &size);
+    FSW_ASSERT(status == STATUS_OK);
+    return flow_shm_write(flow, octets);
+}
+
+status_t flow_shm_read_record(flow_shm_t* const flow, const record_layout_t* const layout,
+                              void* const out_record)
+{
+    FSW_ASSERT((flow != NULL) && (record_octets(layout) == flow->setup.shape.value_octets));
+    FSW_ASSERT(flow->setup.shape.value_octets <= RECORD_OCTETS_MAX);
+    uint8_t octets[RECORD_OCTETS_MAX];
+    status_t status = flow_shm_read(flow, octets);
+    if (status == STATUS_OK) {
+        status = record_decode(layout, flow->setup.order, octets, flow->setup.shape.value_octets, out_record);
+        flow->counters.unfit += (status != STATUS_OK) ? 1U : 0U;
+    }
+    return status;
+}

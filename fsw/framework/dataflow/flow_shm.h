@@ -19,6 +19,7 @@
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/dataflow/record.h"
 #include "fsw/framework/resource/quota.h"
 #include "osal/include/osal/shm.h"
 
@@ -41,6 +42,7 @@ typedef struct {
     const char* name;
     bool is_writer;
     flow_shm_shape_t shape;
+    flow_order_t order;      ///< Of the octets of a number, in records.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
     quota_t* quota; ///< Of open memories; null: not counted.
@@ -51,6 +53,7 @@ typedef struct { // [wrap]
     uint32_t read;
     uint32_t refused; ///< Not written: no memory, or the queue is full.
     uint32_t torn;    ///< The writer kept overtaking this reader.
+    uint32_t unfit;   ///< Read, but no such record.
 } flow_shm_counters_t;
 
 typedef struct { // Private; read-only for housekeeping: counters, reconnect, failure.
@@ -80,6 +83,12 @@ MUST_USE status_t flow_shm_write(flow_shm_t* flow, const void* value);
 /// STATUS_BUSY (LATEST: overtaken, try in the next cycle), STATUS_CLOSED (no memory, its writer has closed it
 /// or begins anew, or a writer).
 MUST_USE status_t flow_shm_read(flow_shm_t* flow, void* out_value);
+/// One struct as one value, in the flow's byte order. A layout of other than value_octets, or of more than
+/// RECORD_OCTETS_MAX, is a coding error. Statuses of flow_shm_write.
+MUST_USE status_t flow_shm_write_record(flow_shm_t* flow, const record_layout_t* layout, const void* record);
+/// The value of flow_shm_read as a struct, which changes only with STATUS_OK; the layout as above. Statuses
+/// of flow_shm_read; STATUS_INVALID: it was no such record, and is dropped and counted.
+MUST_USE status_t flow_shm_read_record(flow_shm_t* flow, const record_layout_t* layout, void* out_record);
 bool flow_shm_is_open(const flow_shm_t* flow);
 /// The writer removes the name with it, and its readers are told.
 void flow_shm_close(flow_shm_t* flow);

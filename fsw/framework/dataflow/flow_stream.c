@@ -206,6 +206,31 @@ status_t flow_stream_receive(flow_stream_t* const flow, const uint8_t** const ou
     return flow->is_open ? STATUS_EMPTY : STATUS_CLOSED;
 }
 
+status_t flow_stream_send_record(flow_stream_t* const flow, const record_layout_t* const layout,
+                                 const void* const record)
+{
+    FSW_ASSERT(flow != NULL);
+    uint8_t octets[RECORD_OCTETS_MAX];
+    size_t size = 0U;
+    const status_t status =
+        record_encode(layout, flow->setup.format.order, record, octets, sizeof octets, &size);
+    FSW_ASSERT(status == STATUS_OK);
+    return flow_stream_send(flow, octets, size);
+}
+
+status_t flow_stream_receive_record(flow_stream_t* const flow, const record_layout_t* const layout,
+                                    void* const out_record)
+{
+    const uint8_t* payload = NULL;
+    size_t size            = 0U;
+    status_t status        = flow_stream_receive(flow, &payload, &size);
+    if (status == STATUS_OK) {
+        status = record_decode(layout, flow->setup.format.order, payload, size, out_record);
+        flow->counters.unfit += (status != STATUS_OK) ? 1U : 0U;
+    }
+    return status;
+}
+
 bool flow_stream_is_connected(const flow_stream_t* const flow)
 {
     FSW_ASSERT(flow != NULL);

@@ -19,6 +19,7 @@
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/dataflow/framing.h"
 #include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/dataflow/record.h"
 #include "fsw/framework/resource/quota.h"
 #include "osal/include/osal/device.h"
 #include "osal/include/osal/socket.h"
@@ -47,6 +48,7 @@ typedef struct {        // [wrap]
     uint32_t received;  ///< Frames.
     uint32_t refused;   ///< Frames not taken: no connection, outbox full, or malformed.
     uint32_t discarded; ///< Octets in the outbox when a connection ended.
+    uint32_t unfit;     ///< Frames received that were no such record.
     uint32_t octets_in;
     uint32_t octets_out;
 } flow_stream_counters_t;
@@ -82,6 +84,14 @@ status_t flow_stream_step(flow_stream_t* flow, uint64_t now_ns);
 MUST_USE status_t flow_stream_send(flow_stream_t* flow, const uint8_t* payload, size_t size);
 /// The next frame, valid until the next call. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_stream_receive(flow_stream_t* flow, const uint8_t** out_payload, size_t* out_size);
+/// One struct as one frame, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
+/// error; RAW octets may be cut anywhere. Statuses of flow_stream_send.
+MUST_USE status_t flow_stream_send_record(flow_stream_t* flow, const record_layout_t* layout,
+                                          const void* record);
+/// The next frame as a struct, which changes only with STATUS_OK. Statuses of flow_stream_receive;
+/// STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: it was no such record, and is dropped and counted.
+MUST_USE status_t flow_stream_receive_record(flow_stream_t* flow, const record_layout_t* layout,
+                                             void* out_record);
 bool flow_stream_is_connected(const flow_stream_t* flow);
 /// End the connection; the next step begins anew.
 void flow_stream_close(flow_stream_t* flow);

@@ -121,3 +121,27 @@ status_t flow_udp_receive(flow_udp_t* const flow, uint8_t* const octets, const s
     *out_size = 0U;
     return flow_udp_is_open(flow) ? STATUS_EMPTY : STATUS_CLOSED;
 }
+
+status_t flow_udp_send_record(flow_udp_t* const flow, const record_layout_t* const layout,
+                              const void* const record)
+{
+    FSW_ASSERT(flow != NULL);
+    uint8_t octets[RECORD_OCTETS_MAX];
+    size_t size           = 0U;
+    const status_t status = record_encode(layout, flow->setup.order, record, octets, sizeof octets, &size);
+    FSW_ASSERT(status == STATUS_OK);
+    return flow_udp_send(flow, octets, size);
+}
+
+status_t flow_udp_receive_record(flow_udp_t* const flow, const record_layout_t* const layout,
+                                 void* const out_record)
+{
+    uint8_t octets[RECORD_OCTETS_MAX];
+    size_t size     = 0U;
+    status_t status = flow_udp_receive(flow, octets, sizeof octets, &size);
+    if (status == STATUS_OK) {
+        status = record_decode(layout, flow->setup.order, octets, size, out_record);
+        flow->counters.unfit += (status != STATUS_OK) ? 1U : 0U;
+    }
+    return status;
+}

@@ -11,6 +11,7 @@
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/dataflow/record.h"
 #include "fsw/framework/resource/quota.h"
 #include "osal/include/osal/socket.h"
 
@@ -21,6 +22,7 @@
 typedef struct {
     const char* local;       ///< End node that is bound,
     const char* peer;        ///< and the one that is talked to, and nobody else; both as the resolver says.
+    flow_order_t order;      ///< Of the octets of a number, in records.
     size_t receive_octets;   ///< Receive buffer asked of the system; 0: as it is.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
@@ -33,6 +35,7 @@ typedef struct { // [datagrams, wrap]
     uint32_t refused;  ///< Not sent: kernel buffer full, nobody there, too large, closed.
     uint32_t foreign;  ///< Received from somebody else than the peer, dropped.
     uint32_t oversize; ///< Received, longer than the caller's buffer, dropped.
+    uint32_t unfit;    ///< Received, but no such record.
 } flow_udp_counters_t;
 
 typedef struct { // Private; read-only for housekeeping: counters, reconnect, failure.
@@ -56,6 +59,12 @@ MUST_USE status_t flow_udp_send(flow_udp_t* flow, const uint8_t* octets, size_t 
 /// One datagram of the peer; foreign and oversize ones are counted and passed over.
 /// STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (no socket).
 MUST_USE status_t flow_udp_receive(flow_udp_t* flow, uint8_t* octets, size_t capacity, size_t* out_size);
+/// One struct as one datagram, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
+/// error. Statuses of flow_udp_send.
+MUST_USE status_t flow_udp_send_record(flow_udp_t* flow, const record_layout_t* layout, const void* record);
+/// The next datagram as a struct, which changes only with STATUS_OK. Statuses of flow_udp_receive;
+/// STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: it was no such record, and is dropped and counted.
+MUST_USE status_t flow_udp_receive_record(flow_udp_t* flow, const record_layout_t* layout, void* out_record);
 bool flow_udp_is_open(const flow_udp_t* flow);
 void flow_udp_close(flow_udp_t* flow);
 

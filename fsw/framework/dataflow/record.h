@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Serialisation: a struct of scalars to octets and back, field after field without gaps, in the flow's
-/// order.
+/// order. Flows do it by their own functions for records; who has a flow needs only the layout.
 ///
 ///     typedef struct { uint16_t counter; double angle_rad[2]; } sample_t;
 ///     static const record_field_t fields[] = {RECORD_FIELD(sample_t, counter, VALUE_UINT16, 1U),
@@ -18,6 +18,9 @@
 
 #include <stddef.h>
 #include <stdint.h>
+
+/// Longest record on the wire of a flow [octets].
+#define RECORD_OCTETS_MAX 1024U
 
 typedef struct {
     value_type_t type;

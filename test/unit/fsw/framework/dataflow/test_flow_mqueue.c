@@ -2,6 +2,8 @@
 #define _GNU_SOURCE
 #include "fsw/framework/dataflow/flow_mqueue.h"
 
+#include "test/unit/fsw/framework/dataflow/sample_record.h"
+#include "test/support/assertion.h"
 #include "unity.h"
 
 #include <signal.h>
@@ -109,6 +111,41 @@ static void messages_pass_whatever_end_was_first(void)
     TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.used);
 }
 
+static void records_travel_in_the_flows_order(void)
+{
+    uint8_t octets[OCTETS];
+    size_t size = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&sender, 0U));
+    for (unsigned order = 0U; order < (unsigned)FLOW_ORDERS; order++) {
+        sample_t seen        = {.number = 9U};
+        sender.setup.order   = (flow_order_t)order;
+        receiver.setup.order = (flow_order_t)order;
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_mqueue_receive_record(&receiver, &sample_layout, &seen));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_send_record(&sender, &sample_layout, &sample));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_receive(&receiver, octets, sizeof octets, &size));
+        TEST_ASSERT_EQUAL_UINT64(SAMPLE_OCTETS, size);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(sample_wire[order], octets, size);
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_send(&sender, octets, size + 1U));
+        TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, flow_mqueue_receive_record(&receiver, &sample_layout, &seen));
+        TEST_ASSERT_EQUAL_UINT16(9U, seen.number);
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_send(&sender, octets, size));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_receive_record(&receiver, &sample_layout, &seen));
+        TEST_ASSERT_TRUE(is_sample(&seen));
+    }
+    TEST_ASSERT_EQUAL_UINT32(2U, receiver.counters.unfit);
+}
+
+static void send_a_giant(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_send_record(&sender, &giant_layout, giant_record));
+}
+
+static void a_record_that_is_too_long_is_a_coding_error(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(send_a_giant));
+}
+
 static void full_and_too_large_are_told(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
@@ -173,6 +210,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(messages_pass_whatever_end_was_first);
+    RUN_TEST(records_travel_in_the_flows_order);
+    RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
     RUN_TEST(full_and_too_large_are_told);
     RUN_TEST(a_receiver_that_was_killed_comes_back);
     RUN_TEST(queues_are_refused_for_a_reason);

@@ -3,6 +3,7 @@
 #include "fsw/framework/dataflow/flow_shm.h"
 
 #include "test/support/assertion.h"
+#include "test/unit/fsw/framework/dataflow/sample_record.h"
 #include "unity.h"
 
 #include <pthread.h>
@@ -123,6 +124,57 @@ static void each_end_does_its_own_part_only(void)
     TEST_ASSERT_EQUAL_UINT32(1U, reader.counters.refused);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 1U)); // And stays open.
     TEST_ASSERT_TRUE(flow_shm_is_open(&reader) && flow_shm_is_open(&writer));
+}
+
+static void records_travel_in_the_flows_order(void)
+{
+    uint8_t octets[SAMPLE_OCTETS];
+    both_ends((flow_shm_shape_t){FLOW_SHM_QUEUE, SAMPLE_OCTETS, 2U});
+    for (unsigned order = 0U; order < (unsigned)FLOW_ORDERS; order++) {
+        sample_t seen      = {.number = 9U};
+        writer.setup.order = (flow_order_t)order;
+        reader.setup.order = (flow_order_t)order;
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read_record(&reader, &sample_layout, &seen));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write_record(&writer, &sample_layout, &sample));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, octets));
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(sample_wire[order], octets, SAMPLE_OCTETS);
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, octets));
+        octets[SAMPLE_OCTETS - 1U] = 2U; // A truth that is neither 0 nor 1.
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, octets));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read_record(&reader, &sample_layout, &seen));
+        TEST_ASSERT_TRUE(is_sample(&seen));
+        seen.number = 9U;
+        TEST_ASSERT_EQUAL(STATUS_INVALID, flow_shm_read_record(&reader, &sample_layout, &seen));
+        TEST_ASSERT_EQUAL_UINT16(9U, seen.number);
+    }
+    TEST_ASSERT_EQUAL_UINT32(2U, reader.counters.unfit);
+}
+
+static void write_what_has_another_size(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write_record(&writer, &sample_layout, &sample));
+}
+
+static void read_what_has_another_size(void)
+{
+    sample_t seen;
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read_record(&reader, &sample_layout, &seen));
+}
+
+static void write_a_giant(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write_record(&writer, &giant_layout, giant_record));
+}
+
+static void records_of_another_size_are_coding_errors(void)
+{
+    both_ends(queue);
+    TEST_ASSERT_TRUE(assertion_fails(write_what_has_another_size));
+    TEST_ASSERT_TRUE(assertion_fails(read_what_has_another_size));
+    flow_shm_close(&writer);
+    flow_shm_close(&reader);
+    both_ends((flow_shm_shape_t){FLOW_SHM_LATEST, sizeof giant_record, 1U});
+    TEST_ASSERT_TRUE(assertion_fails(write_a_giant));
 }
 
 static void expect_refusal(flow_shm_t* const flow, const uint64_t now_ns, const status_t why)
@@ -336,6 +388,8 @@ int main(void)
     RUN_TEST(a_queue_keeps_order_and_refuses_when_full);
     RUN_TEST(each_end_does_its_own_part_only);
     RUN_TEST(opening_is_refused_for_a_reason_and_counted);
+    RUN_TEST(records_travel_in_the_flows_order);
+    RUN_TEST(records_of_another_size_are_coding_errors);
     RUN_TEST(impossible_shapes_are_coding_errors);
     RUN_TEST(a_reader_that_starts_first_waits_with_back_off);
     RUN_TEST(a_writer_that_closes_is_told_after_its_last_value);

@@ -4,8 +4,8 @@
 #define _GNU_SOURCE
 #include "fsw/framework/dataflow/flow_stream.h"
 
-#include "fsw/framework/dataflow/record.h"
 #include "test/support/assertion.h"
+#include "test/unit/fsw/framework/dataflow/sample_record.h"
 #include "unity.h"
 
 #include <fcntl.h>
@@ -226,34 +226,54 @@ static void a_line_is_refused_for_a_reason(void)
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
 }
 
-static void a_line_of_other_octet_order(void)
+static void records_travel_in_the_flows_order(void)
 {
-    typedef struct {
-        uint16_t number;
-        double angle_rad;
-    } sample_t;
-    static const record_field_t fields[] = {RECORD_FIELD(sample_t, number, VALUE_UINT16, 1U),
-                                            RECORD_FIELD(sample_t, angle_rad, VALUE_DOUBLE, 1U)};
-    static const record_layout_t layout  = {fields, 2U};
-    const flow_format_t format           = {
-                  .framing = FLOW_FRAMING_LENGTH, .order = FLOW_ORDER_LITTLE, .baud = 230400U};
-    const sample_t sent = {0x1234U, 1.0};
-    uint8_t octets[16];
-    size_t size = 0U;
-    begin_line();
-    begin(ENDNODE_SERIAL, "imu", format);
-    TEST_ASSERT_EQUAL(STATUS_OK, step_on());
-    TEST_ASSERT_EQUAL(STATUS_OK, record_encode(&layout, format.order, &sent, octets, sizeof octets, &size));
-    TEST_ASSERT_EQUAL(STATUS_OK, say(octets, size));
-    expect_far("\012\000\064\022\000\000\000\000\000\000\360\077", 12U);
-    say_far("\012\000\001\000\000\000\000\000\000\000\000\300", 12U);
-    const uint8_t* payload = NULL;
-    sample_t seen          = {0U, 0.0};
-    (void)poll(NULL, 0U, 20);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_receive(&flow, &payload, &size));
-    TEST_ASSERT_EQUAL(STATUS_OK, record_decode(&layout, format.order, payload, size, &seen));
-    TEST_ASSERT_EQUAL_UINT16(1U, seen.number);
-    TEST_ASSERT_TRUE(seen.angle_rad == -2.0);
+    for (unsigned order = 0U; order < (unsigned)FLOW_ORDERS; order++) {
+        const flow_format_t format = {
+            .framing = FLOW_FRAMING_LENGTH, .order = (flow_order_t)order, .baud = 19200U};
+        const bool is_big                = (order == (unsigned)FLOW_ORDER_BIG);
+        uint8_t wire[SAMPLE_OCTETS + 2U] = {is_big ? 0U : SAMPLE_OCTETS, is_big ? SAMPLE_OCTETS : 0U};
+        const uint8_t unfit[]            = {is_big ? 0U : 1U, is_big ? 1U : 0U, 7U};
+        sample_t seen                    = {.number = 9U};
+        status_t status                  = STATUS_EMPTY;
+        (void)memcpy(&wire[2], sample_wire[order], SAMPLE_OCTETS);
+        begin_line();
+        begin(ENDNODE_SERIAL, "imu", format);
+        TEST_ASSERT_EQUAL(STATUS_OK, step_on());
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_stream_receive_record(&flow, &sample_layout, &seen));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_send_record(&flow, &sample_layout, &sample));
+        expect_far(wire, sizeof wire);
+        say_far(unfit, sizeof unfit);
+        for (unsigned i = 0U; (i < 20000U) && (status == STATUS_EMPTY); i++) {
+            status = flow_stream_receive_record(&flow, &sample_layout, &seen);
+            (void)poll(NULL, 0U, 1);
+        }
+        TEST_ASSERT_EQUAL(STATUS_TRUNCATED, status);
+        TEST_ASSERT_EQUAL_UINT16(9U, seen.number);
+        TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.unfit);
+        say_far(wire, sizeof wire);
+        status = STATUS_EMPTY;
+        for (unsigned i = 0U; (i < 20000U) && (status == STATUS_EMPTY); i++) {
+            status = flow_stream_receive_record(&flow, &sample_layout, &seen);
+            (void)poll(NULL, 0U, 1);
+        }
+        TEST_ASSERT_EQUAL(STATUS_OK, status);
+        TEST_ASSERT_TRUE(is_sample(&seen));
+        flow_stream_close(&flow);
+        (void)close(far);
+    }
+    far = -1;
+}
+
+static void send_a_giant(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_send_record(&flow, &giant_layout, giant_record));
+}
+
+static void a_record_that_is_too_long_is_a_coding_error(void)
+{
+    begin(ENDNODE_SERIAL, "imu", (flow_format_t){.framing = FLOW_FRAMING_SLIP});
+    TEST_ASSERT_TRUE(assertion_fails(send_a_giant));
 }
 
 // ---- TCP, as client ----
@@ -464,7 +484,8 @@ int main(void)
     RUN_TEST(a_serial_line_carries_frames_both_ways);
     RUN_TEST(a_line_that_hangs_up_is_opened_again);
     RUN_TEST(a_line_is_refused_for_a_reason);
-    RUN_TEST(a_line_of_other_octet_order);
+    RUN_TEST(records_travel_in_the_flows_order);
+    RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
     RUN_TEST(a_server_that_vanishes_is_called_until_it_is_back);
     RUN_TEST(a_server_that_does_not_read_fills_the_outbox);
     RUN_TEST(what_lies_in_the_outbox_ends_with_its_connection);

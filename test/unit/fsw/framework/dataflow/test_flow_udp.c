@@ -3,6 +3,8 @@
 
 #include "fsw/framework/base/text.h"
 
+#include "test/support/assertion.h"
+#include "test/unit/fsw/framework/dataflow/sample_record.h"
 #include "unity.h"
 
 #include <string.h>
@@ -132,6 +134,41 @@ static void so_many_strangers_are_passed_over_in_one_call(void)
     TEST_ASSERT_EQUAL_UINT32(100U, right.counters.foreign);
 }
 
+static void records_travel_in_the_flows_order(void)
+{
+    uint8_t octets[16];
+    size_t size = 0U;
+    for (unsigned order = 0U; order < (unsigned)FLOW_ORDERS; order++) {
+        sample_t seen     = {.number = 9U};
+        left.setup.order  = (flow_order_t)order;
+        right.setup.order = (flow_order_t)order;
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_udp_receive_record(&right, &sample_layout, &seen));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send_record(&left, &sample_layout, &sample));
+        TEST_ASSERT_EQUAL(STATUS_OK, receive(&right, octets, &size));
+        TEST_ASSERT_EQUAL_UINT64(SAMPLE_OCTETS, size);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(sample_wire[order], octets, size);
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&left, octets, size - 1U));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&right.socket, 5000U));
+        TEST_ASSERT_EQUAL(STATUS_TRUNCATED, flow_udp_receive_record(&right, &sample_layout, &seen));
+        TEST_ASSERT_EQUAL_UINT16(9U, seen.number);
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&left, octets, size));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&right.socket, 5000U));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_receive_record(&right, &sample_layout, &seen));
+        TEST_ASSERT_TRUE(is_sample(&seen));
+    }
+    TEST_ASSERT_EQUAL_UINT32(2U, right.counters.unfit);
+}
+
+static void send_a_giant(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send_record(&left, &giant_layout, giant_record));
+}
+
+static void a_record_that_is_too_long_is_a_coding_error(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(send_a_giant));
+}
+
 static void expect_refusal(flow_udp_t* const flow, const status_t why)
 {
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_step(flow, 0U));
@@ -217,6 +254,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(datagrams_go_both_ways_whole);
     RUN_TEST(strangers_and_giants_are_passed_over);
+    RUN_TEST(records_travel_in_the_flows_order);
+    RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
     RUN_TEST(so_many_strangers_are_passed_over_in_one_call);
     RUN_TEST(opening_is_refused_for_a_reason_and_counted);
     RUN_TEST(a_port_in_use_is_tried_again_with_back_off);
