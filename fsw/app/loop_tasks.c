@@ -2,15 +2,19 @@
 #include "fsw/app/loop_tasks.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "osal/include/osal/console.h"
 
 #define LOOK_NS 20000000ULL ///< A task looks at least so often whether it has a loop, or an end.
 
 static void follow_priority(loop_task_t* const self, uint8_t* const priority)
 {
     const uint8_t wanted = component_loop_priority(self->all->component, self->loop);
-    if (wanted != *priority) {
-        (void)osal_task_set_priority((int)wanted); // Where it is not permitted the task goes on as it is.
-        *priority = wanted;
+    if (wanted == *priority) {
+        return;
+    }
+    *priority = wanted;
+    if ((osal_task_set_priority((int)wanted) != STATUS_OK) && (wanted > 0U)) {
+        osal_console_complain("loop of services: note: real-time priorities are not permitted here");
     }
 }
 

@@ -3,7 +3,7 @@
 ///
 /// The tasks run from loop_tasks_start to loop_tasks_stop, whatever configuration is applied; one without a
 /// loop only looks now and then whether it has one. Each takes the priority its configuration gives, where
-/// that is permitted; else it keeps the ordinary one.
+/// that is permitted; else it keeps the ordinary one, and the console says so.
 ///
 /// Ownership  The caller places loop_tasks_t; the component, initialised with `has_loop_tasks`, outlives the
 ///            tasks. Context: start and stop in one task.

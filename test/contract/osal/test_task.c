@@ -6,6 +6,7 @@
 #include <sched.h>
 #include <signal.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -109,6 +110,31 @@ static void test_priority_without_privilege(void)
     TEST_ASSERT_EQUAL(0, how);
 }
 
+/// Where the system has no task left to give: seen from a child that may have none.
+static void test_tasks_run_out_as_a_status(void)
+{
+    if (geteuid() != 0U) {
+        TEST_IGNORE_MESSAGE("the limit is set from a privileged process");
+    }
+    const pid_t child = fork();
+    if (child == 0) {
+        const struct rlimit none = {0U, 0U};
+        osal_task_t task;
+        seen_t seen = {.runs = 0U};
+        const bool is_limited =
+            (setrlimit(RLIMIT_NPROC, &none) == 0) && (setgid(65534) == 0) && (setuid(65534) == 0);
+        const bool is_refused = (osal_task_start(&task, look, &seen, 0) == STATUS_EXHAUSTED) &&
+                                (osal_task_start(&task, look, &seen, 10) == STATUS_EXHAUSTED);
+        if (is_limited && is_refused) {
+            osal_task_join(&task); // Nothing to wait for.
+        }
+        _exit((is_limited && is_refused && (seen.runs == 0U)) ? 0 : 1);
+    }
+    int how = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
+    TEST_ASSERT_EQUAL(0, how);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -116,5 +142,6 @@ int main(void)
     RUN_TEST(test_signals_stay_with_the_first_task);
     RUN_TEST(test_priority_is_set_where_permitted);
     RUN_TEST(test_priority_without_privilege);
+    RUN_TEST(test_tasks_run_out_as_a_status);
     return UNITY_END();
 }

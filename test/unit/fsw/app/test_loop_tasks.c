@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#define _GNU_SOURCE
 // Loops of services as tasks in real time: each keeps its own rate beside the component's cycle, follows the
 // configuration that is applied, and ends when it is told.
 #include "fsw/app/loop_tasks.h"
@@ -6,6 +7,8 @@
 #include "unity.h"
 
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #define APID 20U
 #define CYCLE_NS 1000000ULL
@@ -160,6 +163,36 @@ static void a_configuration_without_loops_lets_the_tasks_rest(void)
     TEST_ASSERT_EQUAL(before, reports[FAST_REPORT].count);
 }
 
+/// Seen from a child without privilege: a priority that it may not have is told, and the loops run all the
+/// same.
+static void a_priority_that_is_not_permitted_is_noted(void)
+{
+    int ends[2];
+    char told[256] = "";
+    if (geteuid() != 0U) {
+        TEST_IGNORE_MESSAGE("the refusal is shown from a privileged process");
+    }
+    loop_tasks_stop(&tasks);
+    TEST_ASSERT_EQUAL(0, pipe(ends));
+    const pid_t child = fork();
+    if (child == 0) {
+        const bool is_dropped =
+            (dup2(ends[1], STDERR_FILENO) >= 0) && (setgid(65534) == 0) && (setuid(65534) == 0);
+        setUp();
+        begin(1U);
+        run_until_a_report();
+        loop_tasks_stop(&tasks);
+        _exit(is_dropped ? 0 : 1);
+    }
+    int how = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
+    TEST_ASSERT_EQUAL(0, how);
+    (void)close(ends[1]);
+    TEST_ASSERT_TRUE(read(ends[0], told, sizeof told - 1U) > 0);
+    (void)close(ends[0]);
+    TEST_ASSERT_NOT_NULL(strstr(told, "note: real-time priorities are not permitted here\n"));
+}
+
 static void tasks_end_when_told_and_not_before(void)
 {
     begin(1U);
@@ -181,6 +214,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(each_loop_keeps_its_own_rate);
     RUN_TEST(a_configuration_without_loops_lets_the_tasks_rest);
+    RUN_TEST(a_priority_that_is_not_permitted_is_noted);
     RUN_TEST(tasks_end_when_told_and_not_before);
     return UNITY_END();
 }
