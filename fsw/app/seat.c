@@ -11,6 +11,7 @@
 #define PUMP_TRIES 50U      ///< Five seconds of wall-clock time for what the kernel owes.
 #define CUT_PATIENCE_MS 10U ///< The same, where something was lost already: the way may be cut.
 #define CUT_TRIES 1U
+#define CUT_HOPE 16U     ///< Intakes in vain after which only one of so many waits.
 #define HINTS_EVERY 128U ///< Intakes between two looks at what the topology service has told.
 
 // ---- Resolvers ----
@@ -353,18 +354,30 @@ static void wait_for_more(seat_t* const seat, const uint32_t patience_ms)
     }
 }
 
+/// Waits for what was announced: none at most intakes where long nothing came.
+static unsigned tries_of(const seat_t* const seat)
+{
+    if (seat->owed == 0U) {
+        return PUMP_TRIES;
+    }
+    return ((seat->vain < CUT_HOPE) || ((seat->vain % CUT_HOPE) == 0U)) ? CUT_TRIES : 0U;
+}
+
 /// What was announced, and what has come late of earlier announcements. Where the way is cut, simulated time
 /// goes on without what does not come.
 static void take_due(seat_t* const seat, const uint32_t due,
                      void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
 {
     const bool is_cut          = (seat->owed > 0U);
-    const unsigned tries       = is_cut ? CUT_TRIES : PUMP_TRIES;
+    const unsigned tries       = tries_of(seat);
     const uint32_t patience_ms = is_cut ? CUT_PATIENCE_MS : PUMP_PATIENCE_MS;
     uint32_t taken             = sweep(seat, due + seat->owed, link_datagram, context);
     for (unsigned attempt = 0U; (taken < due) && (attempt < tries); attempt++) {
         wait_for_more(seat, patience_ms);
         taken += sweep(seat, (due + seat->owed) - taken, link_datagram, context);
+    }
+    if (due > 0U) {
+        seat->vain = (taken < due) ? (seat->vain + 1U) : 0U;
     }
     seat->owed = (seat->owed + due) - taken;
     if (!is_cut && (taken < due)) {

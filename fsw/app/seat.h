@@ -41,6 +41,7 @@ typedef struct { // Private, except the members named below.
     osal_socket_t topology; // What the kernel tells of TIPC names.
     uint32_t pumps;
     uint32_t owed; // Datagrams that were announced and have not come yet: the way may be cut.
+    uint32_t vain; // Intakes in a row that missed some.
     osal_socket_t message_socket;
     osal_socket_t link_sockets[RUN_LINKS_MAX]; // Of links that this component consumes.
     osal_socket_t link_sender;                 // Source of frames to others.
