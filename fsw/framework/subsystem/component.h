@@ -45,7 +45,7 @@
 #define COMPONENT_FUNCTIONAL 8U       ///< Functional reporting definitions.
 #define COMPONENT_SAMPLE_OCTETS 1024U ///< Values of one HK report.
 #define COMPONENT_LINKS 8U
-#define COMPONENT_TICKETS 8U    ///< Function commands under way.
+#define COMPONENT_TICKETS 8U    ///< Function commands under way; the last one only for a user on ground.
 #define COMPONENT_ARGUMENTS 96U ///< Arguments of all functions.
 #define COMPONENT_ARGUMENT_WORDS 64U
 #define COMPONENT_SERVICES 24U

@@ -221,10 +221,13 @@ static uint16_t first_out_of_bounds(const component_t* const component,
     return function->argument_count;
 }
 
-/// A place for the token of a function that goes on, or 0 if there is none.
+/// A place for the token of a function that goes on, or 0 if there is none. The last one is the ground's:
+/// what acts by itself on board does not keep it from commanding.
 static uint32_t open_ticket(component_t* const component, const pus_token_t* const token)
 {
-    pus_token_t* const block = pool_take(&component->tickets);
+    const bool is_ground = ((token->source & PUS_USER_ONBOARD) == 0U);
+    pus_token_t* const block =
+        is_ground ? pool_take_reserved(&component->tickets) : pool_take(&component->tickets);
     if (block == NULL) {
         return 0U;
     }

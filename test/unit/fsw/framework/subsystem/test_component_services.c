@@ -170,8 +170,9 @@ static void too_many_functions_at_once_are_refused_after_a_warning(void)
     bed_expect("1.1 #5\n1.3 #5\n5.2 event 5 aux \n");
     (void)bed_function("WAIT", NULL, 0U);
     (void)bed_function("WAIT", NULL, 0U);
+    (void)bed_function("WAIT", NULL, 0U);
     bed_run(2U);
-    bed_expect("1.1 #6\n1.3 #6\n1.1 #7\n1.4 #7 0205 8\n");
+    bed_expect("1.1 #6\n1.3 #6\n1.1 #7\n1.3 #7\n1.1 #8\n1.4 #8 0205 8\n");
     for (uint32_t ticket = 1U; ticket <= COMPONENT_TICKETS; ticket++) {
         subsystem_function_done(&bed.component, ticket, 0U, 0U);
     }
@@ -181,6 +182,26 @@ static void too_many_functions_at_once_are_refused_after_a_warning(void)
     }
     bed_run(1U);
     TEST_ASSERT_TRUE(bed_has("5.2 event 5"));
+}
+
+static void the_last_place_is_kept_for_the_ground(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, 0U);
+    bed.in_perform = answer;
+    next_status    = STATUS_BUSY;
+    bed.source     = PUS_USER_ONBOARD | 1U;
+    for (unsigned i = 0U; i < 7U; i++) {
+        (void)bed_function("WAIT", NULL, 0U);
+    }
+    bed_run(1U);
+    bed_forget();
+    (void)bed_function("WAIT", NULL, 0U); // However many requests there are on board,
+    bed_expect("1.1 #7\n1.4 #7 0205 8\n");
+    TEST_ASSERT_EQUAL_UINT32(1U, bed.component.tickets.stats.refused);
+    bed.source = BED_USER;
+    (void)bed_function("WAIT", NULL, 0U); // the ground's is performed.
+    bed_expect("1.1 #8\n1.3 #8\n");
+    TEST_ASSERT_EQUAL_UINT16(COMPONENT_TICKETS, bed.component.tickets.stats.taken);
 }
 
 static unsigned count_lines(const char* start)
@@ -465,6 +486,7 @@ int main(void)
     RUN_TEST(a_function_ends_as_it_says);
     RUN_TEST(a_function_may_end_later);
     RUN_TEST(too_many_functions_at_once_are_refused_after_a_warning);
+    RUN_TEST(the_last_place_is_kept_for_the_ground);
     RUN_TEST(functions_end_when_the_hardware_goes);
     RUN_TEST(a_function_that_breaks_something_ends_once);
     RUN_TEST(parameters_are_set_within_their_bounds);
