@@ -144,6 +144,7 @@ status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* 
                                  subsystem_descriptor_t* const out_own)
 {
     FSW_ASSERT((loader != NULL) && (path != NULL) && (out_mission != NULL) && (out_own != NULL));
+    FSW_ASSERT((scope != NULL) || (apid != MISSION_ANY_TARGET));
     text_t error = text_in(loader->error, sizeof loader->error);
     mission_builder_t builder;
     mission_builder_begin(&builder, out_mission, path, apid, scope, &error);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/file.h"
+#include "test/support/assertion.h"
 #include "test/unit/fsw/framework/descriptor/documents.h"
 #include "unity.h"
 
@@ -408,6 +409,17 @@ static void a_whole_mission_leaves_the_model_that_was_asked_for(void)
     TEST_ASSERT_NOT_NULL(mission_find_link(&mission, 17U, 4U, 16U, 2U));
 }
 
+static void load_nothing_of_a_mission(void)
+{
+    (void)!descriptor_load_mission(&loader, path, MISSION_ANY_TARGET, NULL, &mission, &scratch);
+}
+
+static void who_reads_no_whole_mission_is_a_subsystem_of_it(void)
+{
+    write_file("flight.xml", flight_document);
+    TEST_ASSERT_TRUE(assertion_fails(load_nothing_of_a_mission));
+}
+
 static void a_subsystem_finds_what_is_wrong_about_itself(void)
 {
     static const struct {
@@ -468,6 +480,7 @@ int main(void)
     RUN_TEST(its_hashes_see_every_subsystem);
     RUN_TEST(a_subsystem_reads_no_descriptor_but_its_own);
     RUN_TEST(a_whole_mission_leaves_the_model_that_was_asked_for);
+    RUN_TEST(who_reads_no_whole_mission_is_a_subsystem_of_it);
     RUN_TEST(a_subsystem_finds_what_is_wrong_about_itself);
     RUN_TEST(a_mission_cut_at_every_octet_is_an_error);
     static const char* const names[] = {"arm.xml", "hand.xml", "flight.xml"};
