@@ -57,6 +57,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint32_t late_frames; // Of the counted hand-over of all buses.
     uint32_t lost_frames;
     uint32_t foreign_frames;
+    uint32_t bus_cuts; // Times that an interface went under an end.
     child_t children[LAUNCHER_CHILDREN_MAX];
     size_t child_count;
     struct guard* guard; // Cleans up if this process is killed. Null: nobody does.

@@ -345,10 +345,11 @@ static void tell_hand_over(launcher_t* const launcher, const char* const bus, co
     launcher->late_frames += counts.late;
     launcher->lost_frames += counts.lost;
     launcher->foreign_frames += counts.foreign;
-    if ((counts.late + counts.lost + counts.foreign) == 0U) {
+    launcher->bus_cuts += counts.cuts;
+    if ((counts.late + counts.lost + counts.foreign + counts.cuts) == 0U) {
         return;
     }
-    char line[160];
+    char line[224];
     text_t text = text_in(line, sizeof line);
     text_add(&text, "bus ");
     text_add(&text, bus);
@@ -360,7 +361,9 @@ static void tell_hand_over(launcher_t* const launcher, const char* const bus, co
     text_add_unsigned(&text, counts.lost);
     text_add(&text, " not at all; ");
     text_add_unsigned(&text, counts.foreign);
-    text_add(&text, " came from others");
+    text_add(&text, " came from others; an end lost its interface ");
+    text_add_unsigned(&text, counts.cuts);
+    text_add(&text, " times");
     osal_console_say(line);
 }
 

@@ -69,7 +69,7 @@ static void add_options(text_t* const text, const launch_options_t* const option
     }
 }
 
-/// Frames of SocketCAN buses that did not come as announced.
+/// Frames of SocketCAN buses that did not come as announced, and interfaces that went away.
 static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
 {
     add_key(text, "bus_frames_late");
@@ -78,6 +78,8 @@ static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
     text_add_unsigned(text, launcher->lost_frames);
     add_key(text, "bus_frames_foreign");
     text_add_unsigned(text, launcher->foreign_frames);
+    add_key(text, "bus_interfaces_lost");
+    text_add_unsigned(text, launcher->bus_cuts);
 }
 
 static void add_children(text_t* const text, const launcher_t* const launcher)
@@ -126,7 +128,7 @@ void run_summary_write(const launcher_t* const launcher)
     const bool is_reproducible = launcher->options.is_stepped && !launcher->is_broken &&
                                  !launcher->is_cut_short && (launcher->run->is_intruded == 0U) &&
                                  (launcher->lost_frames == 0U) && (launcher->foreign_frames == 0U) &&
-                                 (launcher->run->is_lossy == 0U);
+                                 (launcher->bus_cuts == 0U) && (launcher->run->is_lossy == 0U);
     add_key(&text, "reproducible");
     text_add(&text, is_reproducible ? "true" : "false");
     add_key(&text, "exit_code");

@@ -31,6 +31,7 @@ typedef struct {
     uint32_t late;
     uint32_t lost;
     uint32_t foreign;
+    uint32_t cuts;
 } counts_t;
 
 static uint32_t load(const uint32_t* number)
@@ -148,6 +149,8 @@ status_t can_counted_send(osal_can_t* can, const osal_can_frame_t* frame)
         store(&direction->announced, announced + 1U);
     } else if ((status == STATUS_FULL) && (can->end == OSAL_CAN_WIRE)) {
         count(&counts->overruns, 1U);
+    } else if (status == STATUS_CLOSED) {
+        count(&counts->cuts, 1U);
     } else {
         // Told to the caller.
     }
@@ -194,6 +197,7 @@ status_t can_counted_receive(osal_can_t* can, osal_can_frame_t* out_frame)
         status = receive_late(can, out_frame, due);
     }
     if (status != STATUS_OK) {
+        count(&counts->cuts, (status == STATUS_CLOSED) ? 1U : 0U);
         return status;
     }
     const bool is_own_report = ((out_frame->id & OSAL_CAN_ERROR) != 0U) && (counts->carries_errors == 0U);
@@ -224,7 +228,8 @@ status_t can_counted_look(const char* name, osal_can_hand_over_t* out_counts)
     *out_counts = (osal_can_hand_over_t){.frames  = load(&counts->frames),
                                          .late    = load(&counts->late),
                                          .lost    = load(&counts->lost),
-                                         .foreign = load(&counts->foreign)};
+                                         .foreign = load(&counts->foreign),
+                                         .cuts    = load(&counts->cuts)};
     (void)munmap(counts, sizeof(counts_t));
     return STATUS_OK;
 }

@@ -8,6 +8,7 @@ import cantools
 import pytest
 
 import place as places
+import reports
 from hirosco_gse import logs
 from hirosco_gse import run as runs
 from recordings import assert_database_knows_all, assert_wireshark_names_all, frames, of_interface
@@ -16,7 +17,6 @@ PROGRAM = "test/hil/guest/socketcan.py"
 SECONDS = 2400
 TELEPRESENCE, TELEPRESENCE_S, TELEPRESENCE_MB = "test/hil/guest/telepresence.py", 8000, 2048
 ENABLED, ENABLED_MASK = 0x27, 0x6F
-HIL = {"vcan": ("rokviss", "hil"), "controllers": ("classic", "classic")}
 
 
 @pytest.fixture(scope="module")
@@ -28,10 +28,9 @@ def group(place):
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory):
     """The same flights on shared memory, here."""
-    folders = {}
-    for name, (mission, scenario) in HIL.items():
-        folders[name] = fly_here(tmp_path_factory.mktemp("buses") / name, mission, scenario)
-    return folders
+    folder = tmp_path_factory.mktemp("buses")
+    return {"vcan": fly_here(folder / "vcan", "rokviss", reports.write_scenario(folder)),
+            "controllers": fly_here(folder / "controllers", "classic", "classic")}
 
 
 def fly_here(folder, mission, scenario):
@@ -48,7 +47,7 @@ def test_case(group, case):
     group.check(case)
 
 
-@pytest.mark.parametrize("name", HIL)
+@pytest.mark.parametrize("name", ["vcan", "controllers"])
 def test_logs_are_those_of_shared_memory(group, flown, name):
     group.check({"vcan": "vcan_flight_is_seen_by_candump",
                  "controllers": "emulated_controllers_carry_the_classic_mission"}[name])
@@ -64,6 +63,14 @@ def test_candump_recorded_the_same_frames(group, flown, bus, least):
     recorded = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
     assert len(expected) > least
     assert recorded == expected
+
+
+@pytest.mark.parametrize("bus", reports.REPORTS)
+def test_flight_over_vcan_has_met_what_a_controller_reports(group, bus):
+    """Bus-off and recovery, error passive, lost arbitration, no acknowledge, overflow: flight has answered them as on shared memory."""
+    group.check("vcan_flight_is_seen_by_candump")
+    seen = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
+    assert reports.REPORTS[bus] <= {frame[5:13] for frame in seen if frame.startswith("20000") and "##" not in frame}
 
 
 def test_a_flood_leaves_no_drive_in_operation(group):

@@ -93,6 +93,7 @@ typedef struct {      // Of a counted hand-over, both directions [frames, wrap].
     uint32_t late;    ///< Of these, not there yet when asked for, but within OSAL_CAN_PATIENCE_MS.
     uint32_t lost;    ///< Announced and not come.
     uint32_t foreign; ///< Taken in though not announced: somebody else sends on the interface.
+    uint32_t cuts;    ///< Times that an end found its interface down or away [calls].
 } osal_can_hand_over_t;
 
 /// Make the shared memory of a "shm:" or counted bus. Exactly one process does it, before either end opens.

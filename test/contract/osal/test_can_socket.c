@@ -354,6 +354,28 @@ static void test_counted_ends_that_are_full_refuse_as_rings_do(void)
     osal_can_close(&wire);
 }
 
+static void test_counted_ends_that_lose_their_interface_are_counted(void)
+{
+    osal_can_t node;
+    osal_can_t wire;
+    osal_can_frame_t out;
+    osal_can_hand_over_t counts;
+    const osal_can_frame_t frame = frame_of(0x181U, 8U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(counted_address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, counted_address, OSAL_CAN_WIRE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, counted_address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_remove(first));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_send(&wire, &frame));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_hand_over(counted_address, &counts));
+    TEST_ASSERT_EQUAL_UINT32(1U, counts.cuts);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, receive_within(&node, &out));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_hand_over(counted_address, &counts));
+    TEST_ASSERT_EQUAL_UINT32(2U, counts.cuts);
+    TEST_ASSERT_EQUAL_UINT32(0U, counts.lost + counts.foreign);
+    osal_can_close(&node);
+    osal_can_close(&wire);
+}
+
 /// As real controllers do, the interface hands over later than it was told to send.
 static void test_what_was_sent_before_a_counted_end_opens_is_not_for_it(void)
 {
@@ -438,6 +460,7 @@ int main(void)
         RUN_TEST(test_counted_ends_take_in_what_was_announced);
         RUN_TEST(test_what_was_sent_before_a_counted_end_opens_is_not_for_it);
         RUN_TEST(test_counted_ends_that_are_full_refuse_as_rings_do);
+        RUN_TEST(test_counted_ends_that_lose_their_interface_are_counted);
         RUN_TEST(test_what_was_announced_and_does_not_come_is_counted_as_lost);
     }
     return UNITY_END();

@@ -15,6 +15,7 @@ import time
 
 import buses
 import cases
+import reports
 
 OUT = pathlib.Path(os.environ["OUT"])
 BIN = pathlib.Path("build/bin")
@@ -23,7 +24,7 @@ BOUND_S = 900
 BACKLOG = 1 << 25  # 80 000 frames: the kernel doubles it, and needs some 800 octets for each.
 CONTRACTS = ["contract/osal/test_can", "contract/osal/test_can_socket", "contract/osal/test_calendar_blocking",
              "unit/fsw/framework/dataflow/test_flow_can_socket"]
-CASES = {"test_can_socket": 15, "test_flow_can_socket": 4}
+CASES = {"test_can_socket": 16, "test_flow_can_socket": 4}
 KEPT = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log", "operator.log", "console.log", "run.json",
         "truth.lcm")
 FIRST, LAST = "7FE#EE", "7FF#FF"  # Probe and sentinel: identifiers that nobody of the mission sends.
@@ -97,6 +98,12 @@ def recorder(path, probe, *interfaces, backlog=BACKLOG):
         finally:
             process.terminate()
             process.wait()
+
+
+def command_names(parent):
+    """(process id, name) of the children of a process."""
+    children = pathlib.Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    return [(int(child), pathlib.Path(f"/proc/{child}/comm").read_text().strip()) for child in children]
 
 
 def has_line(name, frame):
@@ -199,7 +206,7 @@ def case_vcan_flight_is_seen_by_candump():
     pathlib.Path("/sys/class/net/fsw-robot/queues/rx-0/rps_cpus").write_text("2")
     dump = WORK / "candump.log"
     with recorder(dump, "vcan-robot"):
-        flown("vcan", "--bus", "vcan", "--scenario", "hil")
+        flown("vcan", "--bus", "vcan", "--scenario", reports.write_scenario(WORK))
     lines = dump.read_text().splitlines()
     assert not [line for line in lines if "DROPCOUNT" in line]
     with open(OUT / "vcan" / "candump.log", "w") as file:
@@ -226,6 +233,40 @@ def case_frames_of_tools_enter_the_bus():
     kept("tools")
     seen = facts("tools")
     assert seen["bus_frames_foreign"] >= 2 and not seen["reproducible"], seen
+
+
+ARM_UP = [f"0.0 operator {words}" for words in (
+    "state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR STAND_ALONE", "state MANIPULATOR SAFE_OPERATIONAL",
+    "state MANIPULATOR OPERATIONAL")]
+
+
+def case_interfaces_that_are_lost_and_made_again_are_used_again():
+    """While simulated time stands still: who was on them finds out when it goes on, is safe, and comes up by command."""
+    script = WORK / "again.scn"
+    script.write_text("\n".join(["0.0 hand rest", *ARM_UP, "0.0 operator wait-event MANIPULATOR DEVICE_LOST 100000",
+                                 "0.0 operator wait-state MANIPULATOR OFFLINE 1", *ARM_UP,
+                                 "0.0 operator hk once MANIPULATOR 4712", "0.0 operator shutdown", ""]))
+    process = started("again", "--bus", "vcan", "--scenario", script)
+    log = WORK / "again" / "operator.log"
+    until(lambda: process.poll() is not None or log.exists() and "MANIPULATOR OPERATIONAL: completed" in log.read_text(), "the arm")
+    simulator = next(child for child in command_names(process.pid) if child[1] == "simulator")[0]
+    os.kill(simulator, signal.SIGSTOP)
+    with socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as tool:
+        for name in ("fsw-robot", "vcan-robot"):
+            ip("link", "delete", name)
+            ip("link", "add", name, "mtu", "72", "type", "vcan")
+            ip("link", "set", name, "up")
+        tool.bind(("vcan-robot",))
+        tool.settimeout(BOUND_S)
+        os.kill(simulator, signal.SIGCONT)
+        assert tool.recv(16), "what is on the bus is shown again"
+        said = process.communicate(timeout=BOUND_S)[0]
+    kept("again")
+    assert process.returncode == 0, said + (WORK / "again" / "console.log").read_text()
+    assert "BUS_LOST: 1}" in log.read_text() or "BUS_LOST: 1," in log.read_text()
+    seen = facts("again")
+    assert seen["bus_interfaces_lost"] == 2 and not seen["reproducible"], said
+    assert "an end lost its interface 2 times" in said, said
 
 
 def case_emulated_controllers_carry_the_classic_mission():
