@@ -9,7 +9,7 @@ import pytest
 
 import place as places
 import reports
-from hirosco_gse import logs
+from hirosco_gse import dictionary, logs
 from hirosco_gse import run as runs
 from recordings import assert_database_knows_all, assert_wireshark_names_all, frames, of_interface
 
@@ -17,6 +17,7 @@ PROGRAM = "test/hil/guest/socketcan.py"
 SECONDS = 2400
 TELEPRESENCE, TELEPRESENCE_S, TELEPRESENCE_MB = "test/hil/guest/telepresence.py", 8000, 2048
 ENABLED, ENABLED_MASK = 0x27, 0x6F
+COUNTERS = 4712  # Housekeeping structure.
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +83,19 @@ def test_a_flood_leaves_no_drive_in_operation(group):
         histories.setdefault((int(entry["node"]), int(entry["axis"])), []).append(entry["statusword"] & ENABLED_MASK == ENABLED)
     assert len([history for history in histories.values() if any(history)]) == 2, "the arm was not in operation"
     assert not any(history[-1] for history in histories.values())
+
+
+def test_a_flood_is_counted(group):
+    """What flight could not send, take or make sense of, by its housekeeping reports before the flood and in its course."""
+    group.check("a_flood_on_the_wire_ends_in_a_safe_state")
+    arm = dictionary.Dictionary.load(places.ROOT / "build" / "generated" / "classic.json").subsystem("MANIPULATOR")
+    structure = arm.configuration("CLASSIC").structures[COUNTERS]
+    told = [raw[23:-2] for _, direction, _, raw in logs.read_packets(group.result.folder / "flood" / "packets.log")
+                  if direction == "TM" and raw[7:9] == b"\x03\x19" and int.from_bytes(raw[21:23], "big") == COUNTERS]
+    counters = [structure.decode(octets)["COUNTERS"] for octets in told]
+    before, after = ([entry[name][0] for name in ("TRANSMIT_FULL", "RECEIVE_OVERRUNS", "FRAMES_REFUSED")]
+                     for entry in (counters[0], counters[-1]))
+    assert before == [0, 0, 0] and any(after), after
 
 
 @pytest.mark.long

@@ -235,6 +235,7 @@ def case_frames_of_tools_enter_the_bus():
     assert seen["bus_frames_foreign"] >= 2 and not seen["reproducible"], seen
 
 
+COUNTERS = "hk once MANIPULATOR 4712"
 ARM_UP = [f"0.0 operator {words}" for words in (
     "state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR STAND_ALONE", "state MANIPULATOR SAFE_OPERATIONAL",
     "state MANIPULATOR OPERATIONAL")]
@@ -245,7 +246,7 @@ def case_interfaces_that_are_lost_and_made_again_are_used_again():
     script = WORK / "again.scn"
     script.write_text("\n".join(["0.0 hand rest", *ARM_UP, "0.0 operator wait-event MANIPULATOR DEVICE_LOST 100000",
                                  "0.0 operator wait-state MANIPULATOR OFFLINE 1", *ARM_UP,
-                                 "0.0 operator hk once MANIPULATOR 4712", "0.0 operator shutdown", ""]))
+                                 f"0.0 operator {COUNTERS}", "0.0 operator shutdown", ""]))
     process = started("again", "--bus", "vcan", "--scenario", script)
     log = WORK / "again" / "operator.log"
     until(lambda: process.poll() is not None or log.exists() and "MANIPULATOR OPERATIONAL: completed" in log.read_text(), "the arm")
@@ -305,24 +306,29 @@ def case_a_burst_on_a_controller_is_counted():
 
 
 def case_a_flood_on_the_wire_ends_in_a_safe_state():
-    """Somebody sends as fast as it goes on flight's own controller while the arm is in operation."""
+    """Somebody sends as fast as it goes on flight's own controller while the arm is in operation: it secures itself."""
     script = WORK / "up.scn"
     script.write_text("".join(f"0.0 operator {words}\n" for words in (
         "state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR CLASSIC", "state MANIPULATOR SAFE_OPERATIONAL",
-        "state MANIPULATOR OPERATIONAL")))
+        "state MANIPULATOR OPERATIONAL", COUNTERS, "wait-state MANIPULATOR ERROR_OPERATIONAL 100000", COUNTERS)))
     process = started("flood", "--mission", "classic", "--bus", "can", "--interface", "robot=can0",
                       "--sim-interface", "robot=can1", "--scenario", "none", "--duration", "100000")
     port = WORK / "flood" / "ground.port"
     until(lambda: process.poll() is not None or port.exists() and port.read_text().strip(), "the ground port")
-    subprocess.run([sys.executable, "gse/gse", "--port", port.read_text().strip(), "script", script], check=True, timeout=BOUND_S)
+    ground = subprocess.Popen([sys.executable, "-u", "gse/gse", "--port", port.read_text().strip(), "script", script],
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+    assert any(COUNTERS in line for line in ground.stdout), "not in operation"
     flood = subprocess.Popen(["cangen", "can0", "-g", "0", "-i", "-I", "7F0", "-L", "8"], stdout=subprocess.DEVNULL,
                              stderr=subprocess.DEVNULL)
     try:
         until(lambda: process.poll() is not None or has_line("flood", "7F0#"), "the flood")
+        until(lambda: process.poll() is not None or ground.poll() is not None, "the arm to secure itself")
+        assert ground.returncode == 0, ground.stdout.read()
         said = shut_down(process)
     finally:
-        flood.kill()
-        flood.wait()
+        for child in (flood, ground):
+            child.kill()
+            child.wait()
     kept("flood")
     seen = facts("flood")
     assert seen["bus_frames_foreign"] > 0 and not seen["reproducible"], said
