@@ -41,7 +41,12 @@ SHELL         := /bin/sh
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
+OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COVERAGE FOREIGN FORM FUZZ HTTP JOBS JOYSTICK_IF LINKS MEMORY MISSION NAME NODES \
+           ONLY OUT PLACE PORT ROBOT_IF S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF STORAGE TIME TOOLS \
+           TRANSPORT TSAN UPDATE V
 ifeq ($(MAKELEVEL),0)
+$(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command line,$(origin $v)),\
+    $(error $v=$($v): there is no such option; there are: $(OPTIONS): see make help)))
 .NOTPARALLEL: # `make check test` does one after the other; the work inside each runs in parallel.
 endif
 PARALLEL := +$(if $(V),,@)$(MAKE) --no-print-directory -j$(JOBS)
@@ -316,6 +321,7 @@ fuzzers: $(foreach t,$(call selected,$(FUZZ_TARGETS)),$B/target/$t)
 BUILD_FUZZERS = $(MAKE) --no-print-directory -j$(JOBS) FUZZ=1 CC=clang fuzzers
 SECONDS ?= 20
 fuzz: build/setup/test
+	$(if $(strip $(call selected,$(FUZZ_TARGETS))),,$(error ONLY=$(ONLY): no fuzz target has this in its name; there are: $(FUZZ_TARGETS)))
 	+@$(BUILD_FUZZERS)
 	@$(PYTHON) test/fuzz/run_fuzz.py --seconds $(SECONDS) $(call selected,$(FUZZ_TARGETS))
 # Seeds from our own vectors, with what a run has found, reduced to what adds coverage: for whoever adds a target.
@@ -426,6 +432,7 @@ check-fuzz: build/setup/check
 # --- coverage: the C tests in a variant of their own ------------------------------------------------------------
 COVERING = $(filter-out test/unit/sim/% test/unit/pus/tool/% %_endurance.c,$(TESTS))
 coverage: build/setup/check
+	$(if $(strip $(call selected,$(COVERING))),,$(error ONLY=$(ONLY): no C unit test has this in its path))
 	$(PARALLEL) COVERAGE=1 coverage-tests
 	@find build/coverage -name '*.gcda' -delete
 	@$(VENV) test/support/run_tests.py --jobs $(JOBS) --only '$(ONLY)' --no-pytest --variant build/coverage \

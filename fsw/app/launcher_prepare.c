@@ -42,6 +42,48 @@ static bool load_mission(launcher_t* const launcher, char* const path, const siz
     return true;
 }
 
+/// Each subsystem's program lies beside the launcher.
+static bool find_programs(launcher_t* const launcher, const char* const mission_path)
+{
+    for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
+        const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
+        char path[LAUNCH_PATH_MAX];
+        text_t text = text_in(path, sizeof path);
+        text_add(&text, launcher->program_folder);
+        text_add(&text, subsystem->executable);
+        if (!text.cut && osal_file_exists(path)) {
+            continue;
+        }
+        text = text_in(launcher->reason, sizeof launcher->reason);
+        text_add(&text, mission_path);
+        text_add(&text, ":");
+        text_add_unsigned(&text, subsystem->line);
+        text_add(&text, ": executable=\"");
+        text_add(&text, subsystem->executable);
+        text_add(&text, "\" of <Subsystem>: expected a program in ");
+        text_add(&text, launcher->program_folder);
+        text_add(&text, "; `make` builds one of each fsw/app/*_main.c");
+        launcher->exit_code = 1;
+        return false;
+    }
+    return true;
+}
+
+/// The ground's port is open to this machine only, whatever the mission says.
+static bool check_ground(launcher_t* const launcher, const char* const mission_path)
+{
+    if (strcmp(launcher->mission.ground_address, "127.0.0.1") == 0) {
+        return true;
+    }
+    text_t text = text_in(launcher->reason, sizeof launcher->reason);
+    text_add(&text, mission_path);
+    text_add(&text, ": address=\"");
+    text_add(&text, launcher->mission.ground_address);
+    text_add(&text, "\" of <Ground>: expected 127.0.0.1; from other machines by a tunnel (ssh -L)");
+    launcher->exit_code = 1;
+    return false;
+}
+
 /// Carrier of messages and transfer method of links that the mission prefers, unless the command line has
 /// one.
 static bool choose_methods(launcher_t* const launcher, const char* const mission_path)
@@ -351,6 +393,7 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
         load_mission(launcher, mission_path, sizeof mission_path) && choose_methods(launcher, mission_path) &&
+        find_programs(launcher, mission_path) && check_ground(launcher, mission_path) &&
         launcher_check_foreign(launcher) && launcher_check_system(launcher) && find_scenario(launcher) &&
         launcher_ready_interfaces(launcher) && make_folder(launcher, folder, sizeof folder) &&
         make_run_block(launcher, mission_path, folder) && make_calendar(launcher) &&

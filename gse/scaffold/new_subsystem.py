@@ -29,6 +29,10 @@ FIRST_APID, LAST_APID = 18, 2046
 NAME_MAX = 24
 SUBSYSTEMS_MAX = 14  # of the calendar's 16 seats, simulator and operator take one each
 RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
+STANDARD_TYPES = re.compile(r"u?int(ptr|max|(_least|_fast)?(8|16|32|64))|s?size|ptrdiff|wchar")  # With _t behind them.
+# What the new sources and the generated header name after the subsystem.
+NAMED_AFTER = "t init callbacks open parameters_t program_t services_t add_services definitions fields places".split()
+MACROS_AFTER = "NAME APID INTERFACE_HASH PARAMETER_COUNT FIELD_COUNT".split()
 
 ENTRY = """    <Subsystem name="@NAME@" id="@apid@" executable="@executable@" descriptor="../subsystems/@file@.xml"
                memoryKiB="65536" restarts="2" node="2"/>
@@ -87,6 +91,17 @@ def check_name(name):
         f"2 to {NAME_MAX} lower-case letters, digits and single _, a letter first, like gripper or star_tracker",
     )
     expect(name not in RESERVED, "NAME", name, "a name that is no word of C and no program of the project")
+
+
+def check_names_of_c(name):
+    """Refuse a name whose types and functions the project has already: they would clash, or silently be the wrong ones."""
+    expect(not STANDARD_TYPES.fullmatch(name), "NAME", name, f"a name that is no type of C: {name}_t is one")
+    clash = re.compile(rf"\b({name}_({'|'.join(NAMED_AFTER)})|{name.upper()}_({'|'.join(MACROS_AFTER)}))\b")
+    sources = [path for layer in ("osal", "pus", "fsw") for path in (ROOT / layer).rglob("*.[ch]")]
+    for path in sorted(sources, key=lambda path: (path.suffix != ".h", path)):  # Headers first: there it is said what it is.
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            found = clash.search(line)
+            expect(not found, "NAME", name, f"another name: {found and found[0]} is there already, in {relative(path)}:{number}")
 
 
 def plan_files(names):
@@ -173,6 +188,7 @@ def begin(name, apid, mission):
     there = [relative(path) for path in (*files, *([mission_path] if is_new else [])) if path.exists()]
     more = f" and {len(there) - 1} more" if len(there) > 1 else ""
     expect(not there, "NAME", name, f"a name that is new; there is already {''.join(there[:1])}{more}")
+    check_names_of_c(name)
     files[mission_path] = text
     write_all(files, mission_path, is_new)
     format_sources(files)

@@ -97,7 +97,10 @@ def main():
         table(measured)
         return 0 if not arguments.check or check(measured) else 1
     measured, failed = [], []
-    for command in programs(arguments.only):
+    commands = list(programs(arguments.only))
+    if not commands:
+        parser.error(f"ONLY={arguments.only}: no measurement has this in its path; see test/bench")
+    for command in commands:
         print(f"measuring {command[-1]}", flush=True)
         try:
             measured.extend(rows(command))

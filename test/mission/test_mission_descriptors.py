@@ -83,12 +83,24 @@ def test_descriptor_that_is_not_there(house):
     assert re.search(r"nowhere\.xml\S* cannot read: not found", flight.output), flight.told()
 
 
-def test_executable_that_is_not_there(house):
-    _replace(house, MISSION, 'executable="joystick"', 'executable="joyride"')
-    flight = _fly(house)
-    assert flight.code not in (0, None)
-    assert "joyride" in flight.output + flight.console
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_executable_that_is_not_there(house, form):
+    line = _replace(house, MISSION, 'executable="joystick"', 'executable="joyride"')
+    flight = _fly(house, form)
+    assert flight.code == 1
+    assert f'rokviss.xml:{line}: executable="joyride" of <Subsystem>: expected a program in ' in flight.output
+    assert not flight.folder.exists(), "a run that never began leaves no folder"
     flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize("address", ["moon", "10.0.0.1", "127.0.0.1 "])
+def test_ground_elsewhere_is_refused(house, address):
+    """The port is open on this machine only: what would be ignored is told."""
+    _replace(house, MISSION, '<Ground address="127.0.0.1"', f'<Ground address="{address}"')
+    flight = _fly(house)
+    assert flight.code == 1
+    assert f'rokviss.xml: address="{address}" of <Ground>: expected 127.0.0.1' in flight.output
+    assert not flight.folder.exists()
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])

@@ -143,6 +143,8 @@ def main():
     if arguments.failed:
         print(f"failed before the tests: {arguments.failed.strip()}")
         total.failed += 1
+    if arguments.only and not (total.passed or total.failed or total.skipped):
+        print(f"ONLY={arguments.only}: no test has this in its path")
     print(f"{total.passed} passed, {total.failed} failed, {total.skipped} skipped")
     return 1 if total.failed or not total.passed else 0
 

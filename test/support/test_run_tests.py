@@ -1,8 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The test runner counts what the runners under it say, and never takes a broken program for a good one."""
 
+import os
+import pathlib
+import subprocess
+
 import pytest
 import run_tests
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize(
@@ -45,3 +51,35 @@ def test_a_program_that_computes_for_ever_fails(tmp_path, monkeypatch):
     monkeypatch.setattr(run_tests, "PROCESSOR_SECONDS_ALLOWED", 1)
     _, count, output, _ = run_tests.run_program(str(program))
     assert count.failed == 1 and "begun" in output and "exit code -" in output
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (("help", "OLNY=pus"), "OLNY=pus: there is no such option; there are: ALL "),
+        (("sim-run", "SEEED=2"), "SEEED=2: there is no such option"),
+        (("fuzz", "ONLY=nothing"), "ONLY=nothing: no fuzz target has this in its name; there are: "),
+        (("coverage", "ONLY=nothing"), "ONLY=nothing: no C unit test has this in its path"),
+        (("test-hil", "ONLY=nothing"), "no test in test/hil has 'nothing' in its path"),
+    ],
+)
+def test_make_refuses_what_it_does_not_know(words, said):
+    """A slip of the pen neither does what was not meant nor passes for nothing done."""
+    kept = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")}
+    done = subprocess.run(["make", "--dry-run", *words], cwd=ROOT, env=kept, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert said in done.stderr
+
+
+def test_make_knows_every_option_that_its_help_names():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    known = makefile.partition("\nOPTIONS := ")[2].partition("\nifeq")[0].split()
+    helped = "\n".join(line for line in makefile.splitlines() if line.startswith("## "))
+    named = {word.partition("=")[0] for word in helped.split() if word.partition("=")[1] and word.partition("=")[0].isupper()}
+    assert len(named) > 20 and named <= set(known)
+
+
+def test_a_measurement_that_is_not_there_does_not_pass(tmp_path):
+    words = [ROOT / "build/venv/bin/python", ROOT / "test/bench/run_bench.py", "--only", "nothing", "--check", "--out", tmp_path / "bench.json"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and "no measurement has this in its path" in done.stderr
