@@ -384,6 +384,13 @@ static void begin(launcher_t* const launcher, const launch_options_t* const opti
     }
 }
 
+/// The mission, and whether it can be flown here.
+static bool read_mission(launcher_t* const launcher, char* const path, const size_t capacity)
+{
+    return load_mission(launcher, path, capacity) && choose_methods(launcher, path) &&
+           find_programs(launcher, path) && check_ground(launcher, path);
+}
+
 bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,
                       const char* const program_folder)
 {
@@ -392,13 +399,11 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     begin(launcher, options, program_folder);
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
-        load_mission(launcher, mission_path, sizeof mission_path) && choose_methods(launcher, mission_path) &&
-        find_programs(launcher, mission_path) && check_ground(launcher, mission_path) &&
-        launcher_check_foreign(launcher) && launcher_check_system(launcher) && find_scenario(launcher) &&
-        launcher_ready_interfaces(launcher) && make_folder(launcher, folder, sizeof folder) &&
-        make_run_block(launcher, mission_path, folder) && make_calendar(launcher) &&
-        launcher_make_buses(launcher) && launcher_make_nodes(launcher) && launcher_open_sockets(launcher) &&
-        listen_to_ground(launcher) && tell_ground(launcher);
+        read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_foreign(launcher) &&
+        launcher_check_system(launcher) && find_scenario(launcher) && launcher_ready_interfaces(launcher) &&
+        make_folder(launcher, folder, sizeof folder) && make_run_block(launcher, mission_path, folder) &&
+        make_calendar(launcher) && launcher_make_buses(launcher) && launcher_make_nodes(launcher) &&
+        launcher_open_sockets(launcher) && listen_to_ground(launcher) && tell_ground(launcher);
     if (is_ready) {
         find_equipment(launcher);
         name_door(launcher);
