@@ -4,7 +4,8 @@
 Each line runs no earlier than its time, after the lines before it; it waits until its requests are verified
 unless it starts with `nowait`. Besides the commands of commands.py there are
 
-    nowait COMMAND ...                     send and go on; a failure is found at the end of the script
+    nowait COMMAND ...                     send and go on; a failure is found at the end of the script (not for commands
+                                           whose first step is no request, such as `at +60`)
     expect-refusal CODE COMMAND ...        the command must be refused with this failure code
     wait-state SUBSYSTEM STATE SECONDS     until the subsystem has reported the state
     wait-event SUBSYSTEM EVENT SECONDS     until the event comes (or has come, not yet awaited)
@@ -96,6 +97,8 @@ def _checked(step, dictionary):
         command = commands.plan(words[1:], dictionary)
     elif verb == "nowait":
         command = commands.plan(words, dictionary)
+        if not command.requests:
+            raise ScriptError(f"{step.place}: '{' '.join(words)}' has to wait for answers, expected it without 'nowait'")
     elif verb == "end":
         need(0, "end")
     else:

@@ -44,6 +44,7 @@ def test_the_scenarios_of_the_repository_load(path, dictionary):
         ("1 operator expect-refusal state MANIPULATOR OFFLINE", "expected a failure code"),
         ("1 operator expect-refusal 0x0111", "usage: expect-refusal"),
         ("1 operator nowait fly", "no command 'fly'"),
+        ("1 operator nowait at +60 ping SUPERVISOR", "has to wait for answers"),
         ("1 operator end now", "usage: end"),
         ("2 operator ping\n1 operator ping", "before the operator's line above"),
     ],
