@@ -29,6 +29,10 @@ static status_t publish(void* const self)
         status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_ORBIT],
                                    &supervisor->orbit);
     }
+    if (status == STATUS_OK) {
+        status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_BLOCKS],
+                                   &supervisor->blocks);
+    }
     return status;
 }
 
@@ -51,6 +55,12 @@ static void update_status(void* const self)
 {
     supervisor_t* const supervisor     = (supervisor_t*)self;
     parameter_dictionary_t* dictionary = subsystem_dictionary(&supervisor->component);
+    pool_t* const requests             = &supervisor->onboard.schedules.chains.pool;
+    pool_t* const sequences            = &supervisor->onboard.sequences.chains.pool;
+    const bool is_request_news         = pool_poll_warning(requests);
+    if (pool_poll_warning(sequences) || is_request_news) {
+        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_POOL_WARNING, NULL, 0U);
+    }
     parameter_lock(dictionary);
     supervisor->status                = (supervisor_status_t){.mode         = supervisor->mode,
                                                               .log_strategy = (uint8_t)supervisor->log.strategy,
@@ -61,6 +71,10 @@ static void update_status(void* const self)
                                                               .records      = supervisor->log.next_number - 1U};
     supervisor->counters.pool_peak    = supervisor->component.tickets.stats.peak;
     supervisor->counters.pool_refused = supervisor->component.tickets.stats.refused;
+    supervisor->blocks                = (supervisor_blocks_t){.request_peak     = requests->stats.peak,
+                                                              .request_refused  = requests->stats.refused,
+                                                              .sequence_peak    = sequences->stats.peak,
+                                                              .sequence_refused = sequences->stats.refused};
     const uint64_t position           = pus_position_schedule_now(&supervisor->onboard.schedules.position);
     supervisor->orbit = (supervisor_orbit_t){.number = (uint32_t)(position / PUS_POSITION_TICKS),
                                              .angle  = (uint16_t)(position % PUS_POSITION_TICKS)};

@@ -152,6 +152,7 @@ typedef struct supervisor { // All fields are private.
     uint16_t network_links[LINK_GRAPH_EDGES];
     supervisor_status_t status;     // Published.
     supervisor_counters_t counters; // Published.
+    supervisor_blocks_t blocks;     // Published.
     uint32_t orbit_period_ms;       // Published.
     supervisor_orbit_t orbit;       // Published.
     octet_ring_t ground_backlog;

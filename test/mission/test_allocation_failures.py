@@ -10,7 +10,6 @@ import pytest
 
 SANITIZED = flying.ROOT / "build" / "sanitize" / "bin"
 REPORT = re.compile(r"ERROR: \w*Sanitizer|runtime error:|LeakSanitizer|SUMMARY: |assertion")
-FLIGHTS = 12  # More takes than that are sampled.
 
 pytestmark = pytest.mark.skipif(not (SANITIZED / "image").exists(), reason="not built: make SANITIZE=1 all")
 
@@ -32,6 +31,11 @@ SCENARIO = (
     "3.0 operator nowait cmd JOYSTICK.STOP",
     "3.0 operator nowait cmd MANIPULATOR.RAISE EVENT=9",
     "3.0 operator nowait cmd JOYSTICK.RAISE EVENT=9",
+    "3.1 operator nowait tc SUPERVISOR 11,22 'n=[{\"group_id\": 1, \"group_status\": \"enabled\"}]'",
+    "3.1 operator nowait at 60 ping MANIPULATOR",
+    """3.1 operator nowait tc SUPERVISOR 21,1 request_sequence_id=LOOK 'n=[{"request": "ping MANIPULATOR", "delay": 1}]'""",
+    "3.1 operator nowait action add MANIPULATOR TORQUE_LIMIT cmd MANIPULATOR.STOP",
+    "3.2 operator get SUPERVISOR.BLOCKS",
     "3.2 operator get MANIPULATOR.COUNTERS",
     "3.2 operator get JOYSTICK.COUNTERS",
     "3.2 operator get COMMUNICATION.COUNTERS",
@@ -56,7 +60,7 @@ def refusals(flight):
     """Sum of what the components counted, as the operator read it; None if it could not."""
     path = flight.folder / "operator.log"
     steps = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    found = re.findall(r"(?:POOL|SOCKET)_REFUSED: (\d+)", " ".join(step["outcome"] for step in steps if step["verb"] == "get"))
+    found = re.findall(r"(?:POOL|SOCKET|REQUEST|SEQUENCE)_REFUSED: (\d+)", " ".join(step["outcome"] for step in steps if step["verb"] == "get"))
     return sum(map(int, found)) if found else None
 
 
@@ -70,9 +74,8 @@ def test_each_refusal_is_counted_and_ends_nothing(folder):
     assert undisturbed.code == 0, undisturbed.told()
     assert refusals(undisturbed) == 0, undisturbed.read("operator.log")
     total = takes(undisturbed)
-    assert total >= 8  # Seven functions, and the listening socket.
-    step = -(-total // FLIGHTS)
-    for number in range(1, total + 1, step):
+    assert total >= 10  # Seven functions, the listening socket, a scheduled request, and one for an event.
+    for number in range(1, total + 1):
         flight = fly(folder / str(number), number)
         counted = refusals(flight)
         if counted is None:  # The ground could not connect: then the run says so.

@@ -77,11 +77,46 @@ static void actions_beyond_it_are_refused(void)
     bed_expect("G 1.4 #6 0205 2\nG 1.4 #7 0201 100003\n"); // So there is none to be enabled.
 }
 
+static uint16_t take_until_it_warns(pool_t* pool)
+{
+    uint16_t count = 0U;
+    while (!pool->stats.warning) {
+        TEST_ASSERT_NOT_NULL(pool_take(pool));
+        count++;
+    }
+    return count;
+}
+
+/// Room for requests and sequences: three quarters in use are an event, once each; peaks are parameters.
+static void pools_of_requests_warn_and_are_told(void)
+{
+    const supervisor_blocks_t* const blocks = &bed.supervisor.blocks;
+    const uint16_t requests = take_until_it_warns(&bed.supervisor.onboard.schedules.chains.pool);
+    TEST_ASSERT_EQUAL_UINT16((ONBOARD_REQUEST_BLOCKS * 3U) / 4U, requests);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("G 5.2 0005"));
+    bed_forget();
+    bed_run(50U);
+    TEST_ASSERT_FALSE(bed_has("G 5.2"));
+    const uint16_t sequences = take_until_it_warns(&bed.supervisor.onboard.sequences.chains.pool);
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("G 5.2 0005"));
+    while (pool_take(&bed.supervisor.onboard.sequences.chains.pool) != NULL) {
+        TEST_ASSERT_TRUE(sequences < ONBOARD_SEQUENCE_BLOCKS);
+    }
+    bed_run(2U);
+    TEST_ASSERT_EQUAL_UINT16(requests, blocks->request_peak);
+    TEST_ASSERT_EQUAL_UINT16(ONBOARD_SEQUENCE_BLOCKS, blocks->sequence_peak);
+    TEST_ASSERT_EQUAL_UINT32(0U, blocks->request_refused);
+    TEST_ASSERT_EQUAL_UINT32(1U, blocks->sequence_refused);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(each_service_is_told_what_it_has);
     RUN_TEST(activities_beyond_it_are_refused);
     RUN_TEST(actions_beyond_it_are_refused);
+    RUN_TEST(pools_of_requests_warn_and_are_told);
     return UNITY_END();
 }
