@@ -10,6 +10,7 @@
 #include "sim/app/simulator.h"
 #include "sim/clock/door.h"
 
+#include <errno.h>
 #include <getopt.h>
 #include <signal.h>
 #include <stdio.h>
@@ -156,9 +157,13 @@ static bool complain(const char* option, const char* value, const char* expected
 static bool take_count(const char* option, const char* text, uint64_t limit, uint64_t* out_value)
 {
     char* end                      = NULL;
+    errno                          = 0;
     const unsigned long long value = strtoull(text, &end, 0);
-    if ((end == text) || (*end != '\0') || (text[0] == '-') || (value > limit)) {
-        return complain(option, text, "a whole number that is not negative");
+    const bool is_number           = (text[0] >= '0') && (text[0] <= '9') && (*end == '\0') && (errno == 0);
+    if (!is_number || (value > limit)) {
+        char expected[64];
+        (void)snprintf(expected, sizeof expected, "a whole number from 0 to %llu", (unsigned long long)limit);
+        return complain(option, text, expected);
     }
     *out_value = value;
     return true;

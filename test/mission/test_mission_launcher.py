@@ -120,6 +120,24 @@ def test_program_called_by_hand_tells_its_usage(name, words):
         assert done.returncode in (0, USAGE)
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "expected"),
+    [
+        ("socketcand", "99999", "a whole number from 0 to 65535"),
+        ("seed", "18446744073709551616", "a whole number from 0 to 18446744073709551615"),
+        ("seed", " -1", "a whole number from 0"),
+        ("quantum", "1s", "a whole number from 0 to 1000000000"),
+        ("free-run", "long", "a time in seconds"),
+        ("time", "soon", "stepped or real"),
+        ("bus", "robot", "NAME=ADDRESS"),
+    ],
+)
+def test_simulator_says_what_it_expects(option, value, expected):
+    done = subprocess.run([flying.BIN / "simulator", f"--{option}", value], check=False, capture_output=True, text=True, timeout=flying.MOMENT_S)
+    assert done.returncode == USAGE
+    assert f"--{option} '{value}': expected {expected}" in done.stderr
+
+
 def test_port_in_use_is_named(folder):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

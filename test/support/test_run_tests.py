@@ -56,7 +56,7 @@ def test_a_program_that_computes_for_ever_fails(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "words, said",
     [
-        (("help", "OLNY=pus"), "OLNY=pus: there is no such option; there are: ALL "),
+        (("help", "ONLYX=pus"), "ONLYX=pus: there is no such option; there are: ALL "),
         (("sim-run", "SEEED=2"), "SEEED=2: there is no such option"),
         (("fuzz", "ONLY=nothing"), "ONLY=nothing: no fuzz target has this in its name; there are: "),
         (("coverage", "ONLY=nothing"), "ONLY=nothing: no C unit test has this in its path"),
