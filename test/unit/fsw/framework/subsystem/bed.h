@@ -60,7 +60,8 @@ typedef struct {
     void (*in_control)(void);
     void (*in_action)(state_action_t action);
     status_t (*in_perform)(const subsystem_function_t* function);
-    bed_move_t moved; ///< Arguments of the last MOVE.
+    bed_move_t moved;                ///< Arguments of the last MOVE.
+    pus_link_properties_t supported; ///< What the last refusal of a link says.
     uint32_t last_ticket;
     uint16_t next_sequence; ///< Number that the next report has.
     uint32_t set_id;        ///< Last parameter_set.

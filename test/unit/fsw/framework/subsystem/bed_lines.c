@@ -94,6 +94,7 @@ static void link_line(const pus_tm_t* tm, octet_reader_t* reader)
                  (unsigned long)accepted.properties.period_us, (unsigned long)accepted.properties.age_max_us);
     } else if (tm->subtype == PUS_LINK_REFUSE) {
         TEST_ASSERT_EQUAL(STATUS_OK, pus_link_refuse_read(reader, &refused));
+        bed.supported = refused.supported;
         bed_line("130.5 reason %u field %u period %lu", refused.reason, refused.field,
                  (unsigned long)refused.supported.period_us);
     } else {

@@ -76,6 +76,50 @@ static void each_refusal_names_its_field(void)
     expect_refusal(&spoiled, 7U, 9U);
 }
 
+/// A request that fits, with one thing wrong. False: this port takes it as well.
+static bool spoil(pus_link_request_t* request, unsigned what, bool is_producer)
+{
+    switch (what) {
+    case 0U:
+        request->properties.layout_hash ^= 0x80000000U;
+        return true;
+    case 1U:
+        request->properties.layout_size = 1025U;
+        return true;
+    case 2U:
+        request->properties.byte_order = 2U;
+        return !is_producer; // Its own order counts.
+    case 3U:
+        request->properties.period_us = 700U;
+        return true;
+    default:
+        request->properties.method = 3U;
+        return true;
+    }
+}
+
+static void what_a_refusal_calls_supported_is_accepted(void)
+{
+    static const uint16_t ports[] = {PORT_IN, PORT_OUT};
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    for (unsigned i = 0U; i < 2U; i++) {
+        for (unsigned what = 0U; what < 5U; what++) {
+            pus_link_request_t request = request_of(ports[i], 1U);
+            if (!spoil(&request, what, ports[i] == PORT_OUT)) {
+                continue;
+            }
+            (void)memset(&bed.supported, 0xFF, sizeof bed.supported);
+            bed_forget();
+            ask(&request);
+            TEST_ASSERT_TRUE_MESSAGE(bed_has("130.5 reason"), bed_look());
+            request.properties = bed.supported;
+            bed_forget();
+            ask(&request);
+            TEST_ASSERT_TRUE_MESSAGE(bed_has("130.4 link 1 method 0 period 1000"), bed_look());
+        }
+    }
+}
+
 static void links_are_made_in_pre_operational_with_a_configuration(void)
 {
     const pus_link_request_t request = request_of(PORT_IN, 1U);
@@ -292,6 +336,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(ports_are_offered_once_per_method);
     RUN_TEST(each_refusal_names_its_field);
+    RUN_TEST(what_a_refusal_calls_supported_is_accepted);
     RUN_TEST(links_are_made_in_pre_operational_with_a_configuration);
     RUN_TEST(a_consumer_opens_and_reads);
     RUN_TEST(a_producer_opens_and_writes_its_true_state);
