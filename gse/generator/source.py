@@ -228,7 +228,9 @@ class _Reader:
     def doctype(self, *_):
         self.fail("document type declarations are not allowed")
 
-    def declaration(self, _version, encoding, _standalone):
+    def declaration(self, version, encoding, _standalone):
+        if version != "1.0":
+            self.fail(f"version \"{version}\": expected 1.0")
         if encoding and encoding.upper() != "UTF-8":
             self.fail(f"encoding \"{encoding}\": expected UTF-8")
 

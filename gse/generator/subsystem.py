@@ -495,6 +495,8 @@ def _structure(subsystem, element, loops):
             if interval % nrep:
                 child.wrong("nrep", f"a divisor of the interval {interval}")
             structure.repeated.append((nrep, parameters))
+        if not parameters:
+            child.fail(f"<{child.name}> has no <ParamRef>")
     references = [reference for child in element.children for reference in child.children]
     if not references:
         element.fail("<HKService> has no <ParamRef>")

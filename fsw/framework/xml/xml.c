@@ -136,8 +136,10 @@ static bool is_utf8(const char* const encoding)
 static void XMLCALL on_declaration(void* const context, const XML_Char* const version,
                                    const XML_Char* const encoding, const int standalone)
 {
-    (void)version;
     (void)standalone;
+    if (strcmp(version, "1.0") != 0) { // expat takes any.
+        refuse(context, STATUS_INVALID, "version is not 1.0");
+    }
     if ((encoding != NULL) && !is_utf8(encoding)) {
         refuse(context, STATUS_INVALID, "encoding is not UTF-8");
     }

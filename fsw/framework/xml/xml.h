@@ -3,8 +3,8 @@
 /// by one, to a handler. Meaning is the handler's business.
 ///
 /// Refused besides what is not well-formed: document type declarations (and with them entities and external
-/// references), encodings other than UTF-8, text between elements, and more depth, attributes, elements or
-/// octets than the limits say.
+/// references), versions other than 1.0, encodings other than UTF-8, text between elements, and more depth,
+/// attributes, elements or octets than the limits say.
 ///
 /// Ownership  The parser borrows the arena; both outlive the document. expat allocates from the arena only;
 ///            the arena is emptied for each document. Strings handed to the handler live until it returns.
@@ -85,7 +85,8 @@ void xml_set_limits(xml_parser_t* parser, const xml_limits_t* limits);
 MUST_USE status_t xml_begin(xml_parser_t* parser, const xml_handler_t* handler);
 /// Next octets of the document, in pieces of any size; the first error is final.
 /// STATUS_OK; STATUS_INVALID (not well-formed, or refused as above); STATUS_TOO_LARGE (a limit);
-/// STATUS_EXHAUSTED (arena); or what the handler returned.
+/// STATUS_EXHAUSTED (arena); STATUS_CLOSED (no document was begun, or it is finished); or what the handler
+/// returned.
 MUST_USE status_t xml_feed(xml_parser_t* parser, const void* octets, size_t size);
 /// No more octets. Statuses of xml_feed, and STATUS_TRUNCATED (an element, or the document, is not closed).
 MUST_USE status_t xml_finish(xml_parser_t* parser);

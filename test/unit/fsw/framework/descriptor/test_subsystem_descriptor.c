@@ -325,7 +325,12 @@ static const damage_t damages[] = {
     {"id='4712'", "id='4711'", 33U, "id 4711 is taken in line 29"},
     {"<ParamRef name='TARGET'/></SampledNREPTimes>", "<ParamRef name='CUR_VALUES'/></SampledNREPTimes>", 31U,
      "each parameter once in a report"},
-    {"<SampledOnce><ParamRef name='COUNT'/></SampledOnce>", "<SampledOnce/>", 33U, "has no <ParamRef>"},
+    {"<SampledOnce><ParamRef name='COUNT'/></SampledOnce>", "", 33U, "<HKService> has no <ParamRef>"},
+    {"<SampledOnce><ParamRef name='COUNT'/></SampledOnce>",
+     "<SampledOnce/><SampledNREPTimes nrep='2'><ParamRef name='COUNT'/></SampledNREPTimes>", 33U,
+     "<SampledOnce> has no <ParamRef>"},
+    {"<ParamRef name='TARGET'/></SampledNREPTimes>", "</SampledNREPTimes>", 31U,
+     "<SampledNREPTimes> has no <ParamRef>"},
     {"nrep='5'", "nrep='250'", 29U, "octets in one report, at most 4000"},
     // Loops.
     {"<HKService id='4712'",

@@ -162,6 +162,28 @@ static void refuses_encodings_other_than_utf8(void)
     TEST_ASSERT_EQUAL_STRING("<A@1.2#1 x=\xC3\xA4>A@1", trace);
 }
 
+static void refuses_versions_that_are_none(void)
+{
+    static const char* const versions[] = {"2", "1", "1.1", "", "one", "1.00"};
+    for (size_t i = 0U; i < (sizeof versions / sizeof versions[0]); i++) {
+        char document[64];
+        (void)snprintf(document, sizeof document, "<?xml version='%s'?>\n<A/>", versions[i]);
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, parse(document), versions[i]);
+        TEST_ASSERT_EQUAL_UINT32(1U, parser.error.line);
+    }
+    TEST_ASSERT_EQUAL_STRING("version is not 1.0", parser.error.message);
+}
+
+static void takes_nothing_before_the_beginning_and_after_the_end(void)
+{
+    xml_init(&parser, arena, XML_ARENA_WORDS);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, xml_feed(&parser, "<A/>", 4U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, xml_finish(&parser));
+    TEST_ASSERT_EQUAL(STATUS_OK, parse("<A/>"));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, xml_feed(&parser, "<A/>", 4U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, xml_finish(&parser));
+}
+
 static void refuses_entities_however_they_come(void)
 {
     TEST_ASSERT_EQUAL(
@@ -337,6 +359,8 @@ int main(void)
     RUN_TEST(refuses_what_is_not_well_formed_with_its_line);
     RUN_TEST(refuses_text_but_not_space_between_elements);
     RUN_TEST(refuses_encodings_other_than_utf8);
+    RUN_TEST(refuses_versions_that_are_none);
+    RUN_TEST(takes_nothing_before_the_beginning_and_after_the_end);
     RUN_TEST(a_cut_is_told_from_an_error);
     RUN_TEST(refuses_entities_however_they_come);
     RUN_TEST(refuses_nesting_of_a_hundred_thousand);
