@@ -262,6 +262,8 @@ def _check_action(mission, action):
 
 def _load_subsystem(mission, path, element):
     place = os.path.normpath(path.parent / element.attributes["descriptor"])
+    if not os.path.exists(place):
+        element.fail(f'descriptor="{element.attributes["descriptor"]}" of <Subsystem>: expected a file, found none')
     loaded = subsystem_descriptor.load(pathlib.Path(place))
     if loaded.name != element.attributes["name"] or loaded.apid != element.unsigned("id", 1, 2046):
         element.fail(

@@ -337,7 +337,7 @@ def test_generator_writes_only_what_changes(copy, tmp_path):
         ("subsystems/joystick.xml", 'id="17"', 'id="2047"', 'id="2047" of <Subsystem>: expected a number from 1 to 2046'),
         ("subsystems/manipulator.xml", 'nrep="5"', 'nrep="7"', 'nrep="7" of <SampledNREPTimes>: expected a divisor of the interval 500'),
         ("missions/rokviss.xml", 'select="MOVE_TO"', 'select="FLY_TO"', 'select="FLY_TO" of <Allow>: expected a function of MANIPULATOR'),
-        ("missions/rokviss.xml", "joystick.xml", "nothing.xml", "cannot read: No such file or directory"),
+        ("missions/rokviss.xml", "joystick.xml", "nothing.xml", 'nothing.xml" of <Subsystem>: expected a file, found none'),
         ("subsystems/joystick.xml", "</Events>", "</Event>", "not well-formed: mismatched tag"),
         ("subsystems/joystick.xml", 'name="CYCLES"', 'name="SIGNED"', "keyword of C"),
     ],
@@ -349,7 +349,7 @@ def test_generator_says_what_is_wrong_and_where(copy, tmp_path, name, old, new, 
     assert done.returncode == 1
     assert expected in done.stderr and "Traceback" not in done.stderr
     assert re.match(r"\S+\.xml:\d+: ", done.stderr)
-    if "cannot read" not in expected and "well-formed" not in expected:
+    if "well-formed" not in expected:
         assert f"{pathlib.Path(name).name}:{line}: " in done.stderr
 
 

@@ -112,6 +112,11 @@ static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t
         return STATUS_INVALID;
     }
     const status_t status = descriptor_load_subsystem(loader, loader->path, out_descriptor);
+    if (status == STATUS_NOT_FOUND) { // Told where the mission names it.
+        source_fail_as(&builder->source, subsystem->line, status, "descriptor=\"");
+        source_say(&builder->source, "%\" of <Subsystem>: expected a file, found none", subsystem->descriptor,
+                   NULL, 0U);
+    }
     return (status == STATUS_OK) ? mission_builder_take(builder, index, loader->path, out_descriptor)
                                  : status;
 }

@@ -235,7 +235,9 @@ static void an_error_in_a_subsystem_names_its_file(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, load(flight_document));
     TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "/hand.xml:3: id=\"0\""));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, load(damaged(flight_document, "hand.xml", "foot.xml")));
-    TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "/foot.xml:0: cannot read: not found"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(descriptor_error(&loader),
+               "/flight.xml:5: descriptor=\"foot.xml\" of <Subsystem>: expected a file, found none"));
 }
 
 /// 1972-02-29, 2000-03-01 and 2093-12-31: `date -u -d DATE +%s` and 378691200 s from 1958 to 1970.
@@ -432,7 +434,7 @@ static void a_subsystem_finds_what_is_wrong_about_itself(void)
         {0U, "'HAND'", "'HAND'", "flight.xml:1: no subsystem has id 0"},
         {17U, "to='HAND.ARM'", "to='HAND.LEG'", "flight.xml:18: to=\"HAND.LEG\" of <Link>: expected"},
         {17U, "to='HAND.ARM'", "to='LEG.ARM'", "flight.xml:18: to=\"LEG.ARM\" of <Link>: expected"},
-        {17U, "'hand.xml'", "'none.xml'", "none.xml:0: cannot read: "},
+        {17U, "'hand.xml'", "'none.xml'", "descriptor=\"none.xml\" of <Subsystem>: expected"},
         {16U, "robot", "rover", "arm.xml:47: bus=\"robot\" of <Endnode>: expected a bus"},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
