@@ -479,6 +479,13 @@ def _initial(subsystem, element, seen):
     check_values(element, "value", item, element.attributes["value"])
 
 
+def _sampled(subsystem, element):
+    parameters = [_reference(subsystem, reference) for reference in element.children]
+    if not parameters:
+        element.fail(f"<{element.name}> has no <ParamRef>")
+    return parameters
+
+
 def _structure(subsystem, element, loops):
     interval = element.unsigned("interval", 1, 0xFFFFFFFF)
     loop = element.text("loop")
@@ -487,16 +494,13 @@ def _structure(subsystem, element, loops):
     structure = Structure(element.unsigned("id", 1, 65535), interval, element.flag("enabled", True), [], [], loop)
     _once(element, "SampledOnce")
     for child in element.children:
-        parameters = [_reference(subsystem, reference) for reference in child.children]
         if child.name == "SampledOnce":
-            structure.once = parameters
+            structure.once = _sampled(subsystem, child)
         else:
             nrep = child.unsigned("nrep", 2, 1000)
             if interval % nrep:
                 child.wrong("nrep", f"a divisor of the interval {interval}")
-            structure.repeated.append((nrep, parameters))
-        if not parameters:
-            child.fail(f"<{child.name}> has no <ParamRef>")
+            structure.repeated.append((nrep, _sampled(subsystem, child)))
     references = [reference for child in element.children for reference in child.children]
     if not references:
         element.fail("<HKService> has no <ParamRef>")
