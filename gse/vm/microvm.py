@@ -26,6 +26,7 @@ FOLDER = ROOT / "build" / "vm"
 QEMU = "qemu-system-x86_64"
 SECONDS, MEMORY_MB = 300, 1024
 BOOT_SECONDS = 180
+FIRST_BOOT_SECONDS = 60  # Once in a hundred boots or so the emulator hangs before the guest has said a word.
 END_SECONDS = 10
 POLL_S = 0.02
 STALE_S = 60
@@ -46,6 +47,10 @@ ESCAPES = re.compile(r"\x1b(\[[0-9;?=]*[A-Za-z]|c|[()].)|[\x00-\x08\x0b-\x1f\x7f
 
 class NotStarted(Exception):
     """The command did not run, or its exit code is not known; the text says why, with the console's end and the next step."""
+
+
+class NotBooted(NotStarted):
+    """Its time to boot was over."""
 
 
 class Outcome:
@@ -143,20 +148,27 @@ def check(folder, out, cans, memory):
 
 
 def failure(what, control):
-    """NotStarted with what is known: what the emulator said, the console's end, the next step."""
+    """Text with what is known: what the emulator said, the console's end, the next step."""
     said = (control / "emulator").read_text(errors="replace").strip()
-    return NotStarted(f"the micro-VM {what}" + (f"; {QEMU} says: {said}" if said else "") + "\nEnd of its console:\n"
-                      + console_end(control / "console") + f"\nNext step: {NEXT_STEP}")
+    return (f"the micro-VM {what}" + (f"; {QEMU} says: {said}" if said else "") + "\nEnd of its console:\n"
+            + console_end(control / "console") + f"\nNext step: {NEXT_STEP}")
+
+
+def start(line, control, interactive):
+    """The emulator. What it says goes to the control folder, or to this terminal."""
+    with open(control / "emulator", "wb") as said:
+        return subprocess.Popen(line, stdin=None if interactive else subprocess.DEVNULL, stdout=None if interactive else said,
+                                stderr=said, start_new_session=not interactive)
 
 
 def wait_for_boot(process, control, boot_seconds):
-    """Return when the command starts; raise NotStarted if it does not."""
+    """Return when the command starts; raise NotBooted or NotStarted if it does not."""
     end_of_boot = time.monotonic() + boot_seconds
     while not (control / "booted").exists():
         if process.poll() is not None and not (control / "booted").exists():
-            raise failure(f"did not boot (exit code {process.returncode} of {QEMU})", control)
+            raise NotStarted(failure(f"did not boot (exit code {process.returncode} of {QEMU})", control))
         if time.monotonic() > end_of_boot:
-            raise failure(f"did not boot within {boot_seconds:g} s", control)
+            raise NotBooted(failure(f"did not boot within {boot_seconds:g} s", control))
         time.sleep(POLL_S)
 
 
@@ -171,7 +183,7 @@ def wait_for_code(process, control, streams, seconds):
         elif finished:
             return Outcome(int((control / "code").read_text()))
         elif ended:
-            raise failure("ended before the command did", control)
+            raise NotStarted(failure("ended before the command did", control))
         else:
             time.sleep(POLL_S)
         if not finished and time.monotonic() > limit:
@@ -234,11 +246,16 @@ def run(command, seconds=SECONDS, cans=0, memory=MEMORY_MB, out=None, sinks=(Non
             (control / name).touch()
         streams = [Stream(control / name, sink) for name, sink in zip(("stdout", "stderr"), sinks)]
         terminal = termios.tcgetattr(0) if interactive else None
-        with open(control / "emulator", "wb") as said:
-            process = subprocess.Popen(arguments(folder, control, out, cans, memory, append, interactive),
-                                       stdin=None if interactive else subprocess.DEVNULL,
-                                       stdout=None if interactive else said, stderr=said, start_new_session=not interactive)
-        wait_for_boot(process, control, boot_seconds)
+        line = arguments(folder, control, out, cans, memory, append, interactive)
+        process = start(line, control, interactive)
+        try:
+            wait_for_boot(process, control, min(boot_seconds, FIRST_BOOT_SECONDS))
+        except NotBooted:
+            if boot_seconds <= FIRST_BOOT_SECONDS:
+                raise
+            end(process, 0)
+            process = start(line, control, interactive)
+            wait_for_boot(process, control, boot_seconds - FIRST_BOOT_SECONDS)
         outcome = wait_for_code(process, control, streams, seconds)
         end(process, 0 if outcome.limit else END_SECONDS)
         outcome.stdout, outcome.stderr = (bytes(stream.octets) for stream in streams)

@@ -174,6 +174,19 @@ def test_a_guest_that_never_gets_ready_is_ended(kernel_folder, tmp_path):
     assert "did not boot within 3 s" in text
 
 
+def test_an_emulator_that_hangs_before_the_guest_begins_is_started_once_more(kernel_folder, tmp_path, monkeypatch):
+    hangs_first = tmp_path / "bin" / microvm.QEMU
+    hangs_first.parent.mkdir()
+    hangs_first.write_text(f'#!/bin/sh\n[ ! -e {tmp_path}/hung ] || exec {shutil.which(microvm.QEMU)} "$@"\n'
+                           f": >{tmp_path}/hung\nexec sleep 1000\n")
+    hangs_first.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{hangs_first.parent}:{os.environ['PATH']}")
+    monkeypatch.setattr(microvm, "FIRST_BOOT_SECONDS", 1)
+    outcome = microvm.run("echo there", out=tmp_path / "out", folder=kernel_folder, boot_seconds=BOUND_S)
+    assert (outcome.code, outcome.stdout) == (0, b"there\n")
+    assert (tmp_path / "hung").exists()
+
+
 @pytest.mark.parametrize("knows, told", [(False, "the package lists do not know linux-image-amd64"), (True, "cannot be fetched")])
 def test_a_kernel_that_cannot_be_fetched_is_told_with_the_next_step(tmp_path, monkeypatch, knows, told):
     """No sources and no lists at all, or lists that name a server which is not there."""
