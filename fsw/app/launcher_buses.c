@@ -83,6 +83,23 @@ static bool refuse_rate(launcher_t* const launcher, const mission_bus_t* const w
     return false;
 }
 
+/// The interface has to go down and up again, with this changed.
+static bool refuse_state(launcher_t* const launcher, const char* const name, const char* const what,
+                         const char* const change)
+{
+    text_t text = text_in(launcher->reason, sizeof launcher->reason);
+    text_add(&text, name);
+    text_add(&text, what);
+    text_add(&text, "; as root: ip link set ");
+    text_add(&text, name);
+    text_add(&text, " down; ip link set ");
+    text_add(&text, name);
+    text_add(&text, " up ");
+    text_add(&text, change);
+    launcher->exit_code = 1;
+    return false;
+}
+
 static bool refuse_look(launcher_t* const launcher, const char* const name, const status_t status)
 {
     switch (status) {
@@ -120,10 +137,9 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
                       wanted->name, "");
     }
     if (is_fd && !seen->carries_fd) {
-        return refuse(launcher, name,
-                      " carries classic frames only (mtu 16), and the mission's bus is CAN FD; as root: "
-                      "ip link set down and then `mtu 72 up` for ",
-                      name, "");
+        return refuse_state(launcher, name,
+                            " carries classic frames only (mtu 16), and the mission's bus is CAN FD",
+                            "mtu 72");
     }
     const bool is_told = (seen->bit_rate > 0U);
     if (is_told &&
@@ -134,9 +150,7 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
         return refuse(launcher, name, " is down; as root: ip link set up ", name, "");
     }
     if (seen->is_bus_off) {
-        return refuse(launcher, name,
-                      " is bus-off; look at wiring and termination, then as root: ip link set down and up ",
-                      name, "");
+        return refuse_state(launcher, name, " is bus-off; look at wiring and termination", "");
     }
     return true;
 }

@@ -144,6 +144,11 @@ def case_contract_holds_on_this_kernel():
 
 # --- what is refused ------------------------------------------------------------------------------------------------
 
+def do_as_told(said):
+    """What a refusal tells to type as root."""
+    subprocess.run(["sh", "-ec", said.rpartition("as root: ")[2]], check=True, timeout=BOUND_S)
+
+
 def case_bad_interfaces_are_refused_with_the_next_step():
     before = links()
     ip("link", "set", "can0", "up", "type", "can", "bitrate", "500000")
@@ -167,14 +172,20 @@ def case_bad_interfaces_are_refused_with_the_next_step():
                                                         "--sim-interface", "robot=can0"],
     }
     ip("link", "set", "can1", "type", "can", "bitrate", "1000000")
+    wrong_rate = ""
     for fragment, options in told.items():
         if "bus joystick" in fragment:
             ip("link", "set", "vcan-robot", "mtu", "72", "up")
         said = refused(*options)
         assert fragment in said, f"expected: {fragment}\nsaid: {said}"
+        wrong_rate = said if "500000" in fragment else wrong_rate
     ip("link", "set", "vcan-robot", "down")
     ip("link", "set", "vcan-robot", "mtu", "16", "up")
-    assert "carries classic frames only (mtu 16), and the mission's bus is CAN FD" in refused("--bus", "vcan")
+    said = refused("--bus", "vcan")
+    assert "carries classic frames only (mtu 16), and the mission's bus is CAN FD" in said, said
+    for options, said in ((["--bus", "vcan"], said), (["--mission", "classic", "--bus", "can", "--interface", "robot=can0"], wrong_rate)):
+        do_as_told(said)
+        assert "cannot make the output folder" in refused(*options, "--out", "/dev/null/none"), "what it told did not help"
     ip("link", "delete", "vcan-robot")
     ip("link", "set", "can0", "down")
     assert links() == before
