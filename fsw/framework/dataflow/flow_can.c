@@ -79,6 +79,8 @@ status_t flow_can_open(flow_can_t* const flow, const flow_resolver_t* const reso
         flow->is_lost = false;
         reconnect_init(&flow->reconnect, REOPEN_FIRST_NS, REOPEN_LONGEST_NS);
         reconnect_succeeded(&flow->reconnect, 0U);
+    } else {
+        flow->counters.failed++;
     }
     return status;
 }
@@ -108,6 +110,7 @@ void flow_can_attend(flow_can_t* const flow, const uint64_t now_ns)
         flow->counters.reopened++;
     } else {
         reconnect_failed(&flow->reconnect, now_ns);
+        flow->counters.failed++;
     }
 }
 

@@ -27,6 +27,18 @@ void flow_tcp_set_quota(flow_tcp_t* const flow, quota_t* const quota)
     flow->quota = quota;
 }
 
+/// What comes of an attempt to listen.
+static status_t settle(flow_tcp_t* const flow, const status_t status, const bool has_quota)
+{
+    if (status != STATUS_OK) {
+        flow->counters.failed++;
+        if (has_quota) {
+            quota_give(flow->quota);
+        }
+    }
+    return status;
+}
+
 status_t flow_tcp_open(flow_tcp_t* const flow, const flow_resolver_t* const resolver, const char* const name)
 {
     FSW_ASSERT((flow != NULL) && (resolver != NULL) && (name != NULL));
@@ -39,13 +51,9 @@ status_t flow_tcp_open(flow_tcp_t* const flow, const flow_resolver_t* const reso
         status = quota_take(flow->quota);
     }
     if (status != STATUS_OK) {
-        return status;
+        return settle(flow, status, false);
     }
-    status = osal_tcp_listen(&flow->listener, address);
-    if (status != STATUS_OK) {
-        quota_give(flow->quota);
-    }
-    return status;
+    return settle(flow, osal_tcp_listen(&flow->listener, address), true);
 }
 
 status_t flow_tcp_adopt(flow_tcp_t* const flow, const int descriptor)
@@ -54,15 +62,11 @@ status_t flow_tcp_adopt(flow_tcp_t* const flow, const int descriptor)
     if (osal_socket_is_open(&flow->listener)) {
         return STATUS_EXISTS;
     }
-    status_t status = quota_take(flow->quota);
+    const status_t status = quota_take(flow->quota);
     if (status != STATUS_OK) {
-        return status;
+        return settle(flow, status, false);
     }
-    status = osal_socket_adopt(&flow->listener, descriptor);
-    if (status != STATUS_OK) {
-        quota_give(flow->quota);
-    }
-    return status;
+    return settle(flow, osal_socket_adopt(&flow->listener, descriptor), true);
 }
 
 status_t flow_tcp_local_address(const flow_tcp_t* const flow, osal_address_t* const out_address)

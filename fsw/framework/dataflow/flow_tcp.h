@@ -35,7 +35,8 @@ typedef struct { // Private; `epoch` counts the connections this place has seen.
     uint32_t epoch;
 } flow_tcp_client_t;
 
-typedef struct { // [wrap]
+typedef struct {     // [wrap]
+    uint32_t failed; ///< Attempts to listen that were refused.
     uint32_t accepted;
     uint32_t turned_away; ///< Connections closed at once: no place, or no quota, was left.
     uint32_t ended;       ///< Connections that the peer, an error or the caller ended.

@@ -49,6 +49,7 @@ static void it_opens_by_name_and_once(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_can_open(&flow, &resolver, "moon"));
     scripted_bus_close(&bus);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_can_open(&flow, &resolver, "robot"));
+    TEST_ASSERT_EQUAL_UINT32(2U, flow.counters.failed);
     scripted_bus_open(&bus, "test-flow-can");
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, "robot"));
 }

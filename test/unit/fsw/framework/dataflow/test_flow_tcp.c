@@ -293,6 +293,7 @@ static void sockets_are_counted_where_a_quota_is_given(void)
     flow_tcp_set_quota(&second, &quota);
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, flow_tcp_open(&second, &resolver, "ground"));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, flow_tcp_adopt(&second, 0));
+    TEST_ASSERT_EQUAL_UINT32(2U, second.counters.failed);
     osal_socket_close(&peers[0]);
     wait(&clients[0].socket);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &user, FLOW_TCP_UNLIMITED, &octets));
@@ -323,6 +324,7 @@ static void opening_is_refused_for_a_reason(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_tcp_open(&flow, &resolver, "moon"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_tcp_open(&flow, &resolver, "text"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_tcp_adopt(&flow, 9999));
+    TEST_ASSERT_EQUAL_UINT32(3U, flow.counters.failed);
 }
 
 int main(void)
