@@ -27,6 +27,7 @@ static status_t status_of(int error)
         return STATUS_DENIED;
     case ENOMEM:
     case ENOSPC:
+    case EFBIG:
     case EMFILE:
     case ENFILE:
         return STATUS_EXHAUSTED;
