@@ -33,8 +33,8 @@ static bool refuse_to_make(launcher_t* const launcher, const launcher_bus_t* con
     launcher->exit_code = 1;
     if (status == STATUS_UNSUPPORTED) {
         text_add(&text,
-                 "this kernel has no SocketCAN, or no vcan: BUS=shm needs neither, and `make vm CMD='make "
-                 "sim-run BUS=vcan'` flies in a micro-VM that has both");
+                 "this kernel has no SocketCAN, or no vcan: BUS=shm needs neither, and "
+                 "`make vm SECONDS=3600 CMD='make sim-run BUS=vcan'` flies in a micro-VM that has both");
         return false;
     }
     text_add(&text, (status == STATUS_DENIED) ? "making CAN interfaces is not permitted here; as root, once:"

@@ -128,7 +128,7 @@ bool launcher_check_system(launcher_t* const launcher)
     if (is_tipc && (osal_tipc_open(&probe, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE) == STATUS_UNSUPPORTED)) {
         return fail(launcher,
                     "this kernel has no TIPC; load it as root: `modprobe tipc`, or fly in the micro-VM: "
-                    "`make vm CMD='make sim-run TRANSPORT=tipc'`",
+                    "`make vm SECONDS=3600 CMD='make sim-run TRANSPORT=tipc'`",
                     "");
     }
     osal_socket_close(&probe);
@@ -139,7 +139,8 @@ bool launcher_check_system(launcher_t* const launcher)
     if ((status != STATUS_OK) || (osal_network_leave(&home) != STATUS_OK)) {
         return fail(launcher,
                     "--nodes 2: network namespaces are not permitted to this user; run it as root: "
-                    "`sudo make sim-run NODES=2`, or in the micro-VM: `make vm CMD='make sim-run NODES=2'`",
+                    "`sudo make sim-run NODES=2`, or in the micro-VM: `make vm SECONDS=3600 CMD='make "
+                    "sim-run NODES=2'`",
                     "");
     }
     return true;

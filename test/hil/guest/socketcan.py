@@ -232,12 +232,15 @@ def case_vcan_flight_is_seen_by_candump():
 
 def case_frames_of_tools_enter_the_bus():
     process = started("tools", "--bus", "vcan", "--scenario", "none", "--duration", "100000")
+    played = WORK / "played.log"
+    played.write_text("(0.000000) vcan-robot 7A2##10304\n(0.001000) vcan-robot 7A3#05\n")
 
     def seen_on_the_bus():
         assert process.poll() is None, process.communicate()[0]
         for frame in ("7A1#0102", "20000040#0000000000000000"):
             subprocess.run(["cansend", "vcan-robot", frame], capture_output=True)
-        return all(has_line("tools", frame) for frame in ("7A1#0102", "20000040#"))
+        subprocess.run(["canplayer", "-I", played], capture_output=True)
+        return all(has_line("tools", frame) for frame in ("7A1#0102", "20000040#", "7A2##10304", "7A3#05"))
 
     until(seen_on_the_bus, "frames of tools")
     shut_down(process)
