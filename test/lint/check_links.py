@@ -2,6 +2,7 @@
 """Check the links of all *.md files and of the generated documentation: files and anchors that are there, and paths
 in backticks that name a file of the project. Nothing is fetched. Prints each dead link; exit code 1."""
 
+import functools
 import html.parser
 import os
 import pathlib
@@ -51,7 +52,9 @@ class Page(html.parser.HTMLParser):
                 self.links.append((self.getpos()[0], names[key]))
 
 
+@functools.lru_cache(maxsize=None)
 def anchors_of(path):
+    """Anchors of a file; many links lead to the same."""
     text = path.read_text(errors="replace")
     if path.suffix == ".md":
         return anchors_of_markdown(text)
