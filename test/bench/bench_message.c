@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A message of 64 octets from one component to another in the same program: submit, route, dispatch to a
 /// handler. Baseline: the same by hand: block from a free list, copy, look-up of the queue, lock, queue,
-/// unlock; lock, queue, unlock, copy, block back, handler; compiled without a look at who calls it, as a
-/// library is: both learn the size at run time.
+/// unlock; lock, queue, unlock, copy, block back, handler. Both learn the size at run time.
 #define _GNU_SOURCE
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"
@@ -24,7 +23,8 @@ static message_endpoint_t ends[2];
 static ring_carrier_t hub;
 static uint8_t inboxes[2][MESSAGE_INBOX_OCTETS(2U)];
 static uint8_t message[OCTETS];
-static volatile uint32_t sink; // Keeps the compiler from dropping the work.
+static volatile uint32_t sink;              // Keeps the compiler from dropping the work.
+static volatile size_t octets_now = OCTETS; // And this from making code for one size.
 
 typedef struct {
     uint8_t* block;
@@ -61,7 +61,7 @@ static void by_message(void)
         uint8_t taken[OCTETS];
         uint16_t from = 0U;
         size_t size   = 0U;
-        if ((message_send(&ends[0], FAR, message, sizeof message) != STATUS_OK) ||
+        if ((message_send(&ends[0], FAR, message, octets_now) != STATUS_OK) ||
             (message_receive(&ends[1], &from, taken, sizeof taken, &size) != STATUS_OK)) {
             abort();
         }
@@ -82,7 +82,7 @@ static queue_t* queue_of(uint16_t address)
     abort();
 }
 
-static void __attribute__((noipa)) queue_send(uint16_t to, const uint8_t* octets, size_t size)
+static void __attribute__((noinline)) queue_send(uint16_t to, const uint8_t* octets, size_t size)
 {
     queue_t* const queue = queue_of(to);
     (void)pthread_mutex_lock(&queue->mutex);
@@ -97,7 +97,7 @@ static void __attribute__((noipa)) queue_send(uint16_t to, const uint8_t* octets
     (void)pthread_mutex_unlock(&queue->mutex);
 }
 
-static size_t __attribute__((noipa)) queue_receive(uint16_t own, uint8_t* octets)
+static size_t __attribute__((noinline)) queue_receive(uint16_t own, uint8_t* octets)
 {
     queue_t* const queue = queue_of(own);
     (void)pthread_mutex_lock(&queue->mutex);
@@ -118,7 +118,7 @@ static void by_locked_queue(void)
 {
     for (unsigned i = 0U; i < WORK; i++) {
         uint8_t taken[OCTETS];
-        queue_send(FAR, message, sizeof message);
+        queue_send(FAR, message, octets_now);
         handle(taken, queue_receive(FAR, taken));
     }
 }
