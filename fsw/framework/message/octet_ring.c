@@ -20,35 +20,32 @@ static size_t wrapped(const octet_ring_t* const ring, const size_t position)
     return (position >= ring->capacity) ? (position - ring->capacity) : position;
 }
 
-static inline void copy_in(octet_ring_t* const ring, const uint8_t* const octets, const size_t size)
+/// Copy to a position; the position behind.
+static inline size_t write_at(const octet_ring_t* const ring, const size_t position,
+                              const uint8_t* const octets, const size_t size)
 {
-    const size_t tail = wrapped(ring, ring->head + ring->used);
-    const size_t left = ring->capacity - tail;
+    const size_t left = ring->capacity - position;
     if (size <= left) {
-        (void)memcpy(&ring->storage[tail], octets, size);
+        (void)memcpy(&ring->storage[position], octets, size);
     } else {
-        (void)memcpy(&ring->storage[tail], octets, left);
+        (void)memcpy(&ring->storage[position], octets, left);
         (void)memcpy(ring->storage, &octets[left], size - left);
     }
-    ring->used += size;
+    return wrapped(ring, position + size);
 }
 
-static void drop(octet_ring_t* const ring, const size_t size)
+/// Copy from a position; the position behind.
+static inline size_t read_at(const octet_ring_t* const ring, const size_t position, uint8_t* const octets,
+                             const size_t size)
 {
-    ring->head = wrapped(ring, ring->head + size);
-    ring->used -= size;
-}
-
-static inline void copy_out(octet_ring_t* const ring, uint8_t* const octets, const size_t size)
-{
-    const size_t left = ring->capacity - ring->head;
+    const size_t left = ring->capacity - position;
     if (size <= left) {
-        (void)memcpy(octets, &ring->storage[ring->head], size);
+        (void)memcpy(octets, &ring->storage[position], size);
     } else {
-        (void)memcpy(octets, &ring->storage[ring->head], left);
+        (void)memcpy(octets, &ring->storage[position], left);
         (void)memcpy(&octets[left], ring->storage, size - left);
     }
-    drop(ring, size);
+    return wrapped(ring, position + size);
 }
 
 size_t octet_ring_room(const octet_ring_t* const ring)
@@ -66,10 +63,12 @@ status_t octet_ring_put(octet_ring_t* const ring, const uint8_t* const octets, c
         return STATUS_FULL;
     }
     const uint32_t length = (uint32_t)size;
-    copy_in(ring, (const uint8_t*)&length, LENGTH_OCTETS);
+    const size_t place =
+        write_at(ring, wrapped(ring, ring->head + ring->used), (const uint8_t*)&length, LENGTH_OCTETS);
     if (size > 0U) {
-        copy_in(ring, octets, size);
+        (void)write_at(ring, place, octets, size);
     }
+    ring->used += LENGTH_OCTETS + size;
     ring->blocks++;
     ring->peak = (ring->used > ring->peak) ? (uint32_t)ring->used : ring->peak;
     return STATUS_OK;
@@ -83,20 +82,21 @@ status_t octet_ring_take_parts(octet_ring_t* const ring, uint8_t* const head, co
     if (ring->blocks == 0U) {
         return STATUS_EMPTY;
     }
-    uint32_t length = 0U;
-    copy_out(ring, (uint8_t*)&length, LENGTH_OCTETS);
+    uint32_t length    = 0U;
+    size_t place       = read_at(ring, ring->head, (uint8_t*)&length, LENGTH_OCTETS);
     const size_t size  = length;
     const size_t first = (size < head_size) ? size : head_size;
-    FSW_ASSERT(size <= ring->used);
-    ring->blocks--;
-    copy_out(ring, head, first);
-    *out_size = size;
-    if ((size - first) > capacity) {
-        drop(ring, size - first);
-        return STATUS_TOO_LARGE;
+    FSW_ASSERT((LENGTH_OCTETS + size) <= ring->used);
+    place           = read_at(ring, place, head, first);
+    const bool fits = ((size - first) <= capacity);
+    if (fits) {
+        (void)read_at(ring, place, octets, size - first);
     }
-    copy_out(ring, octets, size - first);
-    return STATUS_OK;
+    ring->head = wrapped(ring, ring->head + LENGTH_OCTETS + size);
+    ring->used -= LENGTH_OCTETS + size;
+    ring->blocks--;
+    *out_size = size;
+    return fits ? STATUS_OK : STATUS_TOO_LARGE;
 }
 
 status_t octet_ring_take(octet_ring_t* const ring, uint8_t* const octets, const size_t capacity,
@@ -118,10 +118,9 @@ status_t octet_ring_peek(const octet_ring_t* const ring, uint8_t* const octets, 
     if (ring->blocks == 0U) {
         return STATUS_EMPTY;
     }
-    octet_ring_t look = *ring; // Takes from a copy of the positions: the block stays.
-    uint32_t length   = 0U;
-    copy_out(&look, (uint8_t*)&length, LENGTH_OCTETS);
-    copy_out(&look, octets, (length < capacity) ? length : capacity);
+    uint32_t length    = 0U;
+    const size_t place = read_at(ring, ring->head, (uint8_t*)&length, LENGTH_OCTETS);
+    (void)read_at(ring, place, octets, (length < capacity) ? length : capacity);
     *out_size = length;
     return STATUS_OK;
 }
