@@ -47,6 +47,7 @@ OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COVERAGE FOREIGN FORM FUZZ HTT
 ifeq ($(MAKELEVEL),0)
 $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command line,$(origin $v)),\
     $(error $v=$($v): there is no such option; there are: $(OPTIONS): see make help)))
+$(if $(filter-out vm kernel,$(PLACE)),$(error PLACE=$(PLACE): expected vm or kernel))
 .NOTPARALLEL: # `make check test` does one after the other; the work inside each runs in parallel.
 endif
 PARALLEL := +$(if $(V),,@)$(MAKE) --no-print-directory -j$(JOBS)

@@ -69,21 +69,6 @@ static bool find_programs(launcher_t* const launcher, const char* const mission_
     return true;
 }
 
-/// The ground's port is open to this machine only, whatever the mission says.
-static bool check_ground(launcher_t* const launcher, const char* const mission_path)
-{
-    if (strcmp(launcher->mission.ground_address, "127.0.0.1") == 0) {
-        return true;
-    }
-    text_t text = text_in(launcher->reason, sizeof launcher->reason);
-    text_add(&text, mission_path);
-    text_add(&text, ": address=\"");
-    text_add(&text, launcher->mission.ground_address);
-    text_add(&text, "\" of <Ground>: expected 127.0.0.1; from other machines by a tunnel (ssh -L)");
-    launcher->exit_code = 1;
-    return false;
-}
-
 /// Carrier of messages and transfer method of links that the mission prefers, unless the command line has
 /// one.
 static bool choose_methods(launcher_t* const launcher, const char* const mission_path)
@@ -388,7 +373,7 @@ static void begin(launcher_t* const launcher, const launch_options_t* const opti
 static bool read_mission(launcher_t* const launcher, char* const path, const size_t capacity)
 {
     return load_mission(launcher, path, capacity) && choose_methods(launcher, path) &&
-           find_programs(launcher, path) && check_ground(launcher, path);
+           find_programs(launcher, path);
 }
 
 bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,

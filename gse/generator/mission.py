@@ -35,6 +35,7 @@ TABLE = {
 }
 REDUNDANT_BUS = "a bus of the mission that is not redundant itself and has one redundant bus"
 TIME_FORMATS = ("CUC", "CDS")
+LOOPBACK = "127.0.0.1"  # The ground's port is open to this machine only.
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
 EPOCH = re.compile(r"(\d{4})-(\d{2})-(\d{2})T(\d{2}):(\d{2}):(\d{2})\Z")
 REQUESTABLE = tuple(STATES[number] for number in REST_STATES)
@@ -177,6 +178,7 @@ def _transports(_, element):
 
 
 def _ground(_, element):
+    element.word("address", (LOOPBACK,))
     element.unsigned("port", 1, 65535)
 
 

@@ -32,6 +32,16 @@ def render(out, mission, ground_port, http_port):
         (etc / source.name).write_text(text, encoding="utf-8")
 
 
+def lacking(mission):
+    """What is not there yet, with the next step; empty if all is."""
+    missions = sorted(path.name.removesuffix(".xtce.xml") for path in GENERATED.glob("*.xtce.xml"))
+    if mission not in missions:
+        return f"--mission {mission}: expected one of {', '.join(missions) or 'none yet'}; `make` makes build/generated/MISSION.xtce.xml"
+    if not LIBRARIES.is_dir() or not shutil.which("java"):
+        return "Yamcs is not installed: run gse/setup/yamcs.sh"
+    return ""
+
+
 def command(out):
     """Words that start the server."""
     return [
@@ -49,6 +59,9 @@ def main():
     parser.add_argument("--http-port", type=int, default=8090, help="of the web interface")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs" / "yamcs", help="folder of configuration and archive")
     options = parser.parse_args()
+    missing = lacking(options.mission)
+    if missing:
+        parser.error(missing)
     render(options.out, options.mission, options.ground_port, options.http_port)
     words = command(options.out)
     os.execvp(words[0], words)

@@ -170,7 +170,7 @@ def test_both_readers_agree_on_damaged_subsystems(probe, tmp_path, seed):
 
 def test_both_readers_and_the_schema_agree_on_end_nodes(probe, tmp_path):
     """Every type with each attribute alone that says how octets travel, right and wrong."""
-    text = (DESCRIPTORS / "subsystems" / "communication.xml").read_text()
+    text = (DESCRIPTORS / "subsystems" / "joystick.xml").read_text()
     before = re.search(r"<Endnode [^>]*/>", text)[0]
     named = 'name="x"'
     needs = {"CAN": 'bus="robot" node="1"', "UDP": 'address="127.0.0.1" port="1"', "TCP": 'address="127.0.0.1" port="1"'}

@@ -96,10 +96,10 @@ def test_executable_that_is_not_there(house, form):
 @pytest.mark.parametrize("address", ["moon", "10.0.0.1", "127.0.0.1 "])
 def test_ground_elsewhere_is_refused(house, address):
     """The port is open on this machine only: what would be ignored is told."""
-    _replace(house, MISSION, '<Ground address="127.0.0.1"', f'<Ground address="{address}"')
+    line = _replace(house, MISSION, '<Ground address="127.0.0.1"', f'<Ground address="{address}"')
     flight = _fly(house)
     assert flight.code == 1
-    assert f'rokviss.xml: address="{address}" of <Ground>: expected 127.0.0.1' in flight.output
+    assert f'rokviss.xml:{line}: address="{address}" of <Ground>: expected one of 127.0.0.1' in flight.output
     assert not flight.folder.exists()
 
 

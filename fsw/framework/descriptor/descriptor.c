@@ -164,8 +164,7 @@ status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* 
     }
     if (status != STATUS_OK) {
         (void)memset(out_mission, 0, sizeof *out_mission);
-        out_mission->name           = "";
-        out_mission->ground_address = "";
+        out_mission->name = "";
     }
     return status;
 }

@@ -158,7 +158,6 @@ typedef struct {
     uint32_t log_ring_records;
     uint8_t message_method; ///< descriptor_method_t of messages between processes.
     uint8_t link_method;    ///< Preferred one of real-time links.
-    const char* ground_address;
     uint16_t ground_port;
 
     mission_subsystem_t subsystems[MISSION_SUBSYSTEMS_MAX]; ///< In slot order.

@@ -197,10 +197,7 @@ static const source_attribute_t transports_attributes[] = {
      SOURCE_TO(mission_descriptor_t, link_method)},
 };
 static const source_attribute_t ground_attributes[] = {
-    {.name = "address",
-     .form = SOURCE_TEXT | SOURCE_NEEDED,
-     .high = 63U,
-     SOURCE_TO(mission_descriptor_t, ground_address)},
+    {.name = "address", .form = SOURCE_WORD | SOURCE_NEEDED, .words = "127.0.0.1"}, // This machine only.
     {.name = "port",
      .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
      .low  = 1U,
@@ -251,7 +248,6 @@ void mission_builder_begin(mission_builder_t* const builder, mission_descriptor_
     mission->log_ring_records     = RING_RECORDS;
     mission->message_method       = DESCRIPTOR_UDP;
     mission->link_method          = DESCRIPTOR_SHARED_MEMORY;
-    mission->ground_address       = "";
     builder->mission              = mission;
     builder->scope                = scope;
     builder->only                 = apid;

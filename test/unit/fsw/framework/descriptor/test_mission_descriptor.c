@@ -82,7 +82,6 @@ static void reads_modes_log_buses_and_ground(void)
     TEST_ASSERT_EQUAL_UINT32(5000000U, mission.buses[0].data_bit_rate);
     TEST_ASSERT_EQUAL_UINT8(DESCRIPTOR_TIPC, mission.message_method);
     TEST_ASSERT_EQUAL_UINT8(DESCRIPTOR_UDP, mission.link_method);
-    TEST_ASSERT_EQUAL_STRING("127.0.0.1", mission.ground_address);
     TEST_ASSERT_EQUAL_UINT16(10015U, mission.ground_port);
     TEST_ASSERT_EQUAL_UINT16(1U, mission.users[0].id);
 }
@@ -199,6 +198,7 @@ static const damage_t damages[] = {
     {"bitRate='1000000'", "bitRate='9999'", 26U, "a number from 10000"},
     {"<Bus name='robot'", "<Bus name='other'", 47U, "expected a bus of the mission"}, // In arm.xml.
     {"<Ground address='127.0.0.1' port='10015'/>\n", "", 1U, "<Mission> has no <Ground>"},
+    {"address='127.0.0.1' port", "address='10.0.0.1' port", 28U, "one of 127.0.0.1"},
     {"<Users>", "<Users/><Users>", 9U, "a second <Users>"},
     {"<User name='CLI' id='1'/>", "<User name='CLI' id='1'/>\n<User name='CLI' id='2'/>", 10U,
      "name CLI is taken in line 9"},
