@@ -20,8 +20,6 @@ import sys
 HERE = pathlib.Path("test/fuzz")
 BUILT = pathlib.Path("build/fuzz/target")
 FOUND = pathlib.Path("build/fuzz/found")
-# One input of these is a short text or frame: in `make test` they are through their states in a third of the time.
-SMALL = {"text", "door", "link_frame", "packet"}
 # Whole files that are inputs as they are.
 VECTORS = {"subsystem_descriptor": "descriptors/subsystems", "mission_descriptor": "descriptors/missions",
            "eds": "descriptors/devices", "scenario": "sim/scenarios", "xml": "descriptors/missions"}
@@ -35,10 +33,6 @@ ENVIRONMENT = {"ASAN_OPTIONS": "detect_stack_use_after_return=1:allocator_may_re
 
 def targets():
     return sorted(path.stem.removeprefix("fuzz_") for path in HERE.glob("fuzz_*.c"))
-
-
-def seconds_for(target, seconds):
-    return max(1, seconds // 3) if target in SMALL else seconds
 
 
 def kept(target):
@@ -132,8 +126,7 @@ def explain(target, output):
 def judge(target, seconds, seed):
     code, output = replay(target)
     if code == 0 and seconds > 0:
-        code, output = (fuzz(target, seconds_for(target, seconds), seed, fixed_runs(target, seconds)) if seed else
-                        fuzz(target, seconds, seed))
+        code, output = fuzz(target, seconds, seed, fixed_runs(target, seconds) if seed else None)
     return target, code, output
 
 
@@ -155,7 +148,7 @@ def calibrate(names):
         before = sum(os.times()[2:4])
         _, output = fuzz(name, CALIBRATED_SECONDS // 2, 1, sys.maxsize)
         rate = number(r"number_of_executed_units: *([0-9]+)", output) / (sum(os.times()[2:4]) - before)
-        counted[name] = max(1, int(float(f"{rate * seconds_for(name, CALIBRATED_SECONDS):.1e}")))
+        counted[name] = max(1, int(float(f"{rate * CALIBRATED_SECONDS:.1e}")))
         print(name, counted[name], flush=True)
     RUNS.write_text("# Inputs of each target in `make test`, kept ones included, as run_fuzz.py --calibrate counted them.\n"
                     + "".join(f"{name} {runs}\n" for name, runs in sorted(counted.items())))
