@@ -3,6 +3,7 @@
 
 #include "fsw/framework/base/assertion.h"
 #include "generated/pus/st05_shapes.h"
+#include "pus/st129_management.h"
 
 enum {
     DISABLED_LIST = 8
@@ -33,6 +34,26 @@ static uint16_t index_of(const pus_events_t* const events, const uint16_t event_
     return index;
 }
 
+static status_t report(const pus_events_t* const events, const pus_event_definition_t* const definition,
+                       const uint8_t* const aux, const size_t aux_size, const uint64_t now_ns)
+{
+    octet_writer_t writer =
+        pus_tm_begin(events->process, PUS_SERVICE_EVENTS, definition->severity, PUS_USER_GROUND, now_ns);
+    octet_write_u16(&writer, definition->id);
+    if (aux_size > 0U) {
+        octet_write_octets(&writer, aux, aux_size);
+    }
+    return pus_tm_post(events->process, &writer);
+}
+
+/// TC[5,6] takes the report away, not the reaction: recovery plans and ST[19] act on the notice.
+static status_t notice(const pus_events_t* const events, const pus_event_definition_t* const definition,
+                       const uint64_t now_ns)
+{
+    const pus_event_notice_t content = {.event = definition->id, .severity = definition->severity};
+    return pus_event_notice_report(events->process, &content, now_ns);
+}
+
 status_t pus_event_raise(pus_events_t* const events, const uint16_t event_id, const uint8_t* const aux,
                          const size_t aux_size, const uint64_t now_ns)
 {
@@ -48,21 +69,15 @@ status_t pus_event_raise(pus_events_t* const events, const uint16_t event_id, co
         return STATUS_INVALID;
     }
     events->states[index].raised++;
-    if (events->states[index].is_disabled) {
-        events->counters.disabled++;
-        return STATUS_OK;
-    }
-    octet_writer_t writer =
-        pus_tm_begin(events->process, PUS_SERVICE_EVENTS, definition->severity, PUS_USER_GROUND, now_ns);
-    octet_write_u16(&writer, event_id);
-    if (aux_size > 0U) {
-        octet_write_octets(&writer, aux, aux_size);
-    }
-    if (pus_tm_post(events->process, &writer) != STATUS_OK) {
+    const bool is_disabled = events->states[index].is_disabled;
+    const status_t status =
+        is_disabled ? notice(events, definition, now_ns) : report(events, definition, aux, aux_size, now_ns);
+    if (status != STATUS_OK) {
         events->counters.refused++;
         return STATUS_EXHAUSTED;
     }
-    events->counters.reported++;
+    events->counters.reported += is_disabled ? 0U : 1U;
+    events->counters.disabled += is_disabled ? 1U : 0U;
     return STATUS_OK;
 }
 
@@ -71,6 +86,32 @@ const pus_event_state_t* pus_event_state(const pus_events_t* const events, const
     FSW_ASSERT(events != NULL);
     const uint16_t index = index_of(events, event_id);
     return (index < events->count) ? &events->states[index] : NULL;
+}
+
+static bool is_severity(const uint8_t value)
+{
+    return (value >= (uint8_t)PUS_SEVERITY_INFORMATIVE) && (value <= (uint8_t)PUS_SEVERITY_HIGH);
+}
+
+status_t pus_event_occurrence_read(const pus_tm_t* const tm, pus_event_occurrence_t* const out_occurrence)
+{
+    FSW_ASSERT((tm != NULL) && (out_occurrence != NULL));
+    octet_reader_t reader     = octet_reader(tm->data, tm->size);
+    pus_event_notice_t notice = {0};
+    status_t status           = STATUS_NOT_FOUND;
+    if ((tm->service == PUS_SERVICE_EVENTS) && is_severity(tm->subtype)) {
+        notice.severity = tm->subtype;
+        notice.event    = octet_read_u16(&reader); // Auxiliary data may follow.
+        status          = reader.failed ? STATUS_INVALID : STATUS_OK;
+    } else if ((tm->service == PUS_SERVICE_MANAGEMENT) && (tm->subtype == (uint8_t)PUS_MANAGEMENT_NOTICE)) {
+        status = pus_event_notice_read(&reader, &notice);
+        status = ((status == STATUS_OK) && !is_severity(notice.severity)) ? STATUS_INVALID : status;
+    } else {
+        // No event.
+    }
+    *out_occurrence =
+        (pus_event_occurrence_t){.apid = tm->apid, .event = notice.event, .severity = notice.severity};
+    return status;
 }
 
 static pus_reply_t set_disabled(pus_events_t* const events, pus_request_t* const request,

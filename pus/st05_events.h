@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[05] events: TM 1..4 by severity, TC 5 enable, 6 disable, 7 and TM 8 list of the disabled.
-/// A disabled event is not reported, but still counted. Reports go to all ground users and are kept in the
-/// process's backlog while the port refuses. Ownership: the caller places definitions and state.
+/// A disabled event is not reported, but counted, and the supervisor gets a notice of it (TM[129,7]): what is
+/// to happen on board hangs on the event, not on its report. Reports go to all ground users and are kept in
+/// the process's backlog while the port refuses. Ownership: the caller places definitions and state.
 #ifndef PUS_ST05_EVENTS_H
 #define PUS_ST05_EVENTS_H
 
@@ -32,7 +33,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint16_t count;
     struct {
         uint32_t reported; ///< TM[5,1..4] sent or kept.
-        uint32_t disabled; ///< Raised while disabled.
+        uint32_t disabled; ///< Raised while disabled: TM[129,7] sent or kept.
         uint32_t refused;  ///< Unknown id, wrong auxiliary data, or no room.
     } counters;
 } pus_events_t;
@@ -41,11 +42,22 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_events_init(pus_events_t* events, pus_process_t* process, const pus_event_definition_t* definitions,
                      pus_event_state_t* states, uint16_t count);
 pus_service_t pus_events_service(pus_events_t* events);
-/// Raise an event. STATUS_OK (reported, or disabled and counted), STATUS_NOT_FOUND, STATUS_INVALID (auxiliary
+/// Raise an event. STATUS_OK (reported, or disabled and noticed), STATUS_NOT_FOUND, STATUS_INVALID (auxiliary
 /// data of another size), STATUS_EXHAUSTED (no room to report it; counted).
 status_t pus_event_raise(pus_events_t* events, uint16_t event_id, const uint8_t* aux, size_t aux_size,
                          uint64_t now_ns);
 /// State of an event, or null if the id is unknown.
 const pus_event_state_t* pus_event_state(const pus_events_t* events, uint16_t event_id);
+
+/// An event as a report or a notice tells of it.
+typedef struct {
+    uint16_t apid;
+    uint16_t event;
+    uint8_t severity; ///< pus_severity_t.
+} pus_event_occurrence_t;
+
+/// The event of a TM[5,1..4] or a TM[129,7]. STATUS_OK, STATUS_NOT_FOUND (another message), STATUS_INVALID
+/// (octets missing or left over, severity unknown).
+MUST_USE status_t pus_event_occurrence_read(const pus_tm_t* tm, pus_event_occurrence_t* out_occurrence);
 
 #endif // PUS_ST05_EVENTS_H

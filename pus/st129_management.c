@@ -28,6 +28,9 @@ static const pus_field_t status_fields[] = {PUS_FIELD(pus_subsystem_status_t, st
                                             PUS_FIELD(pus_subsystem_status_t, cycle),
                                             PUS_FIELDS_END};
 
+static const pus_field_t notice_fields[] = {PUS_FIELD(pus_event_notice_t, event),
+                                            PUS_FIELD(pus_event_notice_t, severity), PUS_FIELDS_END};
+
 status_t pus_transition_report(pus_process_t* const process, const pus_transition_t* const transition,
                                const uint64_t now_ns)
 {
@@ -50,6 +53,18 @@ status_t pus_subsystem_status_report(pus_process_t* const process, const uint16_
 status_t pus_subsystem_status_read(octet_reader_t* const reader, pus_subsystem_status_t* const out_status)
 {
     return pus_fields_read_all(reader, status_fields, out_status);
+}
+
+status_t pus_event_notice_report(pus_process_t* const process, const pus_event_notice_t* const notice,
+                                 const uint64_t now_ns)
+{
+    static const pus_layout_t layout = {PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_NOTICE, notice_fields};
+    return pus_fields_post(process, &layout, PUS_USER_SUPERVISOR, notice, now_ns);
+}
+
+status_t pus_event_notice_read(octet_reader_t* const reader, pus_event_notice_t* const out_notice)
+{
+    return pus_fields_read_all(reader, notice_fields, out_notice);
 }
 
 static pus_reply_t request_state(void* const self, pus_request_t* const request)

@@ -3,10 +3,12 @@
 ///
 ///     TC 1 request state {target u8}        TC 3 select configuration {configuration u16}
 ///     TC 4 report status                    TC 6 reload descriptor
-///     TM 2 state transition {previous u8, state u8, phase u8, configuration u16, cause u8, code u16, cycle
-///     u32} TM 5 status {state u8, phase u8, target u8, configuration u16, interface hash u64, configuration
-///     hash u64,
-///                  epoch u32, cycle u32}
+///     TM 2 state transition {previous u8, state u8, phase u8, configuration u16, cause u8, code u16,
+///                            cycle u32}
+///     TM 5 status {state u8, phase u8, target u8, configuration u16, interface hash u64,
+///                  configuration hash u64, epoch u32, cycle u32}
+///     TM 7 event notice {event u16, severity u8}: an event occurred whose report is disabled (TC[5,6]). It
+///          goes to the supervisor only, which reacts as it does to the report.
 ///
 /// State numbers are those of the generic subsystem; this service carries them and does not interpret them.
 #ifndef PUS_ST129_MANAGEMENT_H
@@ -22,7 +24,8 @@ enum {
 enum {
     PUS_MANAGEMENT_REPORT_STATUS = 4,
     PUS_MANAGEMENT_STATUS        = 5,
-    PUS_MANAGEMENT_RELOAD        = 6
+    PUS_MANAGEMENT_RELOAD        = 6,
+    PUS_MANAGEMENT_NOTICE        = 7
 };
 
 /// Causes of a transition.
@@ -59,6 +62,12 @@ typedef struct {
     uint32_t cycle;
 } pus_subsystem_status_t;
 
+/// TM[129,7].
+typedef struct {
+    uint16_t event;
+    uint8_t severity; ///< pus_severity_t.
+} pus_event_notice_t;
+
 /// All of it is mandatory.
 typedef struct {
     void* context;
@@ -81,8 +90,11 @@ status_t pus_transition_report(pus_process_t* process, const pus_transition_t* t
 /// Send TM[129,5]. Status of pus_tm_post.
 status_t pus_subsystem_status_report(pus_process_t* process, uint16_t destination,
                                      const pus_subsystem_status_t* status, uint64_t now_ns);
+/// Send TM[129,7] to PUS_USER_SUPERVISOR. Status of pus_tm_post.
+status_t pus_event_notice_report(pus_process_t* process, const pus_event_notice_t* notice, uint64_t now_ns);
 /// Decode source data. STATUS_OK, STATUS_INVALID (octets missing or left over).
 MUST_USE status_t pus_transition_read(octet_reader_t* reader, pus_transition_t* out_transition);
 MUST_USE status_t pus_subsystem_status_read(octet_reader_t* reader, pus_subsystem_status_t* out_status);
+MUST_USE status_t pus_event_notice_read(octet_reader_t* reader, pus_event_notice_t* out_notice);
 
 #endif // PUS_ST129_MANAGEMENT_H

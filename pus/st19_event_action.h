@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[19] event-action, all of it: a request is released when an event is reported.
+/// ST[19] event-action, all of it: a request is released when an event occurs, reported or not.
 ///
 /// A definition has the application process and the event it waits for as its key. It is added disabled;
 /// while it is disabled it may be added again, with another request, and deleted. The request of an enabled
-/// definition is released once for each report of its event that is observed while the function is enabled.
+/// definition is released once for each report (TM[5,1..4]) or notice (TM[129,7]) of its event that is
+/// observed while the function is enabled.
 /// What the port does not take at once waits, in the order of the events, and is dropped (counted) when
 /// function or definition are disabled meanwhile. TC[19,3] disables the function and deletes all definitions,
 /// enabled ones too.
@@ -82,7 +83,7 @@ pus_service_t pus_event_action_service(pus_event_action_t* self);
 /// STATUS_EXISTS (its place is taken, or such a definition is there), STATUS_EXHAUSTED (no room for it).
 MUST_USE status_t pus_event_action_restore(pus_event_action_t* self, uint32_t key, const uint8_t* octets,
                                            size_t size);
-/// A report of an event was seen: release the request that waits for it, if any.
+/// A report or notice of an event was seen: release the request that waits for it, if any.
 void pus_event_action_observe(pus_event_action_t* self, uint16_t apid, uint16_t event);
 /// Release what waits, and go on with a report.
 void pus_event_action_step(pus_event_action_t* self, uint64_t now_ns);

@@ -162,19 +162,14 @@ static void medium(supervisor_t* const supervisor, const uint16_t apid, const ui
     }
 }
 
-void error_event(supervisor_t* const supervisor, const pus_tm_t* const tm)
+void error_event(supervisor_t* const supervisor, const pus_event_occurrence_t* const event)
 {
-    octet_reader_t reader   = octet_reader(tm->data, tm->size);
-    const uint16_t event_id = octet_read_u16(&reader);
-    if (reader.failed) {
-        return;
-    }
-    if (tm->subtype == (uint8_t)PUS_SEVERITY_HIGH) {
+    if (event->severity == (uint8_t)PUS_SEVERITY_HIGH) {
         const mission_plan_t* const plan =
-            mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, tm->apid, event_id);
-        member_failed(supervisor, plan, tm->apid, event_id, 0U);
-    } else if (tm->subtype == (uint8_t)PUS_SEVERITY_MEDIUM) {
-        medium(supervisor, tm->apid, event_id);
+            mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, event->apid, event->event);
+        member_failed(supervisor, plan, event->apid, event->event, 0U);
+    } else if (event->severity == (uint8_t)PUS_SEVERITY_MEDIUM) {
+        medium(supervisor, event->apid, event->event);
     } else {
         // Logged, nothing else.
     }

@@ -156,11 +156,9 @@ static void observe_event(supervisor_t* const supervisor, const pus_tm_t* const 
 {
     (void)packet;
     (void)size;
-    octet_reader_t reader   = octet_reader(tm->data, tm->size);
-    const uint16_t event_id = octet_read_u16(&reader);
-    if ((tm->service == PUS_SERVICE_EVENTS) && (tm->subtype <= (uint8_t)PUS_SEVERITY_HIGH) &&
-        !reader.failed) {
-        pus_event_action_observe(&schedules_of(supervisor)->actions, tm->apid, event_id);
+    pus_event_occurrence_t occurrence;
+    if (pus_event_occurrence_read(tm, &occurrence) == STATUS_OK) {
+        pus_event_action_observe(&schedules_of(supervisor)->actions, occurrence.apid, occurrence.event);
     }
 }
 

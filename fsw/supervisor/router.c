@@ -78,8 +78,9 @@ static void learn_from(supervisor_t* const supervisor, const pus_tm_t* const tm)
     }
     roster_report(supervisor, tm);
     link_manager_report(supervisor, tm);
-    if (tm->service == PUS_SERVICE_EVENTS) {
-        error_event(supervisor, tm);
+    pus_event_occurrence_t occurrence;
+    if (pus_event_occurrence_read(tm, &occurrence) == STATUS_OK) {
+        error_event(supervisor, &occurrence);
     }
 }
 

@@ -58,7 +58,8 @@ void link_manager_watch(supervisor_t* supervisor);
 void link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
 
 /// error_handling.c
-void error_event(supervisor_t* supervisor, const pus_tm_t* tm);
+/// An event of a member, by its report or by the notice that takes its place while the report is disabled.
+void error_event(supervisor_t* supervisor, const pus_event_occurrence_t* event);
 /// The process of a member died; its links are still in the graph.
 void error_member_lost(supervisor_t* supervisor, uint16_t apid);
 /// A member has not been heard for too long.

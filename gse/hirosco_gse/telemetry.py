@@ -146,6 +146,15 @@ def _event(packet, dictionary, _):
     return {**found, "event": event.name, "values": event.decode(packet.data, 2)}
 
 
+def _event_notice(packet, dictionary, _):
+    reader = Reader(packet.data)
+    event_id, severity = reader.take("HB")
+    reader.end()
+    subsystem = dictionary.subsystem_of_apid(packet.apid)
+    event = subsystem.event_of_id(event_id) if subsystem else None
+    return {"kind": "event notice", "event": event.name if event else str(event_id), "severity": SEVERITIES.get(severity, str(severity))}
+
+
 def _disabled_events(packet, dictionary, _):
     reader = Reader(packet.data)
     ids = [reader.take("H") for _ in range(reader.take("H"))]
@@ -365,6 +374,7 @@ _DECODERS = {
     (20, 2): _parameters,
     (129, 2): _transition,
     (129, 5): _status,
+    (129, 7): _event_notice,
     (130, 2): _link_offers,
     (130, 4): _link_accept,
     (130, 5): _link_refuse,

@@ -62,6 +62,7 @@ static const struct {
      "state:u8 phase:u8 target:u8 configuration:u16 interface_hash:x64 configuration_hash:x64 epoch:u32 "
      "cycle:u32"},
     {129U, 6U, ""},
+    {129U, 7U, "event:u16 severity:u8"},
     {130U, 1U, "ports[8 port:u16 ]"},
     {130U, 2U, "offers[16 port:u16 role:u8 " PROPERTIES " ]"},
     {130U, 3U, "transaction:u32 link:u16 " ENDS " " PROPERTIES},

@@ -54,6 +54,21 @@ def test_an_event_releases_its_request(station):
     station.do("SUPERVISOR", 19, 2, n=[key])
 
 
+def test_an_event_whose_report_is_disabled_releases_its_request(station):
+    """TC[5,6] takes the report from the ground, not the reaction from the spacecraft."""
+    event = station.dictionary.subsystem("SUPERVISOR").event("MODE_CHANGED").id
+    key = {"apid": SUPERVISOR, "event_definition_id": event}
+    station.do("SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}])
+    station.do("SUPERVISOR", 19, 4, n=[key])
+    station.do("SUPERVISOR", 19, 8)
+    station.do("SUPERVISOR", 5, 6, n=[event])
+    since = len(station.reports)
+    _change_mode(station)
+    station.wait(lambda: len(_pings(station, since)) >= 2, "answers to released requests")
+    assert not [p for p, _ in station.reports[since:] if p.service == 5 and p.data[:2] == event.to_bytes(2, "big")]
+    station.do("SUPERVISOR", 5, 5, n=[event])
+
+
 def test_what_cannot_be_is_refused(station):
     key = {"apid": HAND, "event_definition_id": NOBODY}
     station.refuse(0x0201, "SUPERVISOR", 19, 4, n=[key])

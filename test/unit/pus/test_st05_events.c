@@ -56,18 +56,24 @@ static void unknown_ids_and_other_sizes_are_refused(void)
     TEST_ASSERT_NULL(pus_event_state(&events, 3U));
 }
 
-static void a_disabled_event_is_counted_and_not_reported(void)
+static void a_disabled_event_is_counted_and_noticed_by_the_supervisor_only(void)
 {
-    static const uint8_t two[]  = {2, 0, 1, 1, 44};
-    static const uint8_t list[] = {0, 2, 0, 1, 1, 44};
+    static const uint8_t two[]    = {2, 0, 1, 1, 44};
+    static const uint8_t list[]   = {0, 2, 0, 1, 1, 44};
+    static const uint8_t notice[] = {0, 1, PUS_SEVERITY_HIGH}; // Without auxiliary data.
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, two, sizeof(two)));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, raise_event(1U, 3U));
     TEST_ASSERT_EQUAL(STATUS_OK, raise_event(300U, 0U));
-    TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
+    EXPECT_MESSAGES(129, 7, 129, 7);
+    TEST_ASSERT_EQUAL_UINT16(PUS_USER_SUPERVISOR, bench_report(0U).destination);
+    TEST_ASSERT_EQUAL_UINT64(sizeof(notice), bench_report(0U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(notice, bench_report(0U).data, sizeof(notice));
     TEST_ASSERT_EQUAL_UINT32(1U, pus_event_state(&events, 1U)->raised);
     TEST_ASSERT_EQUAL_UINT32(2U, events.counters.disabled);
+    TEST_ASSERT_EQUAL_UINT32(0U, events.counters.reported);
+    bench_clear();
 
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 5, 8, 1, 7);
@@ -81,6 +87,43 @@ static void a_disabled_event_is_counted_and_not_reported(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, NULL, 0U));
     EXPECT_MESSAGES(5, 4, 1, 1, 1, 3, 5, 8, 1, 7);
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(3U).size); // An empty list.
+}
+
+static pus_tm_t report_of(const uint8_t service, const uint8_t subtype, const uint8_t* const data,
+                          const size_t size)
+{
+    return (pus_tm_t){.apid = 16U, .service = service, .subtype = subtype, .data = data, .size = size};
+}
+
+static void an_event_is_read_from_its_report_and_from_its_notice(void)
+{
+    static const uint8_t octets[] = {1, 44, PUS_SEVERITY_MEDIUM, 9, 9};
+    pus_event_occurrence_t read;
+    for (uint8_t subtype = 0U; subtype < 10U; subtype++) {
+        const bool is_event = (subtype >= 1U) && (subtype <= 4U);
+        const pus_tm_t tm   = report_of(PUS_SERVICE_EVENTS, subtype, octets, sizeof(octets));
+        TEST_ASSERT_EQUAL(is_event ? STATUS_OK : STATUS_NOT_FOUND, pus_event_occurrence_read(&tm, &read));
+        const pus_tm_t other = report_of(PUS_SERVICE_MANAGEMENT, subtype, octets, 3U);
+        TEST_ASSERT_EQUAL((subtype == 7U) ? STATUS_OK : STATUS_NOT_FOUND,
+                          pus_event_occurrence_read(&other, &read));
+    }
+    pus_tm_t tm = report_of(PUS_SERVICE_EVENTS, 4U, octets, 2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_event_occurrence_read(&tm, &read));
+    TEST_ASSERT_EQUAL_UINT16(16U, read.apid);
+    TEST_ASSERT_EQUAL_UINT16(300U, read.event);
+    TEST_ASSERT_EQUAL_UINT8(PUS_SEVERITY_HIGH, read.severity);
+    tm.size = 1U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_event_occurrence_read(&tm, &read));
+    for (size_t size = 0U; size <= sizeof(octets); size++) {
+        tm = report_of(PUS_SERVICE_MANAGEMENT, 7U, octets, size);
+        TEST_ASSERT_EQUAL((size == 3U) ? STATUS_OK : STATUS_INVALID, pus_event_occurrence_read(&tm, &read));
+    }
+    for (uint8_t severity = 0U; severity < 6U; severity++) {
+        const uint8_t notice[] = {1, 44, severity};
+        tm                     = report_of(PUS_SERVICE_MANAGEMENT, 7U, notice, sizeof(notice));
+        TEST_ASSERT_EQUAL(((severity >= 1U) && (severity <= 4U)) ? STATUS_OK : STATUS_INVALID,
+                          pus_event_occurrence_read(&tm, &read));
+    }
 }
 
 static void unknown_instructions_are_refused_alone(void)
@@ -162,7 +205,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(severity_is_the_subtype_and_the_data_follows_the_id);
     RUN_TEST(unknown_ids_and_other_sizes_are_refused);
-    RUN_TEST(a_disabled_event_is_counted_and_not_reported);
+    RUN_TEST(a_disabled_event_is_counted_and_noticed_by_the_supervisor_only);
+    RUN_TEST(an_event_is_read_from_its_report_and_from_its_notice);
     RUN_TEST(unknown_instructions_are_refused_alone);
     RUN_TEST(an_event_waits_while_the_port_refuses);
     RUN_TEST(the_largest_auxiliary_data_fits_and_the_next_does_not);

@@ -55,6 +55,37 @@ static void a_high_error_shuts_the_network_down_in_the_same_step(void)
     TEST_ASSERT_FALSE(bed_has("17 TC 129"));
 }
 
+/// The report is disabled (TC[5,6]): the member sends a notice in its place.
+static void notice(unsigned member, uint8_t severity, uint16_t event)
+{
+    const pus_event_notice_t content = {.event = event, .severity = severity};
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_event_notice_report(&bed.members[member].process, &content, bed.now_ns));
+}
+
+static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    notice(BED_ARM, 4U, GRIPLESS);
+    bed_step();
+    bed_expect("G 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.1 06 from 8001\n"); // Not told to ground.
+    TEST_ASSERT_EQUAL(1U, bed.supervisor.counters.plans_started);
+    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
+    run_ms(520);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 00 from 8001"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00 from 8001"));
+    bed_place(BED_ARM, STATE_OPERATIONAL);
+    bed_forget();
+    notice(BED_ARM, 3U, TIRED);
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04 from 8001"));
+    bed_forget();
+    notice(BED_ARM, 2U, NOTE);
+    notice(BED_ARM, 9U, GRIPLESS); // No severity.
+    bed_run(2U);
+    TEST_ASSERT_FALSE(bed_has("16 TC"));
+    TEST_ASSERT_FALSE(bed_has("17 TC"));
+}
+
 static void one_failure_has_one_plan(void)
 {
     bed_link_up(STATE_OPERATIONAL);
@@ -332,6 +363,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_high_error_shuts_the_network_down_in_the_same_step);
+    RUN_TEST(an_event_whose_report_is_disabled_has_the_same_reaction);
     RUN_TEST(one_failure_has_one_plan);
     RUN_TEST(failures_apart_have_plans_apart);
     RUN_TEST(who_is_in_error_or_gone_is_not_told_again);
