@@ -7,8 +7,15 @@
 
 #define SIZE_OCTETS 4U
 #define HEADER_OCTETS (SIZE_OCTETS + 1U)
-#define NO_BUS 0xFFU ///< Ends a list of frames.
+#define SIZE_RUN_OCTETS                                                                                      \
+    (32U + RUN_IDENTITY_MAX + (2U * RUN_PATH_MAX) + (MISSION_SUBSYSTEMS_MAX * (16U + DESCRIPTOR_NAME_MAX)) + \
+     (RUN_LINKS_MAX * 6U))                                             ///< At most.
+#define SIZE_DONE_OCTETS (24U + (OSAL_CALENDAR_PARTICIPANTS_MAX * 8U)) ///< Without its frames.
+#define NO_BUS 0xFFU                                                   ///< Ends a list of frames.
 #define NS_PER_MS 1000000ULL
+
+CAPACITY_CHECK(a_run_fits, SIZE_RUN_OCTETS <= FOREIGN_ROOM);
+CAPACITY_CHECK(a_turn_fits, SIZE_DONE_OCTETS <= FOREIGN_ROOM);
 
 // ---- Messages ----
 

@@ -13,6 +13,8 @@
 
 #include <string.h>
 
+CAPACITY_CHECK(simulator_has_all_buses, SIMULATOR_BUSES_MAX >= MISSION_BUSES_MAX);
+
 #define DOOR_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
 #define DOOR_ROUND_MS 100U
 #define DOOR_ROUNDS 1800U

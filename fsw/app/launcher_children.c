@@ -5,6 +5,11 @@
 #include "fsw/framework/base/assertion.h"
 #include "osal/include/osal/file.h"
 
+// What the simulator is told takes most arguments: four pairs for each bus, and a dozen pairs beside them.
+CAPACITY_CHECK(arguments_fit, LAUNCHER_ARGUMENTS_MAX > ((8U * MISSION_BUSES_MAX) + 24U));
+CAPACITY_CHECK(children_are_waited_for, OSAL_PROCESS_WAIT_MAX >= LAUNCHER_CHILDREN_MAX);
+CAPACITY_CHECK(children_are_noted, RUN_PROCESSES_MAX >= LAUNCHER_CHILDREN_MAX);
+
 #define PYTHON_VENV "build/venv/bin/python"
 #define PYTHON_SYSTEM "/usr/bin/python3"
 

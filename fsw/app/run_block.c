@@ -3,8 +3,15 @@
 
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/text.h"
+#include "osal/include/osal/calendar.h"
 
 #include <string.h>
+
+// Simulator and operator take part beside the subsystems; each link of the mission has its place in the
+// block.
+CAPACITY_CHECK(all_take_part, (MISSION_SUBSYSTEMS_MAX + 2U) <= OSAL_CALENDAR_PARTICIPANTS_MAX);
+CAPACITY_CHECK(every_link_has_a_route, RUN_LINKS_MAX >= MISSION_LINKS_MAX);
+CAPACITY_CHECK(every_node_has_an_address, RUN_NODES_MAX >= MISSION_NODES_MAX);
 
 #define MAGIC 0x48524E34U
 #define FLOW_FREE 0U

@@ -7,6 +7,7 @@
 #ifndef FSW_APP_RUN_BLOCK_H
 #define FSW_APP_RUN_BLOCK_H
 
+#include "fsw/framework/base/capacities.h"
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/descriptor/mission_descriptor.h"
 #include "osal/include/osal/shm.h"
@@ -15,14 +16,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define RUN_LINKS_MAX 16U
+#define RUN_LINKS_MAX CAPACITY_LINKS
 #define RUN_FLOWS_MAX 32U
 #define RUN_IDENTITY_MAX 24U
 #define RUN_PATH_MAX 256U
 #define RUN_NAME_MAX 64U
 #define RUN_PROCESSES_MAX 64U
-#define RUN_SIMULATOR 0U ///< Participant.
-#define RUN_NODES_MAX 2U ///< On-board computers.
+#define RUN_SIMULATOR 0U             ///< Participant.
+#define RUN_NODES_MAX CAPACITY_NODES ///< On-board computers.
 
 typedef enum { // Carrier of messages between processes.
     RUN_TRANSPORT_UDP  = 0,

@@ -147,6 +147,10 @@ static status_t send_up(void* const context, const uint8_t* const packet, const 
     return message_send(&seat->endpoint, 1U, packet, size);
 }
 
+CAPACITY_CHECK(peers_fit, MESSAGE_PEERS_MAX >= (MISSION_SUBSYSTEMS_MAX - 1U));
+// A wait watches the sockets of messages and of the links that the component consumes, and eight of its own.
+CAPACITY_CHECK(sockets_fit, SEAT_SOCKETS_MAX >= (1U + CAPACITY_SUBSYSTEM_LINKS + 8U));
+
 // ---- Taking a seat ----
 
 static status_t fail(seat_t* const seat, const char* const what, const status_t status)

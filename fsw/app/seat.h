@@ -17,7 +17,7 @@
 #include "osal/include/osal/clock.h"
 #include "pus/process.h"
 
-#define SEAT_SOCKETS_MAX 8U
+#define SEAT_SOCKETS_MAX OSAL_CLOCK_SOCKETS_MAX
 #define SEAT_ERROR_MAX 512U
 
 typedef struct { // How descriptors are read: once for all components of a program, one after the other.

@@ -33,6 +33,7 @@ TABLE = {
     ("Mission", "Transports"): "messages links",
     ("Mission", "Ground"): "address! port!",
 }
+SUBSYSTEM_LINKS = 8  # CAPACITY_SUBSYSTEM_LINKS of fsw/framework/base/capacities.h
 REDUNDANT_BUS = "a bus of the mission that is not redundant itself and has one redundant bus"
 TIME_FORMATS = ("CUC", "CDS")
 LOOPBACK = "127.0.0.1"  # The ground's port is open to this machine only.
@@ -321,6 +322,9 @@ def _resolve_link(mission, element):
         element.fail(f"layouts of {element.attributes['from']} and {element.attributes['to']} differ")
     if not set(output.methods) & set(needed.methods):
         element.fail(f"{element.attributes['from']} and {element.attributes['to']} share no transfer method")
+    for end in (producer, consumer):
+        if sum(end.name in (link["producer"], link["consumer"]) for link in mission.links) == SUBSYSTEM_LINKS:
+            element.fail(f"too many links of {end.name}, at most {SUBSYSTEM_LINKS}")
     mission.links.append(
         {
             "name": element.attributes["name"],

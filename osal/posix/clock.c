@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #define NS_PER_S 1000000000ULL
-#define SOCKETS_MAX 8U
+#define SOCKETS_MAX OSAL_CLOCK_SOCKETS_MAX
 
 static struct timespec timespec_of(uint64_t time_ns)
 {

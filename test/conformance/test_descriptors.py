@@ -413,3 +413,15 @@ def test_every_function_may_be_called_somewhere_and_no_upward_step_skips_a_state
         assert rule["states"] == [before[rule["select"]]]
         assert rule["select"] == "PRE_OPERATIONAL" or "SAFE" not in rule["modes"]
     assert states.index("ERROR_OPERATIONAL") == 6
+
+
+def test_schema_and_generator_have_the_capacities_of_the_flight_software():
+    header = (ROOT / "fsw/framework/base/capacities.h").read_text(encoding="utf-8")
+    capacities = {name: int(number) for name, number in re.findall(r"#define CAPACITY_(\w+) (\d+)U", header)}
+    header = (ROOT / "fsw/framework/descriptor/mission_descriptor.h").read_text(encoding="utf-8")
+    capacities |= {name: int(number) for name, number in re.findall(r"#define MISSION_(\w+)_MAX (\d+)U", header)}
+    schema = (DESCRIPTORS / "schema" / "mission.xsd").read_text(encoding="utf-8")
+    at_most = {name: int(number) for name, number in re.findall(r'<xs:element name="(\w+)"[^>]*maxOccurs="(\d+)"', schema)}
+    lists = {"Subsystem": "SUBSYSTEMS", "Mode": "MODES", "User": "USERS", "Allow": "RULES", "Link": "LINKS", "Plan": "PLANS", "Bus": "BUSES"}
+    assert {name: at_most[name] for name in lists} == {name: capacities[kind] for name, kind in lists.items()}
+    assert mission_descriptor.SUBSYSTEM_LINKS == capacities["SUBSYSTEM_LINKS"]

@@ -4,9 +4,14 @@
 import json
 import re
 import shutil
+import sys
 
 import flying
 import pytest
+
+sys.path.insert(0, str(flying.ROOT / "gse" / "generator"))
+
+import subsystem
 
 MISSION = "descriptors/missions/rokviss.xml"
 MANIPULATOR = "descriptors/subsystems/manipulator.xml"
@@ -31,8 +36,8 @@ def _replace(house, path, old, new, count=1):
     return text[: text.index(old)].count("\n") + 1
 
 
-def _fly(house, form="processes"):
-    return flying.fly(house / "out", "--scenario", "commissioning", "--form", form, root=house)
+def _fly(house, form="processes", **how):
+    return flying.fly(house / "out", "--scenario", "commissioning", "--form", form, root=house, **how)
 
 
 def test_untouched_copy_flies(house):
@@ -177,3 +182,40 @@ def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_
     assert len(told) == 1
     assert told[0][:10] == bytes([0, 16]) + int(manipulator["configuration_hash"], 16).to_bytes(8, "big")
     assert told[0][10:] != told[0][2:10]
+
+
+def _add_joysticks(house, count):
+    """Subsystems with a copy of the joystick's descriptor and program each, under a name and an id of their own. Returns the folder of the programs and the last
+    one's line in the mission."""
+    programs = house / "programs"
+    shutil.copytree(flying.BIN, programs)
+    plain = (house / "descriptors/subsystems/joystick.xml").read_text(encoding="utf-8")
+    program = (programs / "joystick").read_bytes()
+    compiled = subsystem.load(house / "descriptors/subsystems/joystick.xml").interface_hash.to_bytes(8, sys.byteorder)
+    assert program.count(compiled) == 1
+    listed = ""
+    for number in range(1, count + 1):
+        path = house / f"descriptors/subsystems/joystick{number}.xml"
+        path.write_text(plain.replace('name="JOYSTICK" id="17"', f'name="JOYSTICK{number}" id="{100 + number}"', 1), encoding="utf-8")
+        own = subsystem.load(path).interface_hash.to_bytes(8, sys.byteorder)
+        (programs / f"joystick{number}").write_bytes(program.replace(compiled, own))
+        (programs / f"joystick{number}").chmod(0o755)
+        listed += f'    <Subsystem name="JOYSTICK{number}" id="{100 + number}" executable="joystick{number}" descriptor="../subsystems/joystick{number}.xml" memoryKiB="65536"/>\n'
+    return programs, _replace(house, MISSION, "  </Subsystems>\n", listed + "  </Subsystems>\n") + count - 1
+
+
+def test_mission_with_as_many_subsystems_as_there_can_be_flies(house):
+    """Sixteen subsystems, the simulator and the operator take part in stepped time."""
+    programs, _ = _add_joysticks(house, 12)
+    flight = _fly(house, binaries=programs)
+    assert flight.code == 0, flight.told()
+    assert flight.facts["exit_code"] == 0
+    flying.assert_clean(flight)
+
+
+def test_one_subsystem_more_is_refused(house):
+    programs, line = _add_joysticks(house, 13)
+    flight = _fly(house, binaries=programs)
+    assert flight.code == 1
+    assert f"rokviss.xml:{line}: too many subsystems, at most 16" in flight.output, flight.told()
+    assert not flight.folder.exists()

@@ -10,6 +10,7 @@
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H
 #define FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H
 
+#include "fsw/framework/base/capacities.h"
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 
@@ -18,17 +19,17 @@
 #include <stdint.h>
 
 #define MISSION_TEXT_OCTETS 16384U
-#define MISSION_SUBSYSTEMS_MAX 16U
+#define MISSION_SUBSYSTEMS_MAX CAPACITY_SUBSYSTEMS
 #define MISSION_MODES_MAX 8U
 #define MISSION_RULES_MAX 128U
-#define MISSION_LINKS_MAX 32U
+#define MISSION_LINKS_MAX CAPACITY_LINKS
 #define MISSION_PLANS_MAX 32U
 #define MISSION_ACTIONS_MAX 64U
-#define MISSION_BUSES_MAX 8U
+#define MISSION_BUSES_MAX CAPACITY_BUSES
 #define MISSION_CONFIGURATIONS_MAX 8U ///< Per subsystem.
 #define MISSION_PORTS_MAX 16U         ///< Per subsystem.
 #define MISSION_USERS_MAX 8U
-#define MISSION_NODES_MAX 2U ///< On-board computers.
+#define MISSION_NODES_MAX CAPACITY_NODES ///< On-board computers.
 
 #define MISSION_ANY_TARGET 0xFFFFU ///< mission_rule_t.target: every subsystem.
 #define MISSION_SELF 0xFFFEU       ///< mission_action_t.target: the subsystem that raised the event.

@@ -86,6 +86,22 @@ static void resolve_rule(mission_builder_t* const builder, const uint16_t index)
                                : "Allow>: expected a configuration of its target");
 }
 
+/// A subsystem holds a channel for each of its links. `link` is the last that may still have one.
+static void check_room(mission_builder_t* const builder, const uint16_t link, const uint16_t apid)
+{
+    const mission_descriptor_t* const mission = builder->mission;
+    uint32_t count                            = 0U;
+    for (uint16_t i = 0U; i <= link; i++) {
+        const bool is_its =
+            (mission->links[i].producer_apid == apid) || (mission->links[i].consumer_apid == apid);
+        count += is_its ? 1U : 0U;
+    }
+    if (count > CAPACITY_SUBSYSTEM_LINKS) {
+        source_refuse(&builder->source, mission->links[link].line, "too many links of %, at most #",
+                      mission_find_subsystem(mission, apid)->name, NULL, CAPACITY_SUBSYSTEM_LINKS);
+    }
+}
+
 /// Continue a hash with the lines "NAME hash\n" of all subsystems.
 static uint64_t hash_subsystems(uint64_t hash, const mission_descriptor_t* const mission,
                                 const bool is_interface)
@@ -108,6 +124,10 @@ static uint64_t hash_subsystems(uint64_t hash, const mission_descriptor_t* const
 static void resolve(mission_builder_t* const builder)
 {
     mission_descriptor_t* const mission = builder->mission;
+    for (uint16_t i = 0U; (i < mission->link_count) && (builder->source.status == STATUS_OK); i++) {
+        check_room(builder, i, mission->links[i].producer_apid);
+        check_room(builder, i, mission->links[i].consumer_apid);
+    }
     for (uint16_t i = 0U; i < mission->rule_count; i++) {
         resolve_rule(builder, i);
     }

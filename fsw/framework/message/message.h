@@ -24,6 +24,7 @@
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_H
 #define FSW_FRAMEWORK_MESSAGE_MESSAGE_H
 
+#include "fsw/framework/base/capacities.h"
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/message/octet_ring.h"
 
@@ -35,7 +36,7 @@
 #define MESSAGE_FRAME_MAX (MESSAGE_HEADER_OCTETS + MESSAGE_PAYLOAD_MAX)
 #define MESSAGE_WINDOW 32U           ///< Blocks under way on a channel and direction.
 #define MESSAGE_WINDOW_OCTETS 32768U ///< Octets of these with their headers.
-#define MESSAGE_PEERS_MAX 16U
+#define MESSAGE_PEERS_MAX CAPACITY_SUBSYSTEMS
 #define MESSAGE_ANSWERS 8U ///< Credits and probes on top of a full window, for which an inbox has room.
 /// Inbox that holds full windows of `peers` channels: each block takes its frame and four octets more.
 #define MESSAGE_INBOX_OCTETS(peers)                                                                          \

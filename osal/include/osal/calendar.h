@@ -14,13 +14,14 @@
 #ifndef OSAL_CALENDAR_H
 #define OSAL_CALENDAR_H
 
+#include "fsw/framework/base/capacities.h"
 #include "fsw/framework/base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#define OSAL_CALENDAR_PARTICIPANTS_MAX 16U
+#define OSAL_CALENDAR_PARTICIPANTS_MAX CAPACITY_PARTICIPANTS
 #define OSAL_CALENDAR_NEVER UINT64_MAX ///< "Wake me only for a delivery."
 #define OSAL_CALENDAR_BYTES 4096U      ///< Storage of one calendar.
 

@@ -28,6 +28,7 @@
 #include <stdint.h>
 
 #define OSAL_CLOCK_NEVER UINT64_MAX
+#define OSAL_CLOCK_SOCKETS_MAX 24U ///< Sockets one wait can watch.
 
 typedef enum {
     OSAL_CLOCK_REAL,
