@@ -102,7 +102,7 @@ static void remove_names(launcher_t* const launcher)
     }
     remove_flows(launcher->run);
     launcher_remove_buses(launcher);
-    static const char* const memories[] = {"calendar", "run"};
+    static const char* const memories[] = {"calendar", "vitals", "run"};
     for (size_t i = 0U; i < (sizeof memories / sizeof memories[0]); i++) {
         if (run_name(launcher->run, memories[i], 0U, name, sizeof name)) {
             (void)osal_shm_remove(name);

@@ -3,6 +3,7 @@
 #include "fsw/app/launcher_internal.h"
 
 #include "fsw/framework/rtlink/agreement.h"
+#include "fsw/supervisor/vitals.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/file.h"
 
@@ -278,6 +279,19 @@ static bool make_calendar(launcher_t* const launcher)
     return true;
 }
 
+/// What a supervisor that is started again takes over.
+static bool make_vitals(launcher_t* const launcher)
+{
+    char name[RUN_NAME_MAX];
+    osal_shm_t shm;
+    if (!run_name(launcher->run, "vitals", 0U, name, sizeof name) ||
+        (osal_shm_create(&shm, name, sizeof(vitals_t)) != STATUS_OK)) {
+        return fail(launcher, "cannot make shared memory for the supervisor ", name);
+    }
+    osal_shm_close(&shm); // The name keeps it.
+    return true;
+}
+
 // ---- Sockets ----
 
 static bool listen_to_ground(launcher_t* const launcher)
@@ -387,8 +401,9 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
         read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_foreign(launcher) &&
         launcher_check_system(launcher) && find_scenario(launcher) && launcher_ready_interfaces(launcher) &&
         make_folder(launcher, folder, sizeof folder) && make_run_block(launcher, mission_path, folder) &&
-        make_calendar(launcher) && launcher_make_buses(launcher) && launcher_make_nodes(launcher) &&
-        launcher_open_sockets(launcher) && listen_to_ground(launcher) && tell_ground(launcher);
+        make_calendar(launcher) && make_vitals(launcher) && launcher_make_buses(launcher) &&
+        launcher_make_nodes(launcher) && launcher_open_sockets(launcher) && listen_to_ground(launcher) &&
+        tell_ground(launcher);
     if (is_ready) {
         find_equipment(launcher);
         name_door(launcher);

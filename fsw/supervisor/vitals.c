@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/vitals.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/capacities.h"
+#include "fsw/framework/base/crc.h"
+#include "fsw/framework/subsystem/state_machine.h"
+#include "pus/packet.h"
+
+#include <string.h>
+
+#define BANKS 2U
+#define PROCESS_STATES 3U
+#define SESSION_STEPS 6U  // session_step_t.
+#define SHUTDOWN_STEPS 6U // sequences.c.
+#define SESSION_TIME_NS 10000000000ULL
+#define PRIME 0x100000001B3ULL // Of FNV-1a, here over words.
+
+CAPACITY_CHECK(both_banks_have_room, sizeof(vitals_t) <= VITALS_BANKS_MAX);
+CAPACITY_CHECK(the_state_is_whole_words, (sizeof(supervisor_vitals_t) % sizeof(uint64_t)) == 0U);
+
+// ---- Banks ----
+
+/// A changed word always shows; the generation counts as one.
+static uint64_t sum_of(const supervisor_vitals_t* const state, const uint64_t generation)
+{
+    const uint8_t* const octets = (const uint8_t*)state;
+    uint64_t sum                = (FNV64_START ^ generation) * PRIME;
+    for (size_t at = 0U; at < sizeof *state; at += sizeof(uint64_t)) {
+        uint64_t word = 0U;
+        (void)memcpy(&word, &octets[at], sizeof word);
+        sum = (sum ^ word) * PRIME;
+    }
+    return sum;
+}
+
+static uint64_t generation_of(const vitals_bank_t* const bank)
+{
+    return __atomic_load_n(&bank->generation, __ATOMIC_ACQUIRE);
+}
+
+void vitals_commit(vitals_t* const vitals, const supervisor_vitals_t* const state)
+{
+    FSW_ASSERT((vitals != NULL) && (state != NULL));
+    const uint64_t first      = generation_of(&vitals->banks[0]);
+    const uint64_t second     = generation_of(&vitals->banks[1]);
+    vitals_bank_t* const bank = &vitals->banks[(first <= second) ? 0U : 1U];
+    const uint64_t generation = ((first <= second) ? second : first) + 1U;
+    __atomic_store_n(&bank->generation, 0U, __ATOMIC_SEQ_CST); // From here to the end it is nobody's.
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    (void)memcpy(&bank->state, state, sizeof *state);
+    bank->sum = sum_of(state, generation);
+    __atomic_store_n(&bank->generation, generation, __ATOMIC_RELEASE);
+}
+
+status_t vitals_adopt(vitals_t* const vitals, const vitals_limits_t* const limits,
+                      supervisor_vitals_t* const out_state, bool* const out_older)
+{
+    FSW_ASSERT((vitals != NULL) && (limits != NULL) && (out_state != NULL) && (out_older != NULL));
+    const uint64_t first  = generation_of(&vitals->banks[0]);
+    const uint64_t second = generation_of(&vitals->banks[1]);
+    const size_t newer    = (first > second) ? 0U : 1U;
+    *out_older            = false;
+    if ((first == 0U) && (second == 0U)) {
+        return STATUS_NOT_FOUND;
+    }
+    for (size_t i = 0U; i < BANKS; i++) {
+        vitals_bank_t* const bank = &vitals->banks[(newer + i) % BANKS];
+        const uint64_t generation = generation_of(bank);
+        *out_state                = bank->state;
+        if ((generation != 0U) && (bank->sum == sum_of(out_state, generation)) &&
+            (vitals_check(out_state, limits) == VITALS_SOUND)) {
+            return STATUS_OK;
+        }
+        // A bank that was being written when the writer died has no generation: the other one is the newest.
+        *out_older = *out_older || (generation != 0U);
+        __atomic_store_n(&bank->generation, 0U, __ATOMIC_RELEASE);
+    }
+    return STATUS_INVALID;
+}
+
+// ---- What can be ----
+
+static bool is_truth(const uint32_t value)
+{
+    return value <= 1U;
+}
+
+static bool is_member(const vitals_limits_t* const limits, const uint16_t apid)
+{
+    return mission_find_subsystem(limits->mission, apid) != NULL;
+}
+
+static bool are_counts_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
+{
+    return (state->lives >= 1U) && (state->epoch >= 1U) && (state->sequence < PUS_SEQUENCE_COUNT) &&
+           (state->member_count == limits->mission->subsystem_count) &&
+           (state->member_count <= MISSION_SUBSYSTEMS_MAX) && (state->channel_count <= MESSAGE_PEERS_MAX) &&
+           (state->message_count <= PUS_MESSAGE_COUNTERS) && (state->addressee_count <= PUS_ADDRESSEES) &&
+           (state->accepted_count <= LINK_GRAPH_EDGES) && (state->open_count <= LINK_GRAPH_EDGES) &&
+           is_truth(state->autostart_step);
+}
+
+static bool is_token_sound(const vitals_token_t* const token)
+{
+    return (token->ack & (uint8_t)~PUS_ACK_ALL) == 0U;
+}
+
+static bool is_shutdown_sound(const supervisor_vitals_t* const state)
+{
+    return (state->shutdown_step < SHUTDOWN_STEPS) && (state->shutdown_ns <= state->now_ns) &&
+           is_truth(state->has_shutdown_token) && is_token_sound(&state->shutdown_token);
+}
+
+static bool are_members_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
+{
+    for (uint16_t i = 0U; i < state->member_count; i++) {
+        const vitals_member_t* const member = &state->members[i];
+        const bool is_sound                 = (member->apid == limits->mission->subsystems[i].apid) &&
+                              (member->process < PROCESS_STATES) && (member->state < (uint8_t)STATE_COUNT) &&
+                              (member->ordered < (uint8_t)STATE_COUNT) &&
+                              (member->phase <= (uint8_t)PHASE_UNSECURED) && is_truth(member->is_heard) &&
+                              is_truth(member->is_order_owed) && is_truth(member->is_interface_foreign) &&
+                              (member->heard_ns <= state->now_ns) && (member->started_ns <= state->now_ns);
+        if (!is_sound) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// Links on board are the mission's, by number and by both ends.
+static bool is_edge_sound(const vitals_edge_t* const edge, const vitals_limits_t* const limits)
+{
+    const mission_link_t* const link = mission_find_link(
+        limits->mission, edge->producer_apid, edge->producer_port, edge->consumer_apid, edge->consumer_port);
+    return (link != NULL) && (link->number == edge->link) && (edge->link >= 1U) &&
+           (edge->link <= MISSION_LINKS_MAX) && is_truth(edge->is_stale);
+}
+
+static bool are_edges_sound(const vitals_edge_t* const edges, const uint16_t count,
+                            const vitals_limits_t* const limits)
+{
+    for (uint16_t i = 0U; i < count; i++) {
+        if (!is_edge_sound(&edges[i], limits)) {
+            return false;
+        }
+        for (uint16_t k = 0U; k < i; k++) {
+            if (edges[k].link == edges[i].link) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+static bool are_sessions_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
+{
+    for (size_t i = 0U; i < VITALS_SESSIONS; i++) {
+        const vitals_session_t* const session = &state->sessions[i];
+        const bool is_sound = (session->step < SESSION_STEPS) && is_token_sound(&session->token) &&
+                              is_edge_sound(&session->edge, limits) &&
+                              (session->deadline_ns <= (state->now_ns + SESSION_TIME_NS));
+        if ((session->step != 0U) && !is_sound) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool is_plan_sound(const vitals_plan_t* const run, const uint64_t now_ns,
+                          const vitals_limits_t* const limits)
+{
+    const mission_descriptor_t* const mission = limits->mission;
+    if ((run->plan > mission->plan_count) || (run->member_count > LINK_GRAPH_MEMBERS) ||
+        (run->start_ns > now_ns) || !is_member(limits, run->apid) ||
+        ((run->lost != 0U) && !is_member(limits, run->lost))) {
+        return false;
+    }
+    const uint16_t actions = (run->plan == VITALS_NO_PLAN) ? 0U : mission->plans[run->plan - 1U].action_count;
+    for (uint16_t i = 0U; i < run->member_count; i++) {
+        if (!is_member(limits, run->members[i])) {
+            return false;
+        }
+    }
+    return run->next_action <= actions;
+}
+
+static bool are_plans_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
+{
+    for (size_t i = 0U; i < VITALS_PLANS; i++) {
+        const vitals_plan_t* const run = &state->plans[i];
+        if (!is_truth(run->is_used) || ((run->is_used != 0U) && !is_plan_sound(run, state->now_ns, limits))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool are_requests_sound(const vitals_request_t* const requests, const uint64_t now_ns,
+                               const vitals_limits_t* const limits)
+{
+    for (size_t i = 0U; i < PENDING_MAX; i++) {
+        const vitals_request_t* const request = &requests[i];
+        const bool is_sound = is_member(limits, request->apid) && is_truth(request->is_answered) &&
+                              (request->since_ns <= now_ns) && is_token_sound(&request->token);
+        if ((request->apid != 0U) && !is_sound) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool are_messages_sound(const supervisor_vitals_t* const state)
+{
+    for (uint16_t i = 0U; i < state->message_count; i++) {
+        if (state->messages[i].service == 0U) { // A free entry ends the table.
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool are_addressees_sound(const supervisor_vitals_t* const state)
+{
+    for (uint16_t i = 0U; i < state->addressee_count; i++) {
+        const vitals_addressee_t* const addressee = &state->addressees[i];
+        if ((addressee->apid > PUS_APID_MAX) || (addressee->sequence >= PUS_SEQUENCE_COUNT)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// What is under way is within the window, and its octets are those of the frames.
+static bool is_channel_sound(const vitals_channel_t* const channel)
+{
+    const uint32_t frames = channel->sent - channel->credited;
+    uint32_t octets       = 0U;
+    if (frames > MESSAGE_WINDOW) {
+        return false;
+    }
+    for (uint32_t i = 0U; i < frames; i++) {
+        octets += channel->sizes[(channel->credited + i) % MESSAGE_WINDOW];
+    }
+    return (octets == channel->under_way) && ((channel->taken - channel->told) <= MESSAGE_WINDOW) &&
+           (channel->taken == channel->expected) && (channel->untold <= MESSAGE_WINDOW_OCTETS);
+}
+
+static bool are_channels_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
+{
+    for (uint16_t i = 0U; i < state->channel_count; i++) {
+        const vitals_channel_t* const channel = &state->channels[i];
+        if (!is_member(limits, channel->peer) || !is_channel_sound(channel)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool are_rings_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
+{
+    for (size_t i = 0U; i < VITALS_RINGS; i++) {
+        const vitals_ring_t* const ring = &state->rings[i];
+        const size_t capacity           = limits->ring_capacities[i];
+        const bool is_empty             = (ring->used == 0U) && (ring->blocks == 0U);
+        const bool is_within            = (ring->head < capacity) && (ring->used <= capacity);
+        if (!is_within && !(is_empty && (ring->head == 0U))) {
+            return false;
+        }
+        if ((ring->used == 0U) != (ring->blocks == 0U)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+vitals_flaw_t vitals_check(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
+{
+    FSW_ASSERT((state != NULL) && (limits != NULL) && (limits->mission != NULL));
+    if (state->interface_hash != limits->mission->interface_hash) {
+        return VITALS_MISSION;
+    }
+    if (state->now_ns > limits->now_ns) {
+        return VITALS_TIME;
+    }
+    if (!are_counts_sound(state, limits)) {
+        return VITALS_COUNTS; // Before any table is looked at.
+    }
+    const mission_descriptor_t* const mission = limits->mission;
+    const struct {
+        bool is_sound;
+        vitals_flaw_t flaw;
+    } checks[] = {
+        {mission_find_mode(mission, state->mode) != NULL, VITALS_MODE},
+        {(state->log_number >= 1U) && (state->log_strategy <= (uint8_t)MISSION_LOG_RING) &&
+             is_truth(state->is_log_failure_told),
+         VITALS_LOG},
+        {is_shutdown_sound(state), VITALS_SHUTDOWN},
+        {are_members_sound(state, limits), VITALS_MEMBER},
+        {are_edges_sound(state->accepted, state->accepted_count, limits) &&
+             are_edges_sound(state->open, state->open_count, limits),
+         VITALS_LINK},
+        {are_sessions_sound(state, limits), VITALS_SESSION},
+        {are_plans_sound(state, limits), VITALS_PLAN},
+        {are_requests_sound(state->passed, state->now_ns, limits) &&
+             are_requests_sound(state->own, state->now_ns, limits),
+         VITALS_REQUEST},
+        {are_messages_sound(state), VITALS_MESSAGE},
+        {are_addressees_sound(state), VITALS_ADDRESSEE},
+        {are_channels_sound(state, limits), VITALS_CHANNEL},
+        {are_rings_sound(state, limits), VITALS_RING},
+    };
+    for (size_t i = 0U; i < (sizeof checks / sizeof checks[0]); i++) {
+        if (!checks[i].is_sound) {
+            return checks[i].flaw;
+        }
+    }
+    return VITALS_SOUND;
+}
