@@ -104,7 +104,7 @@ static void repair(const uint8_t kind, uint8_t* const octets, const size_t size,
     if (((kind % 5U) != 0U) || (size < MESSAGE_HEADER_OCTETS)) {
         return;
     }
-    const uint8_t form = octets[3] & 1U;
+    const uint8_t form = octets[3] & 3U;
     (void)memcpy(octets, head, sizeof head);
     octets[3]  = form;
     octets[5]  = (uint8_t)(TRUE_PEER + (fuzz_random(random) % 2U));

@@ -10,29 +10,33 @@
 #define VERSION 1U
 #define KIND_DATA 0U
 #define KIND_CREDIT 1U
-#define KIND_PROBE 2U
-#define FIRST_PROBE 4U ///< Refusals in a row after which a peer is asked what it has taken.
-#define FIRST_EPOCH 1U
+#define KIND_SYNC 2U
+#define KIND_SYNC_ACK 3U
+#define FIRST_PROBE 4U         ///< Refusals in a row after which a peer is asked what it has taken.
+#define STRAYS_MAX 3U          ///< Frames outside of the window in a row after which SYNC is sent.
+#define SYNC_SPACING 1024U     ///< Strays between two SYNCs that nobody answers, at most.
+#define LOST_AT_ONCE_MAX 4096U ///< A larger gap is no loss: one of both numbers was forged or damaged.
+#define FIRST_LIFE 1U
 
 /// Place of each field in the header.
 enum {
-    AT_MAGIC      = 0,
-    AT_VERSION    = 2,
-    AT_KIND       = 3,
-    AT_FROM       = 4,
-    AT_TO         = 6,
-    AT_FROM_EPOCH = 8,
-    AT_TO_EPOCH   = 12,
-    AT_SEQUENCE   = 16,
-    AT_TAKEN      = 20
+    AT_MAGIC     = 0,
+    AT_VERSION   = 2,
+    AT_KIND      = 3,
+    AT_FROM      = 4,
+    AT_TO        = 6,
+    AT_FROM_LIFE = 8,
+    AT_TO_LIFE   = 12,
+    AT_SEQUENCE  = 16,
+    AT_TAKEN     = 20
 };
 
 typedef struct {
     uint8_t kind;
     uint16_t from;
     uint16_t to;
-    uint32_t from_epoch;
-    uint32_t to_epoch;
+    uint32_t from_life;
+    uint32_t to_life;
     uint32_t sequence;
     uint32_t taken;
     size_t size; // Of the payload.
@@ -48,13 +52,13 @@ static message_channel_t* channel_of(message_endpoint_t* const endpoint, const u
     return NULL;
 }
 
-void message_open(message_endpoint_t* const endpoint, const uint16_t self, const uint32_t epoch,
+void message_open(message_endpoint_t* const endpoint, const uint16_t self, const uint32_t life,
                   const message_carrier_t carrier, uint8_t* const inbox_storage, const size_t inbox_octets)
 {
-    FSW_ASSERT((endpoint != NULL) && (carrier.send != NULL) && (epoch >= 1U));
+    FSW_ASSERT((endpoint != NULL) && (carrier.send != NULL) && (life >= 1U));
     (void)memset(endpoint, 0, sizeof *endpoint);
     endpoint->self    = self;
-    endpoint->epoch   = epoch;
+    endpoint->life    = life;
     endpoint->carrier = carrier;
     octet_ring_init(&endpoint->inbox, inbox_storage, inbox_octets);
 }
@@ -68,7 +72,7 @@ status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t pee
     if (endpoint->channel_count == MESSAGE_PEERS_MAX) {
         return STATUS_EXHAUSTED;
     }
-    endpoint->channels[endpoint->channel_count] = (message_channel_t){.peer = peer};
+    endpoint->channels[endpoint->channel_count] = (message_channel_t){.peer = peer, .sync_at = STRAYS_MAX};
     endpoint->channel_count++;
     return STATUS_OK;
 }
@@ -83,8 +87,8 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
     frame[AT_KIND]    = kind;
     octets_put_u16(&frame[AT_FROM], endpoint->self);
     octets_put_u16(&frame[AT_TO], channel->peer);
-    octets_put_u32(&frame[AT_FROM_EPOCH], endpoint->epoch);
-    octets_put_u32(&frame[AT_TO_EPOCH], channel->peer_epoch);
+    octets_put_u32(&frame[AT_FROM_LIFE], endpoint->life);
+    octets_put_u32(&frame[AT_TO_LIFE], channel->peer_life);
     octets_put_u32(&frame[AT_SEQUENCE], channel->sent);
     octets_put_u32(&frame[AT_TAKEN], channel->taken);
     if (size > 0U) {
@@ -93,8 +97,9 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
     const status_t status =
         endpoint->carrier.send(endpoint->carrier.context, channel->peer, frame, MESSAGE_HEADER_OCTETS + size);
     if (status == STATUS_OK) {
-        channel->told   = channel->taken;
-        channel->untold = 0U;
+        channel->told          = channel->taken;
+        channel->untold        = 0U;
+        channel->is_introduced = true;
     } else if (status != STATUS_FULL) {
         endpoint->counters.unreachable++;
     }
@@ -117,12 +122,13 @@ static void credit_up_to(message_channel_t* const channel, const uint32_t taken)
     }
 }
 
-/// Ask what the peer has taken: after a loss of the whole window in both directions nobody else would say a
-/// word.
-static void probe(message_endpoint_t* const endpoint, message_channel_t* const channel)
+/// Say where both directions stand, and ask the same: after a loss of whole windows nobody else would say a
+/// word, and what was forged or damaged may have led either side away from the other's numbers.
+static void sync(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
-    if (send_frame(endpoint, channel, KIND_PROBE, NULL, 0U) == STATUS_OK) {
-        endpoint->counters.probes++;
+    if (send_frame(endpoint, channel, KIND_SYNC, NULL, 0U) == STATUS_OK) {
+        channel->is_syncing = true;
+        endpoint->counters.syncs++;
     }
 }
 
@@ -134,7 +140,7 @@ static void refused_for_credit(message_endpoint_t* const endpoint, message_chann
     channel->refusals++;
     const bool is_power_of_two = ((channel->refusals & (channel->refusals - 1U)) == 0U);
     if ((channel->refusals >= FIRST_PROBE) && is_power_of_two) {
-        probe(endpoint, channel);
+        sync(endpoint, channel);
     }
 }
 
@@ -143,8 +149,14 @@ void message_probe(message_endpoint_t* const endpoint, const uint16_t peer)
     FSW_ASSERT(endpoint != NULL);
     message_channel_t* const channel = channel_of(endpoint, peer);
     if ((channel != NULL) && (channel->sent != channel->credited)) {
-        probe(endpoint, channel);
+        sync(endpoint, channel);
     }
+}
+
+uint32_t message_stale_frames(const message_endpoint_t* const endpoint)
+{
+    FSW_ASSERT(endpoint != NULL);
+    return endpoint->counters.stale;
 }
 
 uint32_t message_credit(const message_endpoint_t* const endpoint, const uint16_t peer)
@@ -195,31 +207,118 @@ static status_t parse(const message_endpoint_t* const endpoint, const uint8_t* c
     out_frame->kind         = octets[AT_KIND];
     out_frame->from         = octets_u16_at(&octets[AT_FROM]);
     out_frame->to           = octets_u16_at(&octets[AT_TO]);
-    out_frame->from_epoch   = octets_u32_at(&octets[AT_FROM_EPOCH]);
-    out_frame->to_epoch     = octets_u32_at(&octets[AT_TO_EPOCH]);
+    out_frame->from_life    = octets_u32_at(&octets[AT_FROM_LIFE]);
+    out_frame->to_life      = octets_u32_at(&octets[AT_TO_LIFE]);
     out_frame->sequence     = octets_u32_at(&octets[AT_SEQUENCE]);
     out_frame->taken        = octets_u32_at(&octets[AT_TAKEN]);
     out_frame->size         = size - MESSAGE_HEADER_OCTETS;
     const bool is_well_made = (octets_u16_at(&octets[AT_MAGIC]) == MAGIC) &&
-                              (octets[AT_VERSION] == VERSION) && (out_frame->kind <= KIND_PROBE) &&
-                              (out_frame->to == endpoint->self) && (out_frame->from_epoch != 0U);
+                              (octets[AT_VERSION] == VERSION) && (out_frame->kind <= KIND_SYNC_ACK) &&
+                              (out_frame->to == endpoint->self) && (out_frame->from_life != 0U);
     return is_well_made ? STATUS_OK : STATUS_INVALID;
 }
 
-/// A new incarnation of the peer: both directions are numbered from 0 again. Only a peer in its first
-/// incarnation may have taken what was sent before it was heard of.
-static void meet(message_channel_t* const channel, const uint32_t peer_epoch)
+/// Another life of the peer: both directions are numbered from 0 again. Only a peer in its first life may
+/// have taken what was sent before it was heard of.
+static void meet(message_endpoint_t* const endpoint, message_channel_t* const channel, const uint32_t life)
 {
-    const bool is_restart = (channel->peer_epoch != 0U) || (peer_epoch > FIRST_EPOCH);
-    channel->peer_epoch   = peer_epoch;
+    const bool is_restart = (channel->peer_life != 0U) || (life > FIRST_LIFE);
+    channel->peer_life    = life;
     channel->expected     = 0U;
     channel->taken        = 0U;
     channel->told         = 0U;
     channel->untold       = 0U;
+    channel->is_syncing   = false;
+    channel->strays       = 0U;
+    channel->sync_at      = STRAYS_MAX;
+    channel->refusals     = 0U;
     if (is_restart) { // What was under way to its predecessor is gone.
+        endpoint->counters.abandoned += channel->sent - channel->credited;
         channel->sent      = 0U;
         channel->credited  = 0U;
         channel->under_way = 0U;
+    }
+}
+
+void message_set_life(message_endpoint_t* const endpoint, const uint16_t peer, const uint32_t life)
+{
+    FSW_ASSERT((endpoint != NULL) && (life >= FIRST_LIFE));
+    message_channel_t* const channel = channel_of(endpoint, peer);
+    if (channel == NULL) {
+        return;
+    }
+    if (life != channel->peer_life) {
+        meet(endpoint, channel, life);
+    }
+    channel->is_life_said = true;
+}
+
+/// What a frame says cannot be. One frame may be late; several in a row show that both sides count
+/// differently.
+static void out_of_step(message_endpoint_t* const endpoint, message_channel_t* const channel)
+{
+    channel->strays++;
+    const bool is_due = (channel->strays >= channel->sync_at);
+    if (is_due) {
+        channel->sync_at += (channel->strays < SYNC_SPACING) ? channel->strays : SYNC_SPACING;
+    }
+    if (is_due || (!channel->is_life_said && !channel->is_introduced)) {
+        sync(endpoint, channel);
+    }
+}
+
+/// A frame that is outside of the window, or names a life that is not ours.
+static void stray(message_endpoint_t* const endpoint, message_channel_t* const channel)
+{
+    endpoint->counters.stale++;
+    out_of_step(endpoint, channel);
+}
+
+static void in_step(message_channel_t* const channel)
+{
+    channel->strays  = 0U;
+    channel->sync_at = STRAYS_MAX;
+}
+
+/// What answers a SYNC comes from a peer that lives now: if that is an earlier life than was believed, the
+/// later one was forged or damaged. Its numbers have nothing to do with ours: another exchange tells both.
+static void correct_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
+                         const frame_t* const frame)
+{
+    meet(endpoint, channel, frame->from_life);
+    channel->expected = frame->sequence;
+    channel->taken    = frame->sequence;
+    channel->told     = frame->sequence;
+    sync(endpoint, channel);
+}
+
+/// Bring the channel up to the life of its peer. False if the frame is of another one.
+static bool is_of_this_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
+                            const frame_t* const frame)
+{
+    if (channel->is_life_said) {
+        endpoint->counters.stale += (frame->from_life != channel->peer_life) ? 1U : 0U;
+        return frame->from_life == channel->peer_life;
+    }
+    if (frame->from_life > channel->peer_life) {
+        meet(endpoint, channel, frame->from_life);
+    } else if (frame->from_life == channel->peer_life) {
+        // As known.
+    } else if ((frame->kind == KIND_SYNC_ACK) && channel->is_syncing) {
+        correct_life(endpoint, channel, frame);
+        return false;
+    } else {
+        stray(endpoint, channel);
+        return false;
+    }
+    return true;
+}
+
+static void answer(message_endpoint_t* const endpoint, message_channel_t* const channel,
+                   const frame_t* const frame)
+{
+    if (frame->kind == KIND_SYNC) {
+        (void)send_frame(endpoint, channel, KIND_SYNC_ACK, NULL, 0U); // If refused, the peer asks again.
     }
 }
 
@@ -227,33 +326,68 @@ static void meet(message_channel_t* const channel, const uint32_t peer_epoch)
 static bool is_current(message_endpoint_t* const endpoint, message_channel_t* const channel,
                        const frame_t* const frame)
 {
-    if (frame->from_epoch > channel->peer_epoch) {
-        meet(channel, frame->from_epoch);
+    if (!is_of_this_life(endpoint, channel, frame)) {
+        return false;
     }
     // A sender that has not heard of this endpoint may have meant its predecessor, if there was one.
     const bool is_for_us =
-        (frame->to_epoch == endpoint->epoch) || ((frame->to_epoch == 0U) && (endpoint->epoch == FIRST_EPOCH));
-    if (!is_for_us || (frame->from_epoch < channel->peer_epoch)) {
-        endpoint->counters.stale++;
+        (frame->to_life == endpoint->life) || ((frame->to_life == 0U) && (endpoint->life == FIRST_LIFE));
+    if (!is_for_us && (frame->kind == KIND_SYNC)) {
+        endpoint->counters.stale++; // Its numbers are of another life, but it shall know ours.
+        answer(endpoint, channel, frame);
         return false;
     }
-    if ((frame->taken - channel->credited) <= (channel->sent - channel->credited)) {
-        credit_up_to(channel, frame->taken);
+    if (!is_for_us) {
+        stray(endpoint, channel);
+        return false;
     }
     channel->refusals = 0U;
     return true;
 }
 
-/// True if a data frame is the next or a later one of its sequence. Credit and probe carry the number of the
-/// next data frame: they show a loss even where the whole window was lost and no data frame can follow.
+/// Both sides say where they stand; nothing that was sent before is on its way any more.
+static void resync(message_endpoint_t* const endpoint, message_channel_t* const channel,
+                   const frame_t* const frame)
+{
+    const uint32_t ahead     = frame->sequence - channel->expected;
+    const uint32_t under_way = channel->sent - frame->taken;
+    endpoint->counters.lost += (ahead <= LOST_AT_ONCE_MAX) ? ahead : 0U;
+    channel->expected = frame->sequence;
+    channel->taken    = frame->sequence; // Lost blocks give their credit back, too.
+    if (ahead > LOST_AT_ONCE_MAX) {
+        channel->told = channel->taken;
+    }
+    if ((under_way <= MESSAGE_WINDOW) && (under_way <= channel->sent)) {
+        channel->credited  = frame->taken;
+        channel->under_way = 0U;
+        for (uint32_t i = frame->taken; i != channel->sent; i++) {
+            channel->under_way += channel->sizes[i % MESSAGE_WINDOW];
+        }
+    }
+    channel->is_syncing = channel->is_syncing && (frame->kind != KIND_SYNC_ACK);
+    in_step(channel);
+    answer(endpoint, channel, frame);
+}
+
+/// True if a data frame is the next or a later one of its sequence. Credit carries the number of the next
+/// data frame: it shows a loss even where the whole window was lost and no data frame can follow.
 static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t* const channel,
                            const frame_t* const frame)
 {
-    const uint32_t ahead = frame->sequence - channel->expected;
-    const uint32_t limit = (frame->kind == KIND_DATA) ? (MESSAGE_WINDOW - 1U) : MESSAGE_WINDOW;
+    const uint32_t ahead     = frame->sequence - channel->expected;
+    const uint32_t limit     = (frame->kind == KIND_DATA) ? (MESSAGE_WINDOW - 1U) : MESSAGE_WINDOW;
+    const bool is_claim_good = (frame->taken - channel->credited) <= (channel->sent - channel->credited);
+    if (is_claim_good) {
+        credit_up_to(channel, frame->taken);
+    }
     if (ahead > limit) { // No sender may be further ahead than its credit, nor behind.
-        endpoint->counters.stale++;
+        stray(endpoint, channel);
         return false;
+    }
+    if (is_claim_good) {
+        in_step(channel);
+    } else { // More than was sent, or less than was told before: the block is good nevertheless.
+        out_of_step(endpoint, channel);
     }
     endpoint->counters.lost += ahead;
     channel->expected = frame->sequence + ((frame->kind == KIND_DATA) ? 1U : 0U);
@@ -273,13 +407,18 @@ static void return_credit(message_endpoint_t* const endpoint, message_channel_t*
     }
 }
 
-/// A probe is answered even where nothing is new: what was told before may have been lost.
-static void answer(message_endpoint_t* const endpoint, message_channel_t* const channel,
-                   const frame_t* const frame)
+/// Take note of what a frame tells. True if it carries a block for the caller.
+static bool is_block(message_endpoint_t* const endpoint, message_channel_t* const channel,
+                     const frame_t* const frame)
 {
-    if (frame->kind == KIND_PROBE) {
-        (void)send_frame(endpoint, channel, KIND_CREDIT, NULL, 0U); // If refused, the peer asks again.
+    if (!is_current(endpoint, channel, frame)) {
+        return false;
     }
+    if (frame->kind >= KIND_SYNC) {
+        resync(endpoint, channel, frame);
+        return false;
+    }
+    return is_in_sequence(endpoint, channel, frame);
 }
 
 static void return_all_credit(message_endpoint_t* const endpoint)
@@ -310,11 +449,7 @@ status_t message_receive(message_endpoint_t* const endpoint, uint16_t* const out
             endpoint->counters.malformed++;
             continue;
         }
-        if (!is_current(endpoint, channel, &frame)) {
-            continue;
-        }
-        if (!is_in_sequence(endpoint, channel, &frame)) {
-            answer(endpoint, channel, &frame);
+        if (!is_block(endpoint, channel, &frame)) {
             continue;
         }
         const bool fits = (status == STATUS_OK);

@@ -7,17 +7,22 @@
 /// MESSAGE_INBOX_OCTETS holds all that its peers may have under way. The frame below is the same over every
 /// carrier (a ring of the same program, UDP, TIPC):
 ///
-///     magic u16 0x484D | version u8 1 | kind u8 (0 data, 1 credit, 2 probe) | from u16 | to u16 | from epoch
-///     u32 | to epoch u32 (0 unknown) | sequence u32 | taken u32 | payload              (24 octets,
+///     magic u16 0x484D | version u8 1 | kind u8 | from u16 | to u16 |
+///     from life u32 | to life u32 (0 unknown) | sequence u32 | taken u32 | payload     (24 octets,
 ///     big-endian)
 ///
-/// Where the way there was cut, a whole window may be lost in both directions. A sender that is refused again
-/// and again without hearing anything asks by a probe; its answer tells what was taken, and gives the credit
-/// back.
+/// kind: 0 data, 1 credit, 2 SYNC, 3 SYNC_ACK. `sequence` is the number of this or the next data frame,
+/// `taken` how many of the peer's the sender has taken.
 ///
-/// The epoch is the start count of a component. A higher one resets the channel, a lower one and a frame
-/// that may be for an earlier incarnation of the receiver are dropped and counted: an old peer is never
-/// taken for the new. A component that was started again is therefore heard before it can be told anything.
+/// A SYNC asks the peer for both numbers, and each side takes them over from the other: from then on both
+/// carry data again, whatever was lost, forged or damaged before. It is sent where a sender is refused again
+/// and again without hearing anything, where frames in a row lie outside of the window, and to a peer that
+/// does not know the life of this component.
+///
+/// A life is the start count of a component. Where the run says the lives of peers (message_set_life), frames
+/// of any other life are dropped; where it does not, a higher one that is heard is believed. A new life
+/// resets the channel; what was under way to the earlier one is counted as abandoned. What was sent to
+/// another life of this component is dropped and counted as stale: an old peer is never taken for the new.
 ///
 /// Ownership  The caller places the endpoint and its inbox. Context: one task. Never blocks. Time O(size).
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
@@ -28,6 +33,7 @@
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/message/octet_ring.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -37,7 +43,7 @@
 #define MESSAGE_WINDOW 32U           ///< Blocks under way on a channel and direction.
 #define MESSAGE_WINDOW_OCTETS 32768U ///< Octets of these with their headers.
 #define MESSAGE_PEERS_MAX CAPACITY_SUBSYSTEMS
-#define MESSAGE_ANSWERS 8U ///< Credits and probes on top of a full window, for which an inbox has room.
+#define MESSAGE_ANSWERS 8U ///< Credits and SYNCs on top of a full window, for which an inbox has room.
 /// Inbox that holds full windows of `peers` channels: each block takes its frame and four octets more.
 #define MESSAGE_INBOX_OCTETS(peers)                                                                          \
     ((peers) *                                                                                               \
@@ -55,15 +61,21 @@ typedef struct {
     uint32_t received;    ///< Blocks taken by message_receive.
     uint32_t no_credit;   ///< Sends refused for lack of credit.
     uint32_t lost;        ///< Blocks missing in the sequence.
-    uint32_t stale;       ///< Frames of an earlier epoch or out of sequence, dropped.
+    uint32_t stale;       ///< Frames of another life or outside of the window, dropped.
     uint32_t malformed;   ///< Frames that are none, dropped.
     uint32_t unreachable; ///< Frames the carrier could not deliver.
-    uint32_t probes;      ///< Peers asked what they have taken.
+    uint32_t syncs;       ///< SYNC frames sent.
+    uint32_t abandoned;   ///< Blocks sent to an earlier life of a peer, and not credited by it.
 } message_counters_t;
 
 typedef struct { // Private.
     uint16_t peer;
-    uint32_t peer_epoch;            // 0: not heard of yet.
+    uint32_t peer_life;             // 0: not heard of yet.
+    bool is_life_said;              // By message_set_life: what is heard does not change it.
+    bool is_introduced;             // The peer was sent something in this life of ours.
+    bool is_syncing;                // A SYNC was sent and not answered yet.
+    uint32_t strays;                // Frames dropped in a row.
+    uint32_t sync_at;               // Strays at which the next SYNC is due.
     uint32_t sent;                  // Data frames sent in this incarnation of the channel.
     uint32_t credited;              // Of these, taken by the peer.
     uint32_t expected;              // Next sequence number from the peer.
@@ -78,7 +90,7 @@ typedef struct { // Private.
 typedef struct { // Private, except `counters` and `inbox`.
     message_carrier_t carrier;
     uint16_t self;
-    uint32_t epoch;
+    uint32_t life;
     message_channel_t channels[MESSAGE_PEERS_MAX];
     size_t channel_count;
     uint8_t frame[MESSAGE_FRAME_MAX];
@@ -86,11 +98,14 @@ typedef struct { // Private, except `counters` and `inbox`.
     message_counters_t counters;
 } message_endpoint_t;
 
-/// epoch >= 1: the start count of this component.
-void message_open(message_endpoint_t* endpoint, uint16_t self, uint32_t epoch, message_carrier_t carrier,
+/// life >= 1: the start count of this component.
+void message_open(message_endpoint_t* endpoint, uint16_t self, uint32_t life, message_carrier_t carrier,
                   uint8_t* inbox_storage, size_t inbox_octets);
 /// STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED.
 MUST_USE status_t message_add_peer(message_endpoint_t* endpoint, uint16_t peer);
+/// The life of a peer, >= 1, as the run says. Another one than was known resets the channel at once. No
+/// effect for an unknown peer.
+void message_set_life(message_endpoint_t* endpoint, uint16_t peer, uint32_t life);
 /// STATUS_OK; STATUS_FULL: no credit or carrier full, nothing sent; STATUS_NOT_FOUND: no such peer;
 /// STATUS_TOO_LARGE: more than MESSAGE_PAYLOAD_MAX octets; STATUS_CLOSED: the carrier cannot reach the peer.
 MUST_USE status_t message_send(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets, size_t size);
@@ -98,8 +113,10 @@ MUST_USE status_t message_send(message_endpoint_t* endpoint, uint16_t to, const 
 /// holds means nothing.
 MUST_USE status_t message_receive(message_endpoint_t* endpoint, uint16_t* out_from, uint8_t* octets,
                                   size_t capacity, size_t* out_size);
-/// The way to a peer is there again: ask what it has taken of what was under way. No effect if nothing was.
+/// The way to a peer is there again: exchange SYNC with it. No effect if nothing was under way.
 void message_probe(message_endpoint_t* endpoint, uint16_t peer);
+/// Frames of other lives or outside of the window that were dropped so far [wraps].
+uint32_t message_stale_frames(const message_endpoint_t* endpoint);
 /// Blocks that may be sent to a peer now, as long as their octets have room: the next one has, whatever its
 /// size, if this is not 0. 0 for an unknown peer.
 uint32_t message_credit(const message_endpoint_t* endpoint, uint16_t peer);

@@ -315,7 +315,7 @@ static void break_each_field(void)
     bad[0].magic      = 0x484CU;
     bad[1].version    = 0U;
     bad[2].version    = 2U;
-    bad[3].kind       = 3U;
+    bad[3].kind       = 4U;
     bad[4].kind       = 255U;
     bad[5].from       = 99U; // No peer.
     bad[6].from       = 17U; // Itself.

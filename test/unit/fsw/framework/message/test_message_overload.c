@@ -253,7 +253,7 @@ static void flood_a_sleeper(void)
         TEST_ASSERT_EQUAL((i < MESSAGE_WINDOW) ? STATUS_OK : STATUS_FULL,
                           party_send(&party, 0U, 1U, packet, 1U));
     }
-    TEST_ASSERT_TRUE(counters(0U)->probes <= 20U);
+    TEST_ASSERT_TRUE(counters(0U)->syncs <= 20U);
     TEST_ASSERT_EQUAL(1000000U - MESSAGE_WINDOW, counters(0U)->no_credit);
 }
 

@@ -244,7 +244,7 @@ static void a_peer_that_is_there_again_is_asked(void)
     tipc_carrier_take_hints(&carrier, &endpoint);
     TEST_ASSERT_EQUAL(2U, kernel.sent);
     TEST_ASSERT_EQUAL(2U, kernel.frame[3]); // A probe.
-    TEST_ASSERT_EQUAL(1U, endpoint.counters.probes);
+    TEST_ASSERT_EQUAL(1U, endpoint.counters.syncs);
 }
 
 /// A name that is gone is no reason not to send: what is true the peer says itself.
