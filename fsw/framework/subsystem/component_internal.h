@@ -31,6 +31,8 @@ size_t component_sample_auxiliary(component_t* component, const descriptor_event
 /// none samples any more, requests that wait are performed, and housekeeping that waits in the mailboxes is
 /// dropped and counted. `values` is what their instance of ST[20] reads.
 void component_init_loops(component_t* component, const pus_parameter_port_t* values);
+/// Before any service is set up: it may lock loop_guard at once.
+void component_create_guards(component_t* component);
 void component_begin_loops(component_t* component);
 void component_end_loops(component_t* component);
 /// Step them all in their order, where they have no tasks of their own; returns the earliest wake.

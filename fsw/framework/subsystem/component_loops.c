@@ -86,19 +86,25 @@ static pus_reply_t take_request(void* const context, const pus_token_t* const to
     return (status == STATUS_OK) ? pus_started() : pus_refused(PUS_FAILURE_TABLE_FULL, waiting);
 }
 
+void component_create_guards(component_t* const component)
+{
+    status_t status = osal_mutex_create(&component->loop_guard, false);
+    FSW_ASSERT(status == STATUS_OK);
+    for (uint8_t i = 0U; i < COMPONENT_LOOPS; i++) {
+        status = osal_mutex_create(&component->loops[i].mutex, false);
+        FSW_ASSERT(status == STATUS_OK);
+    }
+}
+
 void component_init_loops(component_t* const component, const pus_parameter_port_t* const values)
 {
     const pus_port_t port                = {component, put_report};
     const pus_performer_t performer      = {component, take_request};
     const pus_parameter_port_t read_only = {values->context, values->find, values->read, NULL};
-    status_t status                      = osal_mutex_create(&component->loop_guard, false);
-    FSW_ASSERT(status == STATUS_OK);
     for (uint8_t i = 0U; i < COMPONENT_LOOPS; i++) {
         component_loop_t* const loop = &component->loops[i];
         octet_ring_init(&loop->inbox, loop->inbox_storage, sizeof loop->inbox_storage);
         octet_ring_init(&loop->mailbox, loop->storage, sizeof loop->storage);
-        status = osal_mutex_create(&loop->mutex, false);
-        FSW_ASSERT(status == STATUS_OK);
     }
     pus_process_init(&component->loop_process, component->descriptor->apid, component->config.mission_epoch_s,
                      &port);

@@ -537,6 +537,7 @@ void component_register_services(component_t* const component)
                                               component_select_configuration, reload_descriptor, read_status};
     const pus_rtlink_port_t links          = component_link_port(component);
     const pus_test_port_t connection       = {component, connect};
+    component_create_guards(component); // Services lock them from their own start on.
     tabulate_functions(component);
     tabulate_events(component);
     pus_test_init(&component->test, &connection);

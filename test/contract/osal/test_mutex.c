@@ -132,8 +132,23 @@ static void unlock_without_lock(void)
     osal_mutex_unlock(&shared->mutex);
 }
 
+static void lock_without_creation(void)
+{
+    (void)osal_mutex_lock(&shared->mutex);
+}
+
+static void lock_after_the_end(void)
+{
+    const status_t status = osal_mutex_create(&shared->mutex, false);
+    (void)status;
+    osal_mutex_destroy(&shared->mutex);
+    (void)osal_mutex_lock(&shared->mutex);
+}
+
 static void test_coding_errors_are_assertions(void)
 {
+    assert_aborts(lock_without_creation);
+    assert_aborts(lock_after_the_end);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, false));
     assert_aborts(lock_twice);
     assert_aborts(unlock_without_lock);
