@@ -8,7 +8,7 @@
 #define SIZE_OCTETS 4U
 #define HEADER_OCTETS (SIZE_OCTETS + 1U)
 #define SIZE_RUN_OCTETS                                                                                      \
-    (32U + RUN_IDENTITY_MAX + (2U * RUN_PATH_MAX) + (MISSION_SUBSYSTEMS_MAX * (16U + DESCRIPTOR_NAME_MAX)) + \
+    (32U + RUN_IDENTITY_MAX + (3U * RUN_PATH_MAX) + (MISSION_SUBSYSTEMS_MAX * (16U + DESCRIPTOR_NAME_MAX)) + \
      (RUN_LINKS_MAX * 6U))                                             ///< At most.
 #define SIZE_DONE_OCTETS (24U + (OSAL_CALENDAR_PARTICIPANTS_MAX * 8U)) ///< Without its frames.
 #define NO_BUS 0xFFU                                                   ///< Ends a list of frames.
@@ -128,6 +128,7 @@ void foreign_write_run(octet_writer_t* const writer, const run_block_t* const ru
     write_text(writer, run->identity);
     write_text(writer, run->mission_path);
     write_text(writer, run->folder);
+    write_text(writer, run->storage);
     octet_write_u32(writer, component);
     octet_write_u8(writer, run->link_methods);
     octet_write_u32(writer, run->node_ipv4[0]);
@@ -152,7 +153,8 @@ bool foreign_read_run(octet_reader_t* const reader, run_block_t* const out_run, 
     *out_run     = (run_block_t){.is_stepped = true, .transport = (uint8_t)RUN_TRANSPORT_UDP};
     bool is_good = read_text(reader, out_run->identity, sizeof out_run->identity) &&
                    read_text(reader, out_run->mission_path, sizeof out_run->mission_path) &&
-                   read_text(reader, out_run->folder, sizeof out_run->folder);
+                   read_text(reader, out_run->folder, sizeof out_run->folder) &&
+                   read_text(reader, out_run->storage, sizeof out_run->storage);
     *out_component             = octet_read_u32(reader);
     out_run->link_methods      = octet_read_u8(reader);
     out_run->node_count        = 1U;

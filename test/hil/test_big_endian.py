@@ -65,6 +65,14 @@ def test_flight_is_in_order(foreign):
     flying.assert_clean(flight)
 
 
+def test_records_lie_in_the_storage_folder(native, foreign):
+    """Those of the foreign program as well, under the names that they have without it."""
+    name, flight = foreign
+    records = sorted(path.name for path in (flight.folder / "storage").iterdir())
+    assert records == sorted(path.name for path in (native.folder / "storage").iterdir())
+    assert f"{name}.journal.0" in records
+
+
 @pytest.mark.parametrize("log", BUS_LOGS)
 def test_buses_carry_the_same(native, foreign, log):
     _, flight = foreign

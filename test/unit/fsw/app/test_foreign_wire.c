@@ -35,6 +35,7 @@ static run_block_t sample_run(void)
                          .link_methods      = 4U,
                          .mission_path      = "descriptors/missions/rokviss.xml",
                          .folder            = "runs/x",
+                         .storage           = "runs/x/storage",
                          .ground_descriptor = -1,
                          .component_count   = 2U};
     run.components[0] = (run_component_t){1U, "SUPERVISOR", 0U, 7, 40001U, 0U, 1U, 0U, 0U};
@@ -63,6 +64,7 @@ static void a_run_is_told(void)
     TEST_ASSERT_EQUAL_STRING(run.identity, heard.identity);
     TEST_ASSERT_EQUAL_STRING(run.mission_path, heard.mission_path);
     TEST_ASSERT_EQUAL_STRING(run.folder, heard.folder);
+    TEST_ASSERT_EQUAL_STRING(run.storage, heard.storage);
     TEST_ASSERT_EQUAL_HEX8(4U, heard.link_methods);
     TEST_ASSERT_EQUAL_HEX32(OSAL_IPV4_LOOPBACK, heard.node_ipv4[0]);
     TEST_ASSERT_EQUAL_UINT16(2U, heard.component_count);
@@ -89,8 +91,9 @@ static void a_run_cut_short_or_out_of_bounds_is_refused(void)
     }
     octet_reader_t longer = octet_reader(&one.octets[5], size + 1U);
     TEST_ASSERT_FALSE(foreign_read_run(&longer, &heard, &component));
-    // Identity, mission path and folder lie before the component's index, each after its length.
-    const size_t index = 5U + 6U + strlen(run.identity) + strlen(run.mission_path) + strlen(run.folder);
+    // Identity, mission path and folders lie before the component's index, each after its length.
+    const size_t index =
+        5U + 8U + strlen(run.identity) + strlen(run.mission_path) + strlen(run.folder) + strlen(run.storage);
     octets_put_u32(&one.octets[index], 2U);
     octet_reader_t beyond = octet_reader(&one.octets[5], size);
     TEST_ASSERT_FALSE(foreign_read_run(&beyond, &heard, &component));
