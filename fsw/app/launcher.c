@@ -129,9 +129,7 @@ static void reap(launcher_t* const launcher)
     bool has_ended[LAUNCHER_CHILDREN_MAX] = {false};
     for (size_t i = launcher->child_count; i > 0U; i--) {
         child_t* const child = &launcher->children[i - 1U];
-        has_ended[i - 1U]    = child->is_alive &&
-                            (osal_process_poll(&child->process, &child->result) == STATUS_OK) &&
-                            child->result.has_ended;
+        has_ended[i - 1U]    = launcher_has_ended(launcher, child);
     }
     for (size_t i = 0U; i < launcher->child_count; i++) {
         if (has_ended[i]) {

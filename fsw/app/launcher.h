@@ -27,6 +27,7 @@ typedef struct { // Private: one child process.
     unsigned component;   // Index, if it is one.
     unsigned participant; // Of the calendar; OSAL_CALENDAR_PARTICIPANTS_MAX: none.
     osal_process_result_t result;
+    uint64_t memory_high_kib; // Of all its lives.
 } child_t;
 
 typedef struct { // Private: the interfaces of one bus, "" where it has none.
@@ -57,7 +58,8 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint32_t late_frames; // Of the counted hand-over of all buses.
     uint32_t lost_frames;
     uint32_t foreign_frames;
-    uint32_t bus_cuts; // Times that an interface went under an end.
+    uint32_t bus_cuts;                                 // Times that an interface went under an end.
+    uint32_t memory_limit_kib[MISSION_SUBSYSTEMS_MAX]; // Address space.
     child_t children[LAUNCHER_CHILDREN_MAX];
     size_t child_count;
     struct guard* guard; // Cleans up if this process is killed. Null: nobody does.

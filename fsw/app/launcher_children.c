@@ -71,12 +71,12 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
     text_add(&text, launcher->run->folder);
     text_add(&text, "/console.log");
     // One processor for all where only one runs at a time: a hand-over within it is quickest.
-    const osal_process_start_t start = {.arguments        = arguments->list,
-                                        .descriptors      = descriptors,
-                                        .descriptor_count = descriptor_count,
-                                        .processor =
-                                            launcher->run->is_stepped ? (osal_process_own_id() % 2) : -1,
-                                        .output_path = output};
+    osal_process_start_t start = {.arguments        = arguments->list,
+                                  .descriptors      = descriptors,
+                                  .descriptor_count = descriptor_count,
+                                  .processor   = launcher->run->is_stepped ? (osal_process_own_id() % 2) : -1,
+                                  .output_path = output};
+    launcher_limit(launcher, child, &start);
     if (osal_process_start(&child->process, &start) == STATUS_OK) {
         run_block_t* const run = launcher->run;
         child->is_alive        = true;

@@ -19,8 +19,7 @@ static bool is_any_alive(launcher_t* const launcher)
     bool is_any = false;
     for (size_t i = 0U; i < launcher->child_count; i++) {
         child_t* const child = &launcher->children[i];
-        if (child->is_alive && (osal_process_poll(&child->process, &child->result) == STATUS_OK) &&
-            child->result.has_ended) {
+        if (launcher_has_ended(launcher, child)) {
             child->is_alive = false;
             if (child->result.was_signalled || (child->result.code != 0)) {
                 launcher_part_lost(launcher, child);

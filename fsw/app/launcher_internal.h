@@ -51,6 +51,13 @@ bool launcher_is_foreign(const launcher_t* launcher, unsigned component);
 /// Program and arguments of a component's process, or of its stand-in.
 void launcher_add_component(const launcher_t* launcher, unsigned component, arguments_t* arguments);
 
+/// launcher_limits.c: memory and descriptors of subsystems. False: `reason` says which limit is too low. A
+/// limit that the mission does not give is derived from the program, and told.
+bool launcher_set_limits(launcher_t* launcher, const char* mission_path);
+void launcher_limit(const launcher_t* launcher, const child_t* child, osal_process_start_t* start);
+/// Look once whether a child has ended, and note what it needed. Tells of its end once.
+bool launcher_has_ended(const launcher_t* launcher, child_t* child);
+
 /// launcher_prepare.c: what a launcher that was killed has left of a run, to be cleaned up; null: it had not
 /// made it yet.
 void launcher_take_over(launcher_t* launcher, const launch_options_t* options, const char* program_folder,

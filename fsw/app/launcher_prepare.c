@@ -387,7 +387,7 @@ static void begin(launcher_t* const launcher, const launch_options_t* const opti
 static bool read_mission(launcher_t* const launcher, char* const path, const size_t capacity)
 {
     return load_mission(launcher, path, capacity) && choose_methods(launcher, path) &&
-           find_programs(launcher, path);
+           find_programs(launcher, path) && launcher_set_limits(launcher, path);
 }
 
 bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,

@@ -92,9 +92,13 @@ static void add_children(text_t* const text, const launcher_t* const launcher)
         add_string(text, child->name);
         text_add(text, child->result.was_signalled ? ", \"signal\": " : ", \"exit_code\": ");
         text_add_signed(text, child->result.code);
+        text_add(text, ", \"memory_high_kib\": ");
+        text_add_unsigned(text, child->memory_high_kib);
         if (child->is_component) {
             text_add(text, ", \"starts\": ");
             text_add_unsigned(text, launcher->run->components[child->component].start_count);
+            text_add(text, ", \"memory_limit_kib\": ");
+            text_add_unsigned(text, launcher->memory_limit_kib[child->component]);
         }
         text_add(text, "}");
     }

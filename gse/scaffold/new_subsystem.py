@@ -35,7 +35,7 @@ NAMED_AFTER = "t init callbacks open parameters_t program_t services_t add_servi
 MACROS_AFTER = "NAME APID INTERFACE_HASH PARAMETER_COUNT FIELD_COUNT".split()
 
 ENTRY = """    <Subsystem name="@NAME@" id="@apid@" executable="@executable@" descriptor="../subsystems/@file@.xml"
-               memoryKiB="65536" restarts="2" node="2"/>
+               memoryKiB="12288" restarts="2" node="2"/>
 """
 PERMISSIONS = """    <!-- @NAME@ -->
     <Allow tc="129,3" select="NOMINAL" to="@NAME@" modes="SAFE NOMINAL" states="PRE_OPERATIONAL"/>

@@ -24,6 +24,11 @@
 #define FIRST_UNNAMED 3U ///< Descriptors 0, 1, 2 are always kept.
 #define NS_PER_MS 1000000ULL
 #define EXIT_NOT_STARTED 127
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define LIMITS_MEMORY false // The sanitizers map terabytes.
+#else
+#define LIMITS_MEMORY true
+#endif
 
 // A signal handler has no context pointer: these two are the only mutable globals of this layer.
 static volatile sig_atomic_t stop_count;
@@ -31,17 +36,24 @@ static volatile sig_atomic_t stop_descriptor = -1;
 
 // --- In the child, between fork and exec: async-signal-safe calls only ---------------------------------
 
-static bool limit_memory(uint64_t bytes)
+static bool limit_to(int resource, uint64_t most)
 {
     struct rlimit limit = {0, 0};
-    if (getrlimit(RLIMIT_AS, &limit) != 0) {
+    if (getrlimit(resource, &limit) != 0) {
         return false;
     }
-    if ((limit.rlim_max == RLIM_INFINITY) || (bytes < limit.rlim_max)) {
-        limit.rlim_max = (rlim_t)bytes;
+    if ((limit.rlim_max == RLIM_INFINITY) || (most < limit.rlim_max)) {
+        limit.rlim_max = (rlim_t)most;
     }
     limit.rlim_cur = limit.rlim_max;
-    return setrlimit(RLIMIT_AS, &limit) == 0;
+    return setrlimit(resource, &limit) == 0;
+}
+
+static bool limit_resources(const osal_process_start_t* start)
+{
+    return ((start->memory_limit_bytes == 0U) || !LIMITS_MEMORY ||
+            limit_to(RLIMIT_AS, start->memory_limit_bytes)) &&
+           ((start->descriptor_limit == 0U) || limit_to(RLIMIT_NOFILE, start->descriptor_limit));
 }
 
 /// Count round the processors that this process may use, which may be fewer than there are.
@@ -117,7 +129,7 @@ static void become(const osal_process_start_t* start, pid_t parent)
     if (!keep_only(start->descriptors, start->descriptor_count)) {
         return;
     }
-    if ((start->memory_limit_bytes > 0U) && !limit_memory(start->memory_limit_bytes)) {
+    if (!limit_resources(start)) {
         return;
     }
     char* const* arguments = NULL;
@@ -224,16 +236,18 @@ status_t osal_process_poll(osal_process_t* process, osal_process_result_t* out_r
     }
     int how  = 0;
     pid_t id = 0;
+    struct rusage used;
     do {
-        id = waitpid((pid_t)process->id, &how, WNOHANG);
+        id = wait4((pid_t)process->id, &how, WNOHANG, &used);
     } while ((id < 0) && (errno == EINTR));
     if (id < 0) {
         return STATUS_NOT_OURS;
     }
     if (id > 0) {
-        out_result->has_ended     = true;
-        out_result->was_signalled = WIFSIGNALED(how);
-        out_result->code          = WIFSIGNALED(how) ? WTERMSIG(how) : WEXITSTATUS(how);
+        out_result->has_ended       = true;
+        out_result->was_signalled   = WIFSIGNALED(how);
+        out_result->code            = WIFSIGNALED(how) ? WTERMSIG(how) : WEXITSTATUS(how);
+        out_result->memory_high_kib = (uint64_t)used.ru_maxrss;
         osal_process_release(process);
     }
     return STATUS_OK;

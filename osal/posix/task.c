@@ -12,6 +12,12 @@
 #include <string.h>
 
 #define PRIORITY_MAX 99
+#define STACK_OCTETS 1048576U ///< All of it is locked where a program locks its memory.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define HAS_SMALL_STACKS false
+#else
+#define HAS_SMALL_STACKS true
+#endif
 
 typedef char handle_holds_a_thread[(sizeof(pthread_t) <= sizeof(uint64_t)) ? 1 : -1];
 
@@ -28,6 +34,9 @@ static int create(pthread_t* out_thread, osal_task_t* task, int priority)
     int error = pthread_attr_init(&attributes);
     if (error != 0) {
         return error;
+    }
+    if (HAS_SMALL_STACKS) {
+        (void)pthread_attr_setstacksize(&attributes, STACK_OCTETS);
     }
     if (priority > 0) {
         const struct sched_param parameters = {.sched_priority = priority};

@@ -25,7 +25,8 @@ typedef struct {
     const char* const* arguments; ///< Null-terminated; [0] is the executable's path.
     const int* descriptors;       ///< Descriptors the child keeps (0, 1, 2 are always kept).
     size_t descriptor_count;
-    uint64_t memory_limit_bytes; ///< Address space limit; 0: none.
+    uint64_t memory_limit_bytes; ///< Address space limit; 0, or a build with sanitizers: none.
+    uint32_t descriptor_limit;   ///< It opens no descriptor beyond this number; 0: as its parent.
     int processor;           ///< Pin to one (where permitted), counted round those we may use; -1: anywhere.
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
     bool outlives;           ///< Goes on when its parent ends, in a session of its own.
@@ -35,11 +36,16 @@ typedef struct {
     bool has_ended;
     bool was_signalled; ///< Ended by a signal.
     int code;           ///< Exit code, or signal number.
+    /// Largest resident size that it ever had [KiB]; at least that of its parent when it was started.
+    uint64_t memory_high_kib;
 } osal_process_result_t;
 
 /// STATUS_OK, STATUS_NOT_FOUND (no such executable, or folder of output_path), STATUS_DENIED,
 /// STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_process_start(osal_process_t* process, const osal_process_start_t* start);
+/// Octets that an executable takes when it is loaded, its shared libraries not counted. STATUS_OK,
+/// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_INVALID (not one of this machine's), STATUS_IO.
+MUST_USE status_t osal_process_loaded_size(const char* path, uint64_t* out_octets);
 /// Look without waiting. Parent only; tells of the end once. STATUS_OK, STATUS_NOT_OURS (not a child, or its
 /// end has been told).
 MUST_USE status_t osal_process_poll(osal_process_t* process, osal_process_result_t* out_result);

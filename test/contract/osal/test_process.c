@@ -54,6 +54,34 @@ static int show_memory_limit(const char* expected)
     return ((getrlimit(RLIMIT_AS, &limit) == 0) && (limit.rlim_cur == strtoull(expected, NULL, 10))) ? 0 : 1;
 }
 
+/// 0 if descriptors up to this number, and no others, can be had.
+static int show_descriptor_limit(int limit)
+{
+    int last = 0;
+    int next = 0;
+    while (next >= 0) {
+        last = next;
+        next = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    }
+    for (int i = 3; i <= last; i++) {
+        (void)close(i); // Sanitizers look around at the end.
+    }
+    return (last == (limit - 1)) ? 0 : 1;
+}
+
+/// Have that many MiB in memory.
+static int take_memory(size_t mebibytes)
+{
+    uint8_t* const octets = malloc(mebibytes << 20U);
+    if (octets == NULL) {
+        return 1;
+    }
+    (void)memset(octets, 1, mebibytes << 20U);
+    const int code = (*(volatile uint8_t*)&octets[mebibytes] == 1U) ? 0 : 1;
+    free(octets);
+    return code;
+}
+
 #define NAMED_PROCESSORS 100 // By an exit code.
 
 static int show_processor(void)
@@ -128,6 +156,12 @@ static int play(const char* role, const char* argument)
     }
     if (strcmp(role, "memory") == 0) {
         return show_memory_limit(argument);
+    }
+    if (strcmp(role, "limited") == 0) {
+        return show_descriptor_limit(atoi(argument));
+    }
+    if (strcmp(role, "large") == 0) {
+        return take_memory((size_t)atoi(argument));
     }
     if (strcmp(role, "processor") == 0) {
         return show_processor();
@@ -247,16 +281,61 @@ static void test_child_keeps_only_the_named_descriptors(void)
 static void test_memory_limit_holds_for_the_child_only(void)
 {
 #if defined(__SANITIZE_ADDRESS__)
-    const char* const octets = "70368744177664"; // The address sanitizer maps terabytes.
-#else
-    const char* const octets = "500000000";
+    TEST_IGNORE_MESSAGE("the address sanitizer maps terabytes: nothing is limited");
 #endif
+    const char* const octets         = "500000000";
     const osal_process_start_t start = {.memory_limit_bytes = strtoull(octets, NULL, 10), .processor = -1};
     osal_process_t process           = start_role("memory", octets, &start);
     TEST_ASSERT_EQUAL(0, result_of(&process).code);
     struct rlimit limit;
     TEST_ASSERT_EQUAL(0, getrlimit(RLIMIT_AS, &limit));
     TEST_ASSERT_TRUE(limit.rlim_cur > start.memory_limit_bytes);
+}
+
+static void test_descriptors_are_limited(void)
+{
+    const osal_process_start_t start = {.descriptor_limit = 40U, .processor = -1};
+    osal_process_t process           = start_role("limited", "40", &start);
+    TEST_ASSERT_EQUAL(0, result_of(&process).code);
+    process = start_role("limited", "40", &plain);
+    TEST_ASSERT_EQUAL(1, result_of(&process).code);
+}
+
+static void test_end_tells_the_memory_that_was_needed(void)
+{
+    osal_process_t process = start_role("exit", "0", &plain);
+    const uint64_t least   = result_of(&process).memory_high_kib;
+    process                = start_role("large", "64", &plain);
+    const uint64_t more    = result_of(&process).memory_high_kib;
+    TEST_ASSERT_TRUE(least > 0U);
+    TEST_ASSERT_TRUE(more >= (64U * 1024U));
+    TEST_ASSERT_TRUE(more > least);
+}
+
+static volatile uint8_t large[3U << 20U]; // Takes no room in the file.
+
+static void test_size_of_a_program_is_what_it_takes_when_loaded(void)
+{
+    char name[]     = "/tmp/loaded_size.XXXXXX";
+    uint64_t octets = 0U;
+    large[0]        = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_loaded_size(SELF, &octets));
+    TEST_ASSERT_TRUE((octets > sizeof large) && (octets < (64U << 20U)));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_loaded_size("/nowhere/none", &octets));
+    TEST_ASSERT_EQUAL_UINT64(0U, octets);
+    const int file = mkstemp(name);
+    TEST_ASSERT_TRUE(file >= 0);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_process_loaded_size(name, &octets)); // Empty.
+    char words[100] = "#!/bin/sh\n";
+    TEST_ASSERT_EQUAL_INT(sizeof words, write(file, words, sizeof words));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_process_loaded_size(name, &octets));
+    const int self = open(SELF, O_RDONLY | O_CLOEXEC); // Its first octets: a header without what it names.
+    TEST_ASSERT_EQUAL_INT(sizeof words, read(self, words, sizeof words));
+    TEST_ASSERT_EQUAL_INT(sizeof words, pwrite(file, words, sizeof words, 0));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_process_loaded_size(name, &octets));
+    (void)close(self);
+    (void)close(file);
+    (void)unlink(name);
 }
 
 /// Counted round those that are ours, which may be fewer than there are.
@@ -465,6 +544,9 @@ int main(int count, char** arguments)
     RUN_TEST(test_what_cannot_be_started);
     RUN_TEST(test_child_keeps_only_the_named_descriptors);
     RUN_TEST(test_memory_limit_holds_for_the_child_only);
+    RUN_TEST(test_descriptors_are_limited);
+    RUN_TEST(test_end_tells_the_memory_that_was_needed);
+    RUN_TEST(test_size_of_a_program_is_what_it_takes_when_loaded);
     RUN_TEST(test_child_is_pinned_to_one_of_our_processors);
     RUN_TEST(test_output_goes_to_the_file_and_is_appended);
     RUN_TEST(test_child_begins_with_ordinary_signals);

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Preloaded into a subsystem's program: once the file of this name is there, it takes all memory, or all
+// descriptors, that it can get, and dies of it as a leaking program does. Where nothing stops it, it ends at
+// a bound of its own and goes on.
+#define _GNU_SOURCE
+#include <fcntl.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#define PIECE 262144U
+#define PIECES_MAX 2000U ///< 500 MiB.
+#define DESCRIPTORS_MAX 1000
+
+static void take_memory(void)
+{
+    for (unsigned i = 0U; i < PIECES_MAX; i++) {
+        void* const piece = malloc(PIECE);
+        if (piece == NULL) {
+            abort();
+        }
+        (void)memset(piece, 1, PIECE);
+    }
+}
+
+static void take_descriptors(void)
+{
+    int last = 0;
+    while (last < DESCRIPTORS_MAX) {
+        last = open("/dev/null", O_RDONLY | O_CLOEXEC);
+        if (last < 0) {
+            abort();
+        }
+    }
+}
+
+static void* wait_for_it(void* context)
+{
+    while (unlink(BOMB_TRIGGER) != 0) {
+        (void)usleep(1000U);
+    }
+    BOMB_KIND();
+    return context;
+}
+
+__attribute__((constructor)) static void lay(void)
+{
+    // Without a core: it would be as large as the limit allows.
+    const struct rlimit none = {0, 0};
+    pthread_t thread;
+    (void)setrlimit(RLIMIT_CORE, &none);
+    if (pthread_create(&thread, NULL, wait_for_it, NULL) == 0) {
+        (void)pthread_detach(thread);
+    }
+}

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Limits of what a subsystem's process may take: one that leaks dies by itself, the others fly on."""
+
+import shutil
+import subprocess
+
+import flying
+import pytest
+
+BOMB = flying.ROOT / "test" / "mission" / "bomb.c"
+MISSION = "descriptors/missions/rokviss.xml"
+OTHERS = ("simulator", "supervisor", "communication", "manipulator", "packet-archive-sqlite")
+
+
+def _programs_with_bomb(folder, kind):
+    """A copy of the programs in which the joystick's leaks once the file `go` is there; the folder of the programs, and that file."""
+    programs, go = folder / "programs", folder / "go"
+    shutil.copytree(flying.BIN, programs)
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", f'-DBOMB_TRIGGER="{go}"', f"-DBOMB_KIND={kind}", "-o", programs / "bomb.so", BOMB, "-lpthread"], check=True)
+    (programs / "joystick").rename(programs / "joystick.plain")
+    script = programs / "joystick"
+    script.write_text(f'#!/bin/sh\nLD_PRELOAD="{programs}/bomb.so" exec "{programs}/joystick.plain" "$@"\n', encoding="utf-8")
+    script.chmod(0o755)
+    return programs, go
+
+
+def _fly_with_bomb(folder, kind):
+    folder.mkdir()
+    programs, go = _programs_with_bomb(folder, kind)
+    scenario = flying.write_scenario(folder / "bomb.scn", "0 hand rest", "0 operator ping all", *flying.bring_up(0.1), *(f"{second} operator ping MANIPULATOR" for second in range(2, 60)), "60 operator shutdown")
+    flight = flying.start(folder / "out", "--scenario", scenario, binaries=programs)
+    try:
+        flying.wait_until(lambda: flight.steps() > 15 or flight.process.poll() is not None, "step of the operator")
+        go.touch()
+        flight.wait()
+    finally:
+        flight.abandon()
+    return flight
+
+
+def _process(flight, name):
+    return next(entry for entry in flight.facts["processes"] if entry["name"] == name)
+
+
+@pytest.mark.parametrize("kind", ["take_memory", "take_descriptors"])
+def test_a_leaking_subsystem_dies_alone(folder, kind):
+    flight = _fly_with_bomb(folder, kind)
+    leaking = _process(flight, "joystick")
+    assert flight.facts["exit_reason"].startswith("joystick was ended by signal 6"), flight.told()
+    assert leaking["memory_high_kib"] <= leaking["memory_limit_kib"] == 12288
+    assert "joystick: had " in flight.output and "its address space is limited to 12288 KiB" in flight.output, flight.told()
+    for name in OTHERS:
+        assert _process(flight, name).get("exit_code") == 0, flight.told()
+    assert _process(flight, "manipulator")["starts"] == 1
+    assert flight.facts["simulated_s"] > 5
+    flying.assert_clean(flight)
+
+
+def test_a_limit_below_the_program_itself_is_refused(folder):
+    root = _copy(folder, 'memoryKiB="12288" restarts="2" node="2"', 'memoryKiB="100" restarts="2" node="2"')
+    flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
+    assert flight.code == 1
+    assert 'rokviss.xml:6: memoryKiB="100" of <Subsystem>: expected more than the program alone takes, ' in flight.output, flight.told()
+    assert not flight.folder.exists()
+
+
+def test_without_a_limit_one_is_derived_and_told(folder):
+    root = _copy(folder, 'memoryKiB="12288" restarts="2" node="2"', 'restarts="2" node="2"')
+    flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
+    assert flight.code == 0, flight.told()
+    limit = _process(flight, "joystick")["memory_limit_kib"]
+    assert f"rokviss.xml:6: JOYSTICK has no memoryKiB: limited to {limit}" in flight.output, flight.told()
+    assert 10240 < limit < 16384
+
+
+def _copy(folder, old, new):
+    """A copy of the descriptors, the first of these words changed, in a folder that is otherwise the project's."""
+    root = folder / "root"
+    root.mkdir(parents=True)
+    shutil.copytree(flying.ROOT / "descriptors", root / "descriptors")
+    for name in ("build", "sim", "gse"):
+        (root / name).symlink_to(flying.ROOT / name)
+    text = (root / MISSION).read_text(encoding="utf-8")
+    assert old in text
+    (root / MISSION).write_text(text.replace(old, new, 1), encoding="utf-8")
+    return root
