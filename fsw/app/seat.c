@@ -400,7 +400,8 @@ void seat_pump(seat_t* const seat, const uint32_t messages,
     }
     uint32_t due = messages;
     if (!osal_socket_is_open(&seat->message_socket)) { // Image: messages are in the inbox already.
-        due = (messages > seat->endpoint.inbox.blocks) ? (messages - seat->endpoint.inbox.blocks) : 0U;
+        const uint32_t arrivals = message_arrivals(&seat->endpoint);
+        due                     = (messages > arrivals) ? (messages - arrivals) : 0U;
     }
     take_due(seat, due, link_datagram, context);
     seat->pumps++;

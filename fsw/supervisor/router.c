@@ -224,16 +224,38 @@ status_t router_route_whole(supervisor_t* const supervisor, const uint8_t* const
     return STATUS_OK;
 }
 
+typedef struct { // Of one intake.
+    supervisor_t* supervisor;
+    uint16_t taken[MISSION_SUBSYSTEMS_MAX]; // Of each subsystem.
+} intake_t;
+
+static uint16_t* taken_of(intake_t* const intake, const uint16_t apid)
+{
+    const roster_entry_t* const entry = roster_find(intake->supervisor, apid);
+    return (entry == NULL) ? NULL : &intake->taken[entry - intake->supervisor->roster];
+}
+
+/// A storm of one subsystem fills its own window, not the step of the supervisor.
+static bool admits(void* const context, const uint16_t peer)
+{
+    const uint16_t* const taken = taken_of((intake_t*)context, peer);
+    return (taken != NULL) && (*taken < MESSAGE_WINDOW);
+}
+
 void router_take_in(supervisor_t* const supervisor)
 {
+    intake_t intake               = {.supervisor = supervisor};
+    const message_filter_t filter = {&intake, admits};
     for (unsigned i = 0U; i < NO_PACKETS_LIMIT; i++) {
         uint16_t from         = 0U;
         size_t size           = 0U;
-        const status_t status = message_receive(supervisor->config.endpoint, &from, supervisor->packet,
-                                                sizeof supervisor->packet, &size);
+        const status_t status = message_receive_if(supervisor->config.endpoint, &filter, &from,
+                                                   supervisor->packet, sizeof supervisor->packet, &size);
         if (status == STATUS_EMPTY) {
             return;
         }
+        uint16_t* const taken = taken_of(&intake, from);
+        *taken                = (uint16_t)(*taken + 1U);
         if ((status != STATUS_OK) || (size == 0U)) {
             supervisor->counters.tm_malformed++;
         } else if (pus_packet_is_tc(supervisor->packet, size)) {

@@ -7,20 +7,19 @@
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"
 #include "test/fuzz/fuzz.h"
-#include "test/support/consistent_octet_ring.h"
+#include "test/support/consistent_message.h"
 
 #include <string.h>
 
 #define SELF 1U
 #define TRUE_PEER 2U
 #define SILENT_PEER 3U
-#define INBOX 32768U
 
 static message_endpoint_t endpoint;
 static message_endpoint_t peer;
 static ring_carrier_t hub;
-static uint8_t inbox[INBOX];
-static uint8_t peer_inbox[INBOX];
+static uint8_t inbox[MESSAGE_INBOX_OCTETS(2U)];
+static uint8_t peer_inbox[MESSAGE_INBOX_OCTETS(1U)];
 static uint8_t block[MESSAGE_PAYLOAD_MAX];
 
 static void delivered(void* const context, const uint16_t to)
@@ -57,7 +56,7 @@ static void act(const fuzz_record_t* const record, uint32_t* const epoch)
 {
     switch (record->kind % 5U) {
     case 0U:
-        (void)!octet_ring_put(&endpoint.inbox, record->octets, record->size);
+        (void)!message_deliver(&endpoint, record->octets, record->size);
         break;
     case 1U:
         (void)!message_send(&peer, SELF, record->octets, record->size);
@@ -76,7 +75,7 @@ static void act(const fuzz_record_t* const record, uint32_t* const epoch)
         FUZZ_CHECK(message_add_peer(&peer, SELF) == STATUS_OK);
         break;
     }
-    FUZZ_CHECK(octet_ring_is_consistent(&endpoint.inbox) && octet_ring_is_consistent(&peer.inbox));
+    FUZZ_CHECK(message_is_consistent(&endpoint) && message_is_consistent(&peer));
     FUZZ_CHECK((message_credit(&endpoint, TRUE_PEER) <= MESSAGE_WINDOW) &&
                (message_credit(&endpoint, SILENT_PEER) <= MESSAGE_WINDOW) &&
                (message_credit(&peer, SELF) <= MESSAGE_WINDOW));

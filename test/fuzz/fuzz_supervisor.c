@@ -7,6 +7,7 @@
 // frame; 8 a process dies or comes back; 9 a member reads its mailbox.
 #include "fsw/supervisor/supervisor.h"
 #include "test/fuzz/fuzz.h"
+#include "test/support/consistent_message.h"
 #include "test/support/consistent_octet_ring.h"
 #include "test/support/consistent_pool.h"
 
@@ -53,7 +54,7 @@ static status_t to_member(void* const context, const uint16_t to, const uint8_t*
     (void)context;
     const unsigned at = member_of(to);
     FUZZ_CHECK(at < MEMBERS);
-    return members[at].is_running ? octet_ring_put(&members[at].endpoint.inbox, frame, size) : STATUS_CLOSED;
+    return members[at].is_running ? message_deliver(&members[at].endpoint, frame, size) : STATUS_CLOSED;
 }
 
 static status_t to_supervisor(void* const context, const uint16_t to, const uint8_t* const frame,
@@ -61,7 +62,7 @@ static status_t to_supervisor(void* const context, const uint16_t to, const uint
 {
     (void)context;
     FUZZ_CHECK(to == SUPERVISOR_APID);
-    return octet_ring_put(&endpoint.inbox, frame, size);
+    return message_deliver(&endpoint, frame, size);
 }
 
 static status_t start(void* const context, const uint16_t apid)
@@ -172,8 +173,7 @@ static void step(void)
 {
     const uint64_t wake_ns = supervisor_step(&supervisor, now_ns);
     FUZZ_CHECK(wake_ns > now_ns);
-    FUZZ_CHECK(octet_ring_is_consistent(&supervisor.ground_backlog) &&
-               octet_ring_is_consistent(&endpoint.inbox));
+    FUZZ_CHECK(octet_ring_is_consistent(&supervisor.ground_backlog) && message_is_consistent(&endpoint));
     FUZZ_CHECK(pool_is_consistent(&supervisor.component.tickets));
     FUZZ_CHECK(supervisor.graph.count <= LINK_GRAPH_EDGES);
     FUZZ_CHECK(supervisor.log.failures == 0U);
@@ -190,7 +190,7 @@ static void act(const fuzz_record_t* const record)
         }
         break;
     case 7U:
-        (void)!octet_ring_put(&endpoint.inbox, record->octets, record->size);
+        (void)!message_deliver(&endpoint, record->octets, record->size);
         step();
         break;
     case 8U:

@@ -33,8 +33,6 @@ enum {
 
 typedef struct {
     uint8_t kind;
-    uint16_t from;
-    uint16_t to;
     uint32_t from_life;
     uint32_t to_life;
     uint32_t sequence;
@@ -55,12 +53,13 @@ static message_channel_t* channel_of(message_endpoint_t* const endpoint, const u
 void message_open(message_endpoint_t* const endpoint, const uint16_t self, const uint32_t life,
                   const message_carrier_t carrier, uint8_t* const inbox_storage, const size_t inbox_octets)
 {
-    FSW_ASSERT((endpoint != NULL) && (carrier.send != NULL) && (life >= 1U));
+    FSW_ASSERT((endpoint != NULL) && (carrier.send != NULL) && (inbox_storage != NULL) && (life >= 1U));
     (void)memset(endpoint, 0, sizeof *endpoint);
-    endpoint->self    = self;
-    endpoint->life    = life;
-    endpoint->carrier = carrier;
-    octet_ring_init(&endpoint->inbox, inbox_storage, inbox_octets);
+    endpoint->self           = self;
+    endpoint->life           = life;
+    endpoint->carrier        = carrier;
+    endpoint->storage        = inbox_storage;
+    endpoint->storage_octets = inbox_octets;
 }
 
 status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t peer)
@@ -69,10 +68,14 @@ status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t pee
     if (channel_of(endpoint, peer) != NULL) {
         return STATUS_EXISTS;
     }
-    if (endpoint->channel_count == MESSAGE_PEERS_MAX) {
+    const size_t place = endpoint->channel_count * MESSAGE_INBOX_OCTETS(1U);
+    if ((endpoint->channel_count == MESSAGE_PEERS_MAX) ||
+        ((place + MESSAGE_INBOX_OCTETS(1U)) > endpoint->storage_octets)) {
         return STATUS_EXHAUSTED;
     }
-    endpoint->channels[endpoint->channel_count] = (message_channel_t){.peer = peer, .sync_at = STRAYS_MAX};
+    message_channel_t* const channel = &endpoint->channels[endpoint->channel_count];
+    *channel                         = (message_channel_t){.peer = peer, .sync_at = STRAYS_MAX};
+    message_inbox_init(&channel->inbox, &endpoint->storage[place], MESSAGE_INBOX_OCTETS(1U));
     endpoint->channel_count++;
     return STATUS_OK;
 }
@@ -106,12 +109,14 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
     return status;
 }
 
-/// Blocks that may be sent: none where the largest one would not fit the window any more.
-static uint32_t credit_of(const message_channel_t* const channel)
+/// Blocks that may be sent and leave so many and so many octets: none where the largest one would not fit.
+static uint32_t credit_of(const message_channel_t* const channel, const uint32_t blocks,
+                          const uint32_t octets)
 {
-    return ((channel->under_way + MESSAGE_FRAME_MAX) > MESSAGE_WINDOW_OCTETS)
+    const uint32_t left = MESSAGE_WINDOW - (channel->sent - channel->credited);
+    return (((channel->under_way + MESSAGE_FRAME_MAX + octets) > MESSAGE_WINDOW_OCTETS) || (left <= blocks))
                ? 0U
-               : (MESSAGE_WINDOW - (channel->sent - channel->credited));
+               : (left - blocks);
 }
 
 /// The peer has taken all frames before number `taken`.
@@ -159,20 +164,33 @@ uint32_t message_stale_frames(const message_endpoint_t* const endpoint)
     return endpoint->counters.stale;
 }
 
-uint32_t message_credit(const message_endpoint_t* const endpoint, const uint16_t peer)
+static uint32_t credit_to(const message_endpoint_t* const endpoint, const uint16_t peer,
+                          const uint32_t blocks, const uint32_t octets)
 {
     FSW_ASSERT(endpoint != NULL);
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
         const message_channel_t* const channel = &endpoint->channels[i];
         if (channel->peer == peer) {
-            return credit_of(channel);
+            return credit_of(channel, blocks, octets);
         }
     }
     return 0U;
 }
 
-status_t message_send(message_endpoint_t* const endpoint, const uint16_t to, const uint8_t* const octets,
-                      const size_t size)
+uint32_t message_credit(const message_endpoint_t* const endpoint, const uint16_t peer)
+{
+    return credit_to(endpoint, peer, 0U, 0U);
+}
+
+uint32_t message_credit_plain(const message_endpoint_t* const endpoint, const uint16_t peer)
+{
+    return credit_to(endpoint, peer, MESSAGE_RESERVE, MESSAGE_RESERVE_OCTETS);
+}
+
+/// Send where the window leaves so many blocks and octets.
+static status_t send_leaving(message_endpoint_t* const endpoint, const uint16_t to,
+                             const uint8_t* const octets, const size_t size, const uint32_t reserve,
+                             const uint32_t reserve_octets)
 {
     FSW_ASSERT((endpoint != NULL) && ((octets != NULL) || (size == 0U)));
     message_channel_t* const channel = channel_of(endpoint, to);
@@ -182,7 +200,7 @@ status_t message_send(message_endpoint_t* const endpoint, const uint16_t to, con
     if (size > MESSAGE_PAYLOAD_MAX) {
         return STATUS_TOO_LARGE;
     }
-    if (credit_of(channel) == 0U) {
+    if (credit_of(channel, reserve, reserve_octets) == 0U) {
         refused_for_credit(endpoint, channel);
         return STATUS_FULL;
     }
@@ -197,25 +215,71 @@ status_t message_send(message_endpoint_t* const endpoint, const uint16_t to, con
     return ((status == STATUS_OK) || (status == STATUS_FULL)) ? status : STATUS_CLOSED;
 }
 
-/// STATUS_OK, or STATUS_INVALID for a header that no frame for us has, or none of its size.
-static status_t parse(const message_endpoint_t* const endpoint, const uint8_t* const octets,
-                      const size_t size, frame_t* const out_frame)
+status_t message_send(message_endpoint_t* const endpoint, const uint16_t to, const uint8_t* const octets,
+                      const size_t size)
 {
-    if ((size < MESSAGE_HEADER_OCTETS) || (size > MESSAGE_FRAME_MAX)) {
-        return STATUS_INVALID;
+    return send_leaving(endpoint, to, octets, size, 0U, 0U);
+}
+
+status_t message_send_plain(message_endpoint_t* const endpoint, const uint16_t to,
+                            const uint8_t* const octets, const size_t size)
+{
+    return send_leaving(endpoint, to, octets, size, MESSAGE_RESERVE, MESSAGE_RESERVE_OCTETS);
+}
+
+/// What a header says that has been looked at when it arrived.
+static frame_t frame_of(const uint8_t header[MESSAGE_HEADER_OCTETS], const uint8_t kind, const size_t size)
+{
+    return (frame_t){.kind      = kind,
+                     .from_life = octets_u32_at(&header[AT_FROM_LIFE]),
+                     .to_life   = octets_u32_at(&header[AT_TO_LIFE]),
+                     .sequence  = octets_u32_at(&header[AT_SEQUENCE]),
+                     .taken     = octets_u32_at(&header[AT_TAKEN]),
+                     .size      = size - MESSAGE_HEADER_OCTETS};
+}
+
+/// False for a header that no frame for us has, or none of its size.
+static bool is_well_made(const message_endpoint_t* const endpoint, const uint8_t* const octets,
+                         const size_t size)
+{
+    return (size >= MESSAGE_HEADER_OCTETS) && (size <= MESSAGE_FRAME_MAX) &&
+           (octets_u16_at(&octets[AT_MAGIC]) == MAGIC) && (octets[AT_VERSION] == VERSION) &&
+           (octets[AT_KIND] <= KIND_SYNC_ACK) && (octets_u16_at(&octets[AT_TO]) == endpoint->self) &&
+           (octets_u32_at(&octets[AT_FROM_LIFE]) != 0U);
+}
+
+status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
+{
+    FSW_ASSERT((endpoint != NULL) && ((frame != NULL) || (size == 0U)));
+    message_channel_t* const channel =
+        is_well_made(endpoint, frame, size) ? channel_of(endpoint, octets_u16_at(&frame[AT_FROM])) : NULL;
+    if (channel == NULL) {
+        endpoint->counters.malformed++;
+        endpoint->arrivals++;
+        return STATUS_OK;
     }
-    out_frame->kind         = octets[AT_KIND];
-    out_frame->from         = octets_u16_at(&octets[AT_FROM]);
-    out_frame->to           = octets_u16_at(&octets[AT_TO]);
-    out_frame->from_life    = octets_u32_at(&octets[AT_FROM_LIFE]);
-    out_frame->to_life      = octets_u32_at(&octets[AT_TO_LIFE]);
-    out_frame->sequence     = octets_u32_at(&octets[AT_SEQUENCE]);
-    out_frame->taken        = octets_u32_at(&octets[AT_TAKEN]);
-    out_frame->size         = size - MESSAGE_HEADER_OCTETS;
-    const bool is_well_made = (octets_u16_at(&octets[AT_MAGIC]) == MAGIC) &&
-                              (octets[AT_VERSION] == VERSION) && (out_frame->kind <= KIND_SYNC_ACK) &&
-                              (out_frame->to == endpoint->self) && (out_frame->from_life != 0U);
-    return is_well_made ? STATUS_OK : STATUS_INVALID;
+    const uint32_t life = octets_u32_at(&frame[AT_FROM_LIFE]);
+    status_t status     = message_inbox_put(&channel->inbox, frame[AT_KIND], endpoint->stamp, frame, size);
+    while ((status == STATUS_FULL) && message_inbox_forget(&channel->inbox, life)) {
+        endpoint->counters.stale++; // Nobody has taken the last words of an earlier life, and now they go.
+        status = message_inbox_put(&channel->inbox, frame[AT_KIND], endpoint->stamp, frame, size);
+    }
+    if (status != STATUS_OK) { // No true sender sends beyond its window.
+        endpoint->counters.overruns++;
+        return STATUS_FULL;
+    }
+    endpoint->stamp++;
+    endpoint->arrivals++;
+    endpoint->is_news = true;
+    return STATUS_OK;
+}
+
+uint32_t message_arrivals(message_endpoint_t* const endpoint)
+{
+    FSW_ASSERT(endpoint != NULL);
+    const uint32_t arrivals = endpoint->arrivals;
+    endpoint->arrivals      = 0U;
+    return arrivals;
 }
 
 /// Another life of the peer: both directions are numbered from 0 again. Only a peer in its first life may
@@ -345,6 +409,15 @@ static bool is_current(message_endpoint_t* const endpoint, message_channel_t* co
     return true;
 }
 
+/// Lost blocks give their credit back once the caller has taken all before them.
+static void catch_up(message_channel_t* const channel)
+{
+    uint32_t stamp = 0U;
+    if (!message_inbox_oldest(&channel->inbox, &stamp)) {
+        channel->taken = channel->expected;
+    }
+}
+
 /// Both sides say where they stand; nothing that was sent before is on its way any more.
 static void resync(message_endpoint_t* const endpoint, message_channel_t* const channel,
                    const frame_t* const frame)
@@ -353,7 +426,7 @@ static void resync(message_endpoint_t* const endpoint, message_channel_t* const 
     const uint32_t under_way = channel->sent - frame->taken;
     endpoint->counters.lost += (ahead <= LOST_AT_ONCE_MAX) ? ahead : 0U;
     channel->expected = frame->sequence;
-    channel->taken    = frame->sequence; // Lost blocks give their credit back, too.
+    catch_up(channel);
     if (ahead > LOST_AT_ONCE_MAX) {
         channel->told = channel->taken;
     }
@@ -391,12 +464,7 @@ static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t
     }
     endpoint->counters.lost += ahead;
     channel->expected = frame->sequence + ((frame->kind == KIND_DATA) ? 1U : 0U);
-    channel->taken    = channel->expected; // Lost blocks give their credit back, too.
-    if (frame->kind != KIND_DATA) {
-        return false;
-    }
-    channel->untold += (uint32_t)(MESSAGE_HEADER_OCTETS + frame->size);
-    return true;
+    return frame->kind == KIND_DATA;
 }
 
 static void return_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
@@ -421,6 +489,28 @@ static bool is_block(message_endpoint_t* const endpoint, message_channel_t* cons
     return is_in_sequence(endpoint, channel, frame);
 }
 
+static void judge_all_of(message_endpoint_t* const endpoint, message_channel_t* const channel)
+{
+    uint8_t header[MESSAGE_HEADER_OCTETS];
+    uint8_t kind = KIND_DATA;
+    size_t size  = 0U;
+    while (message_inbox_next(&channel->inbox, header, &kind, &size)) {
+        const frame_t frame = frame_of(header, kind, size);
+        if (!is_block(endpoint, channel, &frame) && (kind == KIND_DATA)) {
+            message_inbox_drop(&channel->inbox);
+        }
+    }
+    catch_up(channel);
+}
+
+static void judge_news(message_endpoint_t* const endpoint)
+{
+    for (size_t i = 0U; endpoint->is_news && (i < endpoint->channel_count); i++) {
+        judge_all_of(endpoint, &endpoint->channels[i]);
+    }
+    endpoint->is_news = false;
+}
+
 static void return_all_credit(message_endpoint_t* const endpoint)
 {
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
@@ -428,35 +518,62 @@ static void return_all_credit(message_endpoint_t* const endpoint)
     }
 }
 
-status_t message_receive(message_endpoint_t* const endpoint, uint16_t* const out_from, uint8_t* const octets,
-                         const size_t capacity, size_t* const out_size)
+void message_take_control(message_endpoint_t* const endpoint)
+{
+    FSW_ASSERT(endpoint != NULL);
+    judge_news(endpoint);
+    return_all_credit(endpoint);
+}
+
+/// The channel whose oldest block came first; null if there is none.
+static message_channel_t* next_channel(message_endpoint_t* const endpoint,
+                                       const message_filter_t* const filter)
+{
+    message_channel_t* found = NULL;
+    uint32_t first           = 0U;
+    for (size_t i = 0U; i < endpoint->channel_count; i++) {
+        message_channel_t* const channel = &endpoint->channels[i];
+        uint32_t stamp                   = 0U;
+        if (message_inbox_oldest(&channel->inbox, &stamp) &&
+            ((found == NULL) || ((first - stamp) < (UINT32_MAX / 2U))) &&
+            ((filter == NULL) || filter->admits(filter->context, channel->peer))) {
+            found = channel;
+            first = stamp;
+        }
+    }
+    return found;
+}
+
+status_t message_receive_if(message_endpoint_t* const endpoint, const message_filter_t* const filter,
+                            uint16_t* const out_from, uint8_t* const octets, const size_t capacity,
+                            size_t* const out_size)
 {
     FSW_ASSERT((endpoint != NULL) && (out_from != NULL) && (octets != NULL) && (out_size != NULL));
     *out_size = 0U;
-    for (;;) {
-        uint8_t header[MESSAGE_HEADER_OCTETS];
-        size_t size = 0U;
-        const status_t status =
-            octet_ring_take_parts(&endpoint->inbox, header, sizeof header, octets, capacity, &size);
-        if (status == STATUS_EMPTY) {
-            return_all_credit(endpoint);
-            return STATUS_EMPTY;
-        }
-        frame_t frame;
-        const bool is_frame              = parse(endpoint, header, size, &frame) == STATUS_OK;
-        message_channel_t* const channel = is_frame ? channel_of(endpoint, frame.from) : NULL;
-        if (channel == NULL) {
-            endpoint->counters.malformed++;
-            continue;
-        }
-        if (!is_block(endpoint, channel, &frame)) {
-            continue;
-        }
-        const bool fits = (status == STATUS_OK);
-        endpoint->counters.received++;
-        *out_from = frame.from;
-        *out_size = fits ? frame.size : 0U;
-        return_credit(endpoint, channel);
-        return fits ? STATUS_OK : STATUS_TOO_LARGE;
+    judge_news(endpoint);
+    message_channel_t* const channel = next_channel(endpoint, filter);
+    if (channel == NULL) {
+        return_all_credit(endpoint);
+        return STATUS_EMPTY;
     }
+    uint8_t header[MESSAGE_HEADER_OCTETS];
+    size_t size           = 0U;
+    const status_t status = message_inbox_take(&channel->inbox, header, octets, capacity, &size);
+    const frame_t frame   = frame_of(header, KIND_DATA, size);
+    if (frame.from_life == channel->peer_life) { // Last words of an earlier life give no credit to this one.
+        channel->taken = frame.sequence + 1U;
+        channel->untold += (uint32_t)size;
+    }
+    catch_up(channel);
+    endpoint->counters.received++;
+    *out_from = channel->peer;
+    *out_size = (status == STATUS_OK) ? frame.size : 0U;
+    return_credit(endpoint, channel);
+    return status;
+}
+
+status_t message_receive(message_endpoint_t* const endpoint, uint16_t* const out_from, uint8_t* const octets,
+                         const size_t capacity, size_t* const out_size)
+{
+    return message_receive_if(endpoint, NULL, out_from, octets, capacity, out_size);
 }

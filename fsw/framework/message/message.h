@@ -3,9 +3,11 @@
 ///
 /// An endpoint has an address (the component's id) and a channel to each peer. A sender may have at most
 /// MESSAGE_WINDOW blocks, of MESSAGE_WINDOW_OCTETS together, under way that the receiver has not taken; where
-/// these leave no room for the largest block, message_send says STATUS_FULL and nothing is lost. An inbox of
-/// MESSAGE_INBOX_OCTETS holds all that its peers may have under way. The frame below is the same over every
-/// carrier (a ring of the same program, UDP, TIPC):
+/// these leave no room for the largest block, message_send says STATUS_FULL and nothing is lost. The last
+/// MESSAGE_RESERVE blocks and MESSAGE_RESERVE_OCTETS of a window are for message_send alone;
+/// message_send_plain leaves them. Each peer has an inbox of its own, which holds all that it may have under
+/// way: a peer that floods its window, or whose blocks nobody takes, is in nobody else's way. The frame below
+/// is the same over every carrier (a ring of the same program, UDP, TIPC):
 ///
 ///     magic u16 0x484D | version u8 1 | kind u8 | from u16 | to u16 |
 ///     from life u32 | to life u32 (0 unknown) | sequence u32 | taken u32 | payload     (24 octets,
@@ -31,7 +33,7 @@
 
 #include "fsw/framework/base/capacities.h"
 #include "fsw/framework/base/status.h"
-#include "fsw/framework/message/octet_ring.h"
+#include "fsw/framework/message/message_inbox.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -43,11 +45,10 @@
 #define MESSAGE_WINDOW 32U           ///< Blocks under way on a channel and direction.
 #define MESSAGE_WINDOW_OCTETS 32768U ///< Octets of these with their headers.
 #define MESSAGE_PEERS_MAX CAPACITY_SUBSYSTEMS
-#define MESSAGE_ANSWERS 8U ///< Credits and SYNCs on top of a full window, for which an inbox has room.
-/// Inbox that holds full windows of `peers` channels: each block takes its frame and four octets more.
-#define MESSAGE_INBOX_OCTETS(peers)                                                                          \
-    ((peers) *                                                                                               \
-     (MESSAGE_WINDOW_OCTETS + (MESSAGE_WINDOW * 4U) + (MESSAGE_ANSWERS * (MESSAGE_HEADER_OCTETS + 4U))))
+#define MESSAGE_RESERVE 8U           ///< Blocks of a window for what must get through.
+#define MESSAGE_RESERVE_OCTETS 8192U ///< Octets of a window for the same.
+/// Inboxes that hold full windows of `peers` channels: each block takes its frame and four octets more.
+#define MESSAGE_INBOX_OCTETS(peers) ((peers) * (MESSAGE_WINDOW_OCTETS + (MESSAGE_WINDOW * 4U)))
 
 /// How a frame reaches a peer: STATUS_OK, STATUS_FULL (try again), anything else: nobody there now. Only a
 /// frame that was taken counts as sent.
@@ -63,6 +64,7 @@ typedef struct {
     uint32_t lost;        ///< Blocks missing in the sequence.
     uint32_t stale;       ///< Frames of another life or outside of the window, dropped.
     uint32_t malformed;   ///< Frames that are none, dropped.
+    uint32_t overruns;    ///< Frames beyond the window of a peer, dropped.
     uint32_t unreachable; ///< Frames the carrier could not deliver.
     uint32_t syncs;       ///< SYNC frames sent.
     uint32_t abandoned;   ///< Blocks sent to an earlier life of a peer, and not credited by it.
@@ -70,6 +72,7 @@ typedef struct {
 
 typedef struct { // Private.
     uint16_t peer;
+    message_inbox_t inbox;          // What came from it.
     uint32_t peer_life;             // 0: not heard of yet.
     bool is_life_said;              // By message_set_life: what is heard does not change it.
     bool is_introduced;             // The peer was sent something in this life of ours.
@@ -79,7 +82,7 @@ typedef struct { // Private.
     uint32_t sent;                  // Data frames sent in this incarnation of the channel.
     uint32_t credited;              // Of these, taken by the peer.
     uint32_t expected;              // Next sequence number from the peer.
-    uint32_t taken;                 // Data frames taken here.
+    uint32_t taken;                 // Data frames taken here by the caller, lost ones included.
     uint32_t told;                  // `taken` as last told to the peer.
     uint32_t refusals;              // Sends refused for lack of credit since the peer was last heard.
     uint32_t under_way;             // Octets of frames that were sent and not credited.
@@ -87,21 +90,31 @@ typedef struct { // Private.
     uint16_t sizes[MESSAGE_WINDOW]; // Of the frames under way, by their number.
 } message_channel_t;
 
-typedef struct { // Private, except `counters` and `inbox`.
+typedef struct { // Private, except `counters`.
     message_carrier_t carrier;
     uint16_t self;
     uint32_t life;
+    uint8_t* storage; // Of all inboxes, in the order of the channels.
+    size_t storage_octets;
     message_channel_t channels[MESSAGE_PEERS_MAX];
     size_t channel_count;
+    uint32_t stamp;    // Of the next frame that arrives.
+    uint32_t arrivals; // Frames that arrived and were not asked for.
+    bool is_news;      // Frames have arrived that nobody has judged.
     uint8_t frame[MESSAGE_FRAME_MAX];
-    octet_ring_t inbox; ///< Received frames; the carrier puts them here.
     message_counters_t counters;
 } message_endpoint_t;
+
+/// Which peers' blocks are taken now.
+typedef struct {
+    void* context;
+    bool (*admits)(void* context, uint16_t peer);
+} message_filter_t;
 
 /// life >= 1: the start count of this component.
 void message_open(message_endpoint_t* endpoint, uint16_t self, uint32_t life, message_carrier_t carrier,
                   uint8_t* inbox_storage, size_t inbox_octets);
-/// STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED.
+/// STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED: no place, or no room for one more inbox.
 MUST_USE status_t message_add_peer(message_endpoint_t* endpoint, uint16_t peer);
 /// The life of a peer, >= 1, as the run says. Another one than was known resets the channel at once. No
 /// effect for an unknown peer.
@@ -109,10 +122,22 @@ void message_set_life(message_endpoint_t* endpoint, uint16_t peer, uint32_t life
 /// STATUS_OK; STATUS_FULL: no credit or carrier full, nothing sent; STATUS_NOT_FOUND: no such peer;
 /// STATUS_TOO_LARGE: more than MESSAGE_PAYLOAD_MAX octets; STATUS_CLOSED: the carrier cannot reach the peer.
 MUST_USE status_t message_send(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets, size_t size);
-/// Take the oldest block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped); with these, what `octets`
-/// holds means nothing.
+/// The same for what may wait: STATUS_FULL also where only the reserve of the window is left.
+MUST_USE status_t message_send_plain(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets,
+                                     size_t size);
+/// For carriers: a frame has arrived. STATUS_OK: kept, or none and counted; STATUS_FULL: beyond the window.
+MUST_USE status_t message_deliver(message_endpoint_t* endpoint, const uint8_t* frame, size_t size);
+/// Frames that were delivered since the last call.
+uint32_t message_arrivals(message_endpoint_t* endpoint);
+/// Take in what has arrived but for its blocks: credit, SYNC, lives. Answers are sent.
+void message_take_control(message_endpoint_t* endpoint);
+/// The same, then take the block that came first. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped); with
+/// these, what `octets` holds means nothing.
 MUST_USE status_t message_receive(message_endpoint_t* endpoint, uint16_t* out_from, uint8_t* octets,
                                   size_t capacity, size_t* out_size);
+/// The same among the peers that the filter admits. Blocks of others wait, and give no credit back.
+MUST_USE status_t message_receive_if(message_endpoint_t* endpoint, const message_filter_t* filter,
+                                     uint16_t* out_from, uint8_t* octets, size_t capacity, size_t* out_size);
 /// The way to a peer is there again: exchange SYNC with it. No effect if nothing was under way.
 void message_probe(message_endpoint_t* endpoint, uint16_t peer);
 /// Frames of other lives or outside of the window that were dropped so far [wraps].
@@ -120,5 +145,7 @@ uint32_t message_stale_frames(const message_endpoint_t* endpoint);
 /// Blocks that may be sent to a peer now, as long as their octets have room: the next one has, whatever its
 /// size, if this is not 0. 0 for an unknown peer.
 uint32_t message_credit(const message_endpoint_t* endpoint, uint16_t peer);
+/// The same without the reserve, for message_send_plain.
+uint32_t message_credit_plain(const message_endpoint_t* endpoint, uint16_t peer);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_H

@@ -124,3 +124,21 @@ status_t octet_ring_peek(const octet_ring_t* const ring, uint8_t* const octets, 
     *out_size = length;
     return STATUS_OK;
 }
+
+size_t octet_ring_look(const octet_ring_t* const ring, const size_t place, uint8_t* const head,
+                       const size_t head_size, size_t* const out_size)
+{
+    FSW_ASSERT((ring != NULL) && (head != NULL) && (out_size != NULL) && (place < ring->used));
+    uint32_t length    = 0U;
+    const size_t start = read_at(ring, wrapped(ring, ring->head + place), (uint8_t*)&length, LENGTH_OCTETS);
+    (void)read_at(ring, start, head, (length < head_size) ? length : head_size);
+    *out_size = length;
+    return place + LENGTH_OCTETS + length;
+}
+
+void octet_ring_overwrite(octet_ring_t* const ring, const size_t place, const uint8_t* const octets,
+                          const size_t size)
+{
+    FSW_ASSERT((ring != NULL) && (octets != NULL) && ((place + LENGTH_OCTETS + size) <= ring->used));
+    (void)write_at(ring, wrapped(ring, ring->head + place + LENGTH_OCTETS), octets, size);
+}

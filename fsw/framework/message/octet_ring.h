@@ -36,6 +36,13 @@ MUST_USE status_t octet_ring_take_parts(octet_ring_t* ring, uint8_t* head, size_
 /// the size of the whole block. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t octet_ring_peek(const octet_ring_t* ring, uint8_t* octets, size_t capacity,
                                   size_t* out_size);
+/// Copy the beginning of the block that lies `place` octets behind the first one, or all of it, and leave it
+/// where it is; *out_size is the size of the whole block. Returns the place of the block behind it. `place`
+/// is 0 or was returned, less what was taken since; a block lies there.
+size_t octet_ring_look(const octet_ring_t* ring, size_t place, uint8_t* head, size_t head_size,
+                       size_t* out_size);
+/// Write over the first `size` octets of that block, which has as many.
+void octet_ring_overwrite(octet_ring_t* ring, size_t place, const uint8_t* octets, size_t size);
 /// Octets a block may have to be taken now.
 size_t octet_ring_room(const octet_ring_t* ring);
 

@@ -26,7 +26,7 @@ static status_t put_into_inbox(void* const context, const uint16_t to, const uin
     ring_carrier_t* const hub = (ring_carrier_t*)context;
     for (size_t i = 0U; i < hub->endpoint_count; i++) {
         if (hub->endpoints[i]->self == to) {
-            const status_t status = octet_ring_put(&hub->endpoints[i]->inbox, frame, size);
+            const status_t status = message_deliver(hub->endpoints[i], frame, size);
             if (status == STATUS_OK) {
                 hub->notice.delivered(hub->notice.context, to);
             }

@@ -55,9 +55,6 @@ static bool is_peer(const tipc_carrier_t* const carrier, const uint64_t identity
 status_t tipc_carrier_pump(tipc_carrier_t* const carrier, message_endpoint_t* const endpoint)
 {
     FSW_ASSERT((carrier != NULL) && (endpoint != NULL));
-    if (octet_ring_room(&endpoint->inbox) < MESSAGE_FRAME_MAX) {
-        return STATUS_FULL; // The datagram stays where it is; taken and refused it would be lost.
-    }
     uint64_t from   = 0U;
     size_t size     = 0U;
     status_t status = STATUS_FORBIDDEN;
@@ -76,7 +73,9 @@ status_t tipc_carrier_pump(tipc_carrier_t* const carrier, message_endpoint_t* co
         carrier->foreign++;
         return STATUS_OK;
     }
-    return octet_ring_put(&endpoint->inbox, endpoint->frame, size);
+    const status_t delivered = message_deliver(endpoint, endpoint->frame, size);
+    (void)delivered; // What is beyond the window of its sender is counted.
+    return STATUS_OK;
 }
 
 void tipc_carrier_take_hints(tipc_carrier_t* const carrier, message_endpoint_t* const endpoint)

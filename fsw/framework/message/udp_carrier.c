@@ -59,9 +59,6 @@ static bool is_peer(const udp_carrier_t* const carrier, const osal_address_t fro
 status_t udp_carrier_pump(udp_carrier_t* const carrier, message_endpoint_t* const endpoint)
 {
     FSW_ASSERT((carrier != NULL) && (endpoint != NULL));
-    if (octet_ring_room(&endpoint->inbox) < MESSAGE_FRAME_MAX) {
-        return STATUS_FULL; // The datagram stays where it is; taken and refused it would be lost.
-    }
     osal_address_t from = {0U, 0U};
     size_t size         = 0U;
     const status_t status =
@@ -77,5 +74,7 @@ status_t udp_carrier_pump(udp_carrier_t* const carrier, message_endpoint_t* cons
         carrier->foreign++;
         return STATUS_OK;
     }
-    return octet_ring_put(&endpoint->inbox, endpoint->frame, size);
+    const status_t delivered = message_deliver(endpoint, endpoint->frame, size);
+    (void)delivered; // What is beyond the window of its sender is counted.
+    return STATUS_OK;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/unit/fsw/framework/message/party.h"
-#include "test/support/consistent_octet_ring.h"
+#include "test/support/consistent_message.h"
 
 #include "unity.h"
 
@@ -136,7 +136,7 @@ void party_open(party_t* party, party_form_t form)
 void party_close(party_t* party)
 {
     for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
-        TEST_ASSERT_TRUE(octet_ring_is_consistent(&party->members[i].endpoint.inbox));
+        TEST_ASSERT_TRUE(message_is_consistent(&party->members[i].endpoint));
         if (osal_socket_is_open(&party->members[i].socket)) {
             osal_socket_close(&party->members[i].socket);
         }
@@ -170,9 +170,6 @@ static void pump(party_member_t* member)
         const status_t status = (member->party->form == PARTY_TIPC)
                                     ? tipc_carrier_pump(&member->tipc, &member->endpoint)
                                     : udp_carrier_pump(&member->udp, &member->endpoint);
-        if (status == STATUS_FULL) {
-            return;
-        }
         if (status == STATUS_EMPTY) {
             TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&member->socket, ARRIVAL_MS));
         } else {
@@ -180,6 +177,11 @@ static void pump(party_member_t* member)
             member->announced--;
         }
     }
+}
+
+void party_take_in(party_t* party, unsigned index)
+{
+    pump(&party->members[index]);
 }
 
 status_t party_receive(party_t* party, unsigned index, unsigned* out_from, uint8_t* octets, size_t capacity,

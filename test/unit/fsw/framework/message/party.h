@@ -61,6 +61,8 @@ void party_in_each_form(party_t* party, void (*act)(void));
 /// The member dies and comes back: what waits in its inbox is gone, what waits in its socket is not.
 void party_restart(party_t* party, unsigned index, uint32_t epoch);
 status_t party_send(party_t* party, unsigned from, unsigned to, const void* octets, size_t size);
+/// Bring in what was announced, as far as it has not been.
+void party_take_in(party_t* party, unsigned index);
 /// Take in what was announced, then one block. `*out_from` is an index.
 status_t party_receive(party_t* party, unsigned index, unsigned* out_from, uint8_t* octets, size_t capacity,
                        size_t* out_size);

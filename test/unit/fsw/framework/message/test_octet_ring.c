@@ -243,6 +243,35 @@ static void the_self_test_sees_damage(void)
     TEST_ASSERT_FALSE(octet_ring_is_consistent(&ring));
 }
 
+static void blocks_are_looked_at_where_they_lie(void)
+{
+    uint8_t storage[40];
+    uint8_t head[3];
+    uint8_t octets[16];
+    size_t size = 0U;
+    octet_ring_t ring;
+    octet_ring_init(&ring, storage, sizeof storage);
+    for (uint8_t round = 0U; round < 40U; round++) { // Across the end of the storage, too.
+        for (uint8_t i = 0U; i < 3U; i++) {
+            const uint8_t block[6] = {round, i, 2U, 3U, 4U, 5U};
+            TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&ring, block, (size_t)(2U + (2U * i))));
+        }
+        size_t place = 0U;
+        for (uint8_t i = 0U; i < 3U; i++) {
+            const uint8_t mark[2] = {(uint8_t)(100U + i), i};
+            octet_ring_overwrite(&ring, place, mark, sizeof mark);
+            place = octet_ring_look(&ring, place, head, sizeof head, &size);
+            TEST_ASSERT_EQUAL(2U + (2U * i), size);
+            TEST_ASSERT_EQUAL_HEX8_ARRAY(mark, head, sizeof mark);
+        }
+        TEST_ASSERT_EQUAL(ring.used, place);
+        for (uint8_t i = 0U; i < 3U; i++) {
+            TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_take(&ring, octets, sizeof octets, &size));
+            TEST_ASSERT_EQUAL(100U + i, octets[0]);
+        }
+    }
+}
+
 static void put_too_large(void)
 {
     static uint8_t storage[70000];
@@ -274,6 +303,7 @@ int main(void)
     RUN_TEST(a_block_comes_in_two_parts);
     RUN_TEST(the_largest_block_survives);
     RUN_TEST(a_ring_behaves_like_a_list);
+    RUN_TEST(blocks_are_looked_at_where_they_lie);
     RUN_TEST(the_self_test_sees_damage);
     RUN_TEST(coding_errors_are_caught);
     return UNITY_END();

@@ -3,6 +3,7 @@
 // hints.
 #include "fsw/framework/message/tipc_carrier.h"
 
+#include "fsw/framework/base/octets.h"
 #include "unity.h"
 
 #include <string.h>
@@ -182,7 +183,7 @@ static void what_comes_back_is_counted_and_is_no_message(void)
     kernel.size       = MESSAGE_HEADER_OCTETS;
     TEST_ASSERT_EQUAL(STATUS_OK, tipc_carrier_pump(&carrier, &endpoint));
     TEST_ASSERT_EQUAL(2U, carrier.returned);
-    TEST_ASSERT_EQUAL(1U, endpoint.inbox.blocks);
+    TEST_ASSERT_EQUAL(1U, message_arrivals(&endpoint));
     kernel.receive[4] = STATUS_FORBIDDEN;
     TEST_ASSERT_EQUAL(STATUS_EMPTY, tipc_carrier_pump(&carrier, &endpoint));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, tipc_carrier_pump(&carrier, &endpoint));
@@ -196,7 +197,7 @@ static void a_stranger_is_not_heard(void)
     kernel.size       = MESSAGE_HEADER_OCTETS;
     TEST_ASSERT_EQUAL(STATUS_OK, tipc_carrier_pump(&carrier, &endpoint));
     TEST_ASSERT_EQUAL(1U, carrier.foreign);
-    TEST_ASSERT_EQUAL(0U, endpoint.inbox.blocks);
+    TEST_ASSERT_EQUAL(0U, message_arrivals(&endpoint));
 }
 
 static void errors_are_passed_on(void)
@@ -208,15 +209,24 @@ static void errors_are_passed_on(void)
     TEST_ASSERT_EQUAL(STATUS_IO, tipc_carrier_pump(&carrier, &endpoint));
 }
 
-static void a_full_inbox_leaves_the_message_in_the_socket(void)
+static void a_message_beyond_the_window_is_dropped_and_counted(void)
 {
-    static uint8_t block[4096];
-    while (octet_ring_room(&endpoint.inbox) >= MESSAGE_FRAME_MAX) {
-        TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&endpoint.inbox, block, sizeof block));
+    uint8_t* const frame = kernel.frame;
+    kernel.from          = PEER_SOCKET;
+    kernel.size          = MESSAGE_FRAME_MAX;
+    octets_put_u16(&frame[0], 0x484DU);
+    frame[2] = 1U;
+    octets_put_u16(&frame[4], PEER);
+    octets_put_u16(&frame[6], SELF);
+    octets_put_u32(&frame[8], 1U);
+    unsigned kept = 0U;
+    while (message_deliver(&endpoint, frame, MESSAGE_FRAME_MAX) == STATUS_OK) {
+        kept++;
     }
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX, kept);
     kernel.receive[0] = STATUS_OK;
-    TEST_ASSERT_EQUAL(STATUS_FULL, tipc_carrier_pump(&carrier, &endpoint));
-    TEST_ASSERT_EQUAL(0U, kernel.received);
+    TEST_ASSERT_EQUAL(STATUS_OK, tipc_carrier_pump(&carrier, &endpoint));
+    TEST_ASSERT_EQUAL(2U, endpoint.counters.overruns);
 }
 
 // ---- Hints ----
@@ -272,7 +282,7 @@ int main(void)
     RUN_TEST(what_comes_back_is_counted_and_is_no_message);
     RUN_TEST(a_stranger_is_not_heard);
     RUN_TEST(errors_are_passed_on);
-    RUN_TEST(a_full_inbox_leaves_the_message_in_the_socket);
+    RUN_TEST(a_message_beyond_the_window_is_dropped_and_counted);
     RUN_TEST(the_names_at_the_beginning_are_no_news);
     RUN_TEST(a_peer_that_is_there_again_is_asked);
     RUN_TEST(a_hint_forbids_nothing);

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/message/message_inbox.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/octets.h"
+
+#include <string.h>
+
+#define AT_STAMP 0U // In the ring, in place of magic, version and kind, which were looked at.
+#define STAMP_OCTETS 4U
+#define AT_DROPPED 6U // In place of the addressee's low octet: 1 where the frame was dropped.
+#define AT_LIFE 8U    // Of the sender.
+#define KIND_DATA 0U
+
+void message_inbox_init(message_inbox_t* const inbox, uint8_t* const storage, const size_t octets)
+{
+    FSW_ASSERT(inbox != NULL);
+    (void)memset(inbox, 0, sizeof *inbox);
+    octet_ring_init(&inbox->blocks, storage, octets);
+}
+
+status_t message_inbox_put(message_inbox_t* const inbox, const uint8_t kind, const uint32_t stamp,
+                           const uint8_t* const frame, const size_t size)
+{
+    FSW_ASSERT((inbox != NULL) && (frame != NULL) && (size >= MESSAGE_INBOX_HEADER) &&
+               (kind <= MESSAGE_INBOX_NOTES));
+    if (kind != KIND_DATA) {
+        message_note_t* const note = &inbox->notes[kind - 1U];
+        (void)memcpy(note->header, frame, sizeof note->header);
+        note->after  = inbox->arrived;
+        note->is_set = true;
+        return STATUS_OK;
+    }
+    const size_t place    = inbox->blocks.used;
+    const status_t status = octet_ring_put(&inbox->blocks, frame, size);
+    if (status == STATUS_OK) {
+        uint8_t mark[AT_DROPPED + 1U];
+        (void)memcpy(mark, frame, sizeof mark);
+        octets_put_u32(&mark[AT_STAMP], stamp);
+        mark[AT_DROPPED] = 0U;
+        octet_ring_overwrite(&inbox->blocks, place, mark, sizeof mark);
+        inbox->arrived++;
+    }
+    return status;
+}
+
+bool message_inbox_next(message_inbox_t* const inbox, uint8_t header[MESSAGE_INBOX_HEADER],
+                        uint8_t* const out_kind, size_t* const out_size)
+{
+    FSW_ASSERT((inbox != NULL) && (header != NULL) && (out_kind != NULL) && (out_size != NULL));
+    for (uint8_t i = 0U; i < MESSAGE_INBOX_NOTES; i++) {
+        message_note_t* const note = &inbox->notes[i];
+        if (note->is_set && ((inbox->judged - note->after) < (UINT32_MAX / 2U))) {
+            (void)memcpy(header, note->header, sizeof note->header);
+            note->is_set = false;
+            *out_kind    = (uint8_t)(i + 1U);
+            *out_size    = sizeof note->header;
+            return true;
+        }
+    }
+    if (inbox->judged == inbox->arrived) {
+        return false;
+    }
+    inbox->last  = inbox->place;
+    inbox->place = octet_ring_look(&inbox->blocks, inbox->place, header, MESSAGE_INBOX_HEADER, out_size);
+    inbox->judged++;
+    *out_kind = KIND_DATA;
+    return true;
+}
+
+void message_inbox_drop(message_inbox_t* const inbox)
+{
+    FSW_ASSERT(inbox != NULL);
+    uint8_t mark[AT_DROPPED + 1U];
+    size_t size = 0U;
+    (void)octet_ring_look(&inbox->blocks, inbox->last, mark, sizeof mark, &size);
+    mark[AT_DROPPED] = 1U;
+    octet_ring_overwrite(&inbox->blocks, inbox->last, mark, sizeof mark);
+}
+
+/// Take the first block of the ring away.
+static void remove_first(message_inbox_t* const inbox)
+{
+    uint8_t none          = 0U;
+    size_t size           = 0U;
+    const size_t before   = inbox->blocks.used;
+    const status_t status = octet_ring_take(&inbox->blocks, &none, 0U, &size);
+    (void)status; // It does not fit into nothing: it is gone.
+    const size_t gone = before - inbox->blocks.used;
+    if (inbox->place >= gone) {
+        inbox->place -= gone;
+    } else { // Not judged yet, and never will be.
+        inbox->judged++;
+    }
+}
+
+bool message_inbox_forget(message_inbox_t* const inbox, const uint32_t life)
+{
+    FSW_ASSERT(inbox != NULL);
+    uint8_t head[AT_LIFE + 4U];
+    size_t size = 0U;
+    if (inbox->blocks.blocks == 0U) {
+        return false;
+    }
+    (void)octet_ring_look(&inbox->blocks, 0U, head, sizeof head, &size);
+    if (octets_u32_at(&head[AT_LIFE]) >= life) {
+        return false;
+    }
+    remove_first(inbox);
+    return true;
+}
+
+bool message_inbox_oldest(message_inbox_t* const inbox, uint32_t* const out_stamp)
+{
+    FSW_ASSERT((inbox != NULL) && (out_stamp != NULL));
+    while (inbox->place > 0U) {
+        uint8_t mark[AT_DROPPED + 1U];
+        size_t size = 0U;
+        (void)octet_ring_look(&inbox->blocks, 0U, mark, sizeof mark, &size);
+        if (mark[AT_DROPPED] == 0U) {
+            *out_stamp = octets_u32_at(&mark[AT_STAMP]);
+            return true;
+        }
+        remove_first(inbox);
+    }
+    return false;
+}
+
+status_t message_inbox_take(message_inbox_t* const inbox, uint8_t header[MESSAGE_INBOX_HEADER],
+                            uint8_t* const octets, const size_t capacity, size_t* const out_size)
+{
+    uint32_t stamp = 0U;
+    if (!message_inbox_oldest(inbox, &stamp)) {
+        *out_size = 0U;
+        return STATUS_EMPTY;
+    }
+    const size_t before = inbox->blocks.used;
+    const status_t status =
+        octet_ring_take_parts(&inbox->blocks, header, MESSAGE_INBOX_HEADER, octets, capacity, out_size);
+    inbox->place -= before - inbox->blocks.used;
+    return status;
+}

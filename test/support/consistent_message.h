@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Whether a message endpoint agrees with itself, for tests and fuzz targets.
+#ifndef TEST_SUPPORT_CONSISTENT_MESSAGE_H
+#define TEST_SUPPORT_CONSISTENT_MESSAGE_H
+
+#include "fsw/framework/message/message.h"
+#include "test/support/consistent_octet_ring.h"
+
+/// Each inbox is sound, and what it has judged lies before what it has not.
+static inline bool message_is_consistent(const message_endpoint_t* endpoint)
+{
+    bool is_sound = true;
+    for (size_t i = 0U; i < endpoint->channel_count; i++) {
+        const message_channel_t* const channel = &endpoint->channels[i];
+        const message_inbox_t* const inbox     = &channel->inbox;
+        is_sound                               = is_sound && octet_ring_is_consistent(&inbox->blocks) &&
+                   (inbox->place <= inbox->blocks.used) &&
+                   ((inbox->place == inbox->blocks.used) == (inbox->judged == inbox->arrived)) &&
+                   ((channel->sent - channel->credited) <= MESSAGE_WINDOW);
+    }
+    return is_sound;
+}
+
+#endif // TEST_SUPPORT_CONSISTENT_MESSAGE_H

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// One inbox for each peer, and what of a window is kept for those who must get through.
+#include "fsw/framework/message/message.h"
+
+#include "test/unit/fsw/framework/message/party.h"
+#include "unity.h"
+
+#include <string.h>
+
+static party_t party;
+static uint8_t block[MESSAGE_PAYLOAD_MAX + 1U];
+static uint8_t taken[MESSAGE_PAYLOAD_MAX];
+
+#define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX) ///< Of the largest size, under way.
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static message_endpoint_t* end(unsigned index)
+{
+    return &party.members[index].endpoint;
+}
+
+static uint32_t credit(unsigned from, unsigned to)
+{
+    return message_credit(end(from), party_id(to));
+}
+
+static status_t send_number(unsigned from, unsigned to, uint32_t number)
+{
+    return party_send(&party, from, to, &number, sizeof number);
+}
+
+static void expect_number(unsigned index, unsigned from, uint32_t number)
+{
+    unsigned sender = 99U;
+    size_t size     = 0U;
+    uint32_t found  = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, index, &sender, taken, sizeof taken, &size));
+    TEST_ASSERT_EQUAL(from, sender);
+    TEST_ASSERT_EQUAL(sizeof found, size);
+    (void)memcpy(&found, taken, sizeof found);
+    TEST_ASSERT_EQUAL(number, found);
+}
+
+static void expect_nothing(unsigned index)
+{
+    unsigned sender = 0U;
+    size_t size     = 99U;
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, party_receive(&party, index, &sender, taken, sizeof taken, &size));
+    TEST_ASSERT_EQUAL(0U, size);
+}
+
+// ---- What is kept for those who must get through ----
+
+static void fill_up_to_the_reserve(void)
+{
+    const message_endpoint_t* const sender = end(0U);
+    for (uint32_t i = 0U; i < (MESSAGE_WINDOW - MESSAGE_RESERVE); i++) {
+        TEST_ASSERT_EQUAL(MESSAGE_WINDOW - MESSAGE_RESERVE - i, message_credit_plain(sender, party_id(1U)));
+        TEST_ASSERT_EQUAL(STATUS_OK, message_send_plain(end(0U), party_id(1U), block, 4U));
+    }
+    TEST_ASSERT_EQUAL(0U, message_credit_plain(sender, party_id(1U)));
+    TEST_ASSERT_EQUAL(STATUS_FULL, message_send_plain(end(0U), party_id(1U), block, 4U));
+    TEST_ASSERT_EQUAL(MESSAGE_RESERVE, credit(0U, 1U));
+    for (uint32_t i = 0U; i < MESSAGE_RESERVE; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
+    }
+    TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U));
+    TEST_ASSERT_EQUAL(0U, message_credit_plain(sender, 99U));
+}
+
+static void the_last_blocks_of_a_window_are_reserved(void)
+{
+    party_in_each_form(&party, fill_up_to_the_reserve);
+}
+
+static void fill_the_octets_up_to_the_reserve(void)
+{
+    uint32_t plain = 0U;
+    while (message_send_plain(end(0U), party_id(1U), block, MESSAGE_PAYLOAD_MAX) == STATUS_OK) {
+        plain++;
+    }
+    TEST_ASSERT_EQUAL((MESSAGE_WINDOW_OCTETS - MESSAGE_RESERVE_OCTETS) / MESSAGE_FRAME_MAX, plain);
+    uint32_t firm = 0U;
+    while (party_send(&party, 0U, 1U, block, MESSAGE_PAYLOAD_MAX) == STATUS_OK) {
+        firm++;
+    }
+    TEST_ASSERT_EQUAL(LARGEST_BLOCKS - plain, firm);
+    TEST_ASSERT_TRUE(firm > 0U);
+}
+
+static void the_last_octets_of_a_window_are_reserved(void)
+{
+    party_in_each_form(&party, fill_the_octets_up_to_the_reserve);
+}
+
+// ---- One inbox for each peer ----
+
+static bool admits_member_2(void* const context, const uint16_t peer)
+{
+    (void)context;
+    return peer == party_id(2U);
+}
+
+static status_t receive_of_member_2(unsigned index, size_t* const out_size)
+{
+    const message_filter_t filter = {NULL, admits_member_2};
+    uint16_t from                 = 0U;
+    party_take_in(&party, index);
+    return message_receive_if(end(index), &filter, &from, taken, sizeof taken, out_size);
+}
+
+/// Member 0 takes nothing of member 1 any more, and yet its own way to it stays open.
+static void refuse_one_peer(void)
+{
+    size_t size = 0U;
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, i));
+    }
+    for (uint32_t i = 0U; i < 1000U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
+        expect_number(1U, 0U, i);
+        TEST_ASSERT_EQUAL(STATUS_FULL, send_number(1U, 0U, 99U)); // No credit comes back.
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(2U, 0U, i));
+        TEST_ASSERT_EQUAL(STATUS_OK, receive_of_member_2(0U, &size));
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, receive_of_member_2(0U, &size));
+        expect_nothing(2U);
+    }
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        expect_number(0U, 1U, i);
+    }
+    expect_nothing(1U);
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(1U, 0U));
+    TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
+}
+
+static void who_takes_no_data_still_takes_credit(void)
+{
+    party_in_each_form(&party, refuse_one_peer);
+}
+
+static void take_control_alone(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 7U));
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
+        expect_number(1U, 0U, i);
+    }
+    TEST_ASSERT_EQUAL(0U, credit(0U, 1U));
+    party_take_in(&party, 0U);
+    message_take_control(end(0U));
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
+    expect_number(0U, 1U, 7U);
+}
+
+static void credit_is_taken_without_a_block(void)
+{
+    party_in_each_form(&party, take_control_alone);
+}
+
+static void blocks_come_in_order_of_arrival(void)
+{
+    party_open(&party, PARTY_RING);
+    for (uint32_t i = 0U; i < 1000U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, i));
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(2U, 0U, i));
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 5000U + i));
+        expect_number(0U, 1U, i);
+        expect_number(0U, 2U, i);
+        expect_number(0U, 1U, 5000U + i);
+        expect_nothing(1U);
+        expect_nothing(2U);
+    }
+    TEST_ASSERT_EQUAL(party.frames[1][0] + party.frames[2][0], message_arrivals(end(0U)));
+    TEST_ASSERT_EQUAL(0U, message_arrivals(end(0U)));
+    party_close(&party);
+}
+
+/// Nobody but an attacker sends beyond its window.
+static void flood_beyond_the_window(void)
+{
+    static uint8_t frame[MESSAGE_FRAME_MAX] = {0x48U, 0x4DU, 1U, 0U, 0U, 16U, 0U, 17U, 0U, 0U, 0U, 1U};
+    unsigned from                           = 0U;
+    size_t size                             = 0U;
+    for (unsigned i = 0U; i < 20U; i++) {
+        TEST_ASSERT_EQUAL((i < LARGEST_BLOCKS) ? STATUS_OK : STATUS_FULL,
+                          message_deliver(end(1U), frame, sizeof frame));
+    }
+    TEST_ASSERT_TRUE(end(1U)->counters.overruns > 10U);
+    while (party_receive(&party, 1U, &from, taken, sizeof taken, &size) != STATUS_EMPTY) {
+    }
+    while (party_receive(&party, 0U, &from, taken, sizeof taken, &size) != STATUS_EMPTY) {
+    }
+    for (uint32_t i = 0U; i < 8U; i++) {
+        (void)send_number(0U, 1U, i);
+        while (party_receive(&party, 1U, &from, taken, sizeof taken, &size) != STATUS_EMPTY) {
+        }
+        while (party_receive(&party, 0U, &from, taken, sizeof taken, &size) != STATUS_EMPTY) {
+        }
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 9U));
+    expect_number(1U, 0U, 9U);
+}
+
+static void frames_beyond_a_window_are_dropped_and_counted(void)
+{
+    party_in_each_form(&party, flood_beyond_the_window);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_last_blocks_of_a_window_are_reserved);
+    RUN_TEST(the_last_octets_of_a_window_are_reserved);
+    RUN_TEST(who_takes_no_data_still_takes_credit);
+    RUN_TEST(credit_is_taken_without_a_block);
+    RUN_TEST(blocks_come_in_order_of_arrival);
+    RUN_TEST(frames_beyond_a_window_are_dropped_and_counted);
+    return UNITY_END();
+}
