@@ -11,6 +11,7 @@
 ##                                                               FORM=processes|image  TIME=stepped|real  BUS=shm|vcan|can
 ##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
 ##                                                               PORT=  TOOLS=  OUT=runs/...  STORAGE=<folder that stays>
+##                                                               KEY=<file>: take telecommands only that it protects
 ##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=  SIM_ROBOT_IF=
 ##                                                               FOREIGN=<subsystem>: its program big-endian, emulated
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
@@ -41,7 +42,7 @@ SHELL         := /bin/sh
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
-OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COVERAGE FOREIGN FORM FUZZ HTTP JOBS JOYSTICK_IF LINKS MEMORY MISSION NAME NODES \
+OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COVERAGE FOREIGN FORM FUZZ HTTP JOBS JOYSTICK_IF KEY LINKS MEMORY MISSION NAME NODES \
            ONLY OUT PLACE PORT ROBOT_IF S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF STORAGE TIME TOOLS \
            TRANSPORT TSAN UPDATE V
 ifeq ($(MAKELEVEL),0)
@@ -168,11 +169,12 @@ SIM_LIBRARIES    := $(foreach d,$(filter sim/% osal/% fsw/framework/base,$(DIRS)
 FLIGHT_LIBRARIES := $(foreach d,$(filter-out sim/%,$(DIRS)),$(call library,$d))
 
 LUA   := $(if $(S390X),,-llua5.4)
+NETTLE := $(if $(S390X),,-lnettle) # No program of another byte order frames packets.
 group = -Wl,--start-group $(filter %.a,$1) -Wl,--end-group
 program_name = $B/bin/$(subst _,-,$(patsubst %_main.c,%,$(notdir $1)))
 libraries_of = $(if $(findstring image,$1),$(LIBRARIES),$(if $(filter sim/%,$1),$(SIM_LIBRARIES),$(FLIGHT_LIBRARIES)))
 externals_of = $(if $(findstring image,$1)$(filter sim/%,$1),-lode -llcm) $(if $(findstring sqlite,$1),-lsqlite3) \
-               $(if $(filter sim/%,$1),,-lexpat $(LUA)) -lpthread -lm
+               $(if $(filter sim/%,$1),,-lexpat $(LUA) $(NETTLE)) -lpthread -lm
 
 define program_rule
 $(call program_name,$1): $(call objects,$1) $(call libraries_of,$1)
@@ -207,7 +209,7 @@ mirrored   = $(patsubst test/unit/%,%,$(patsubst test/contract/%,%,$(patsubst %/
 test_name  = $(patsubst %.c,$B/%,$1)
 fixtures   = $(filter-out $(dir $1)test_%,$(wildcard $(dir $1)*.c))
 
-TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) -lexpat -lpthread -lm
+TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm
 
 define test_rule
 $(call test_name,$1): $(call objects,$1 $(call fixtures,$1)) $(SUPPORT_A) $(call layer_libraries,$(call mirrored,$1))
@@ -229,7 +231,7 @@ define bench_rule
 $(patsubst test/bench/%.c,$B/bench/%,$1): $(call objects,$1 $(filter-out test/bench/bench_%,$(wildcard test/bench/*.c))) $(LIBRARIES)
 	@mkdir -p $$(@D)
 	$(Q)$(CC) $(CFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) \
-	    -Wl,--as-needed -lexpat $(LUA) -lode -llcm -lsqlite3 -lpthread -lm
+	    -Wl,--as-needed -lexpat $(LUA) $(NETTLE) -lode -llcm -lsqlite3 -lpthread -lm
 endef
 $(foreach b,$(BENCHES),$(eval $(call bench_rule,$b)))
 include test/bench/transport.mk
@@ -240,7 +242,7 @@ $B/target/$1: $(call objects,test/fuzz/fuzz_$1.c $(filter-out test/fuzz/fuzz_%,$
               $(LIBRARIES)
 	@mkdir -p $$(@D)
 	$(Q)$(CC) $(CFLAGS) -fsanitize=fuzzer -o $$@ $$(filter %.o,$$^) $$(call group,$$^) \
-	    -Wl,--as-needed -lexpat $(LUA) -lode -llcm -lsqlite3 -lpthread -lm
+	    -Wl,--as-needed -lexpat $(LUA) $(NETTLE) -lode -llcm -lsqlite3 -lpthread -lm
 endef
 $(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
 -include $(patsubst %.o,%.d,$(call objects,$(FUZZ_SOURCES)))
@@ -293,7 +295,7 @@ sim-run: all $(if $(FOREIGN),foreign)
 	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,seed,SEED) \
 	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
 	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT) \
-	    $(call option,storage,STORAGE) $(call option,foreign,FOREIGN) $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
+	    $(call option,storage,STORAGE) $(call option,key,KEY) $(call option,foreign,FOREIGN) $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
 	    $(call adapter,sim-interface,robot,SIM_ROBOT_IF) $(call adapter,sim-interface,joystick,SIM_JOYSTICK_IF)
 
 NEEDS_FOREIGN = $(findstring $(or $(ONLY),test/hil),test/hil/test_big_endian.py)

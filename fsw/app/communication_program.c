@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "fsw/app/ground_key.h"
 #include "fsw/app/member.h"
 #include "fsw/app/program.h"
 #include "fsw/subsystems/communication/communication.h"
@@ -12,6 +13,7 @@ typedef struct {
     member_t member;
     communication_t communication;
     communication_services_t services;
+    ground_key_t key;
 } communication_program_t;
 
 static communication_program_t storage;
@@ -75,6 +77,20 @@ static size_t sockets_of(void* const context, osal_socket_t** const out_sockets,
     return communication_sockets(&((communication_program_t*)context)->communication, out_sockets, capacity);
 }
 
+/// The launcher has looked at the key before the run began. If it is gone since, telemetry flows and every
+/// telecommand is refused, which an event tells.
+static void secure(communication_program_t* const self, const char* const path)
+{
+    char error[GROUND_KEY_ERROR_MAX];
+    if (path[0] == '\0') {
+        return;
+    }
+    if (!ground_key_open(&self->key, path, error)) {
+        osal_console_complain(error);
+    }
+    communication_secure(&self->communication, &self->key.receiver);
+}
+
 bool communication_open(seat_t* const seat, program_t* const out_program)
 {
     const communication_hooks_t hooks = {seat, sent, participant_port, intruded};
@@ -83,6 +99,7 @@ bool communication_open(seat_t* const seat, program_t* const out_program)
     }
     communication_init(&storage.communication, &storage.member.component, &seat->uplink, &hooks,
                        seat->run->ground_descriptor);
+    secure(&storage, seat->run->key);
     member_begin(&storage.member, communication_callbacks(), &storage.communication,
                  (component_services_t){&storage.services, communication_add_services});
     *out_program =

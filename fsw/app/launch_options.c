@@ -36,6 +36,9 @@ const char* launch_options_help(void)
            "  --storage FOLDER   what outlives a power cut: schedules, definitions, stores, files; that of "
            "an\n"
            "                     earlier run is taken over (default: FOLDER/storage of --out)\n"
+           "  --key FILE         take telecommands only that this key protects (`gse key make FILE`; "
+           "default:\n"
+           "                     the mission's, if it has one)\n"
            "  --duration S       shut the mission down after S simulated seconds\n"
            "  --report yes|no    draw the report at the end (default yes)";
 }
@@ -222,10 +225,14 @@ static bool take_interface(launch_options_t* const options, const char* const op
     return true;
 }
 
-static bool take_folder(launch_options_t* const options, const char* const option, const char* const value,
-                        char error[LAUNCH_ERROR_MAX])
+static bool take_path(launch_options_t* const options, const char* const option, const char* const value,
+                      char error[LAUNCH_ERROR_MAX])
 {
-    *(is_word(option, "--out") ? &options->output : &options->storage) = value;
+    if (is_word(option, "--key")) {
+        options->key = value;
+    } else {
+        *(is_word(option, "--out") ? &options->output : &options->storage) = value;
+    }
     return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) || fail(error, option, value, "the path is too long");
 }
 
@@ -253,8 +260,8 @@ static bool take(launch_options_t* const options, const char* const option, cons
         return is_name(value) ||
                fail(error, option, value, "expected the name of a subsystem of the mission");
     }
-    if (is_word(option, "--out") || is_word(option, "--storage")) {
-        return take_folder(options, option, value, error);
+    if (is_word(option, "--out") || is_word(option, "--storage") || is_word(option, "--key")) {
+        return take_path(options, option, value, error);
     }
     return fail(error, option, value, "unknown option; see hirosco run --help");
 }
@@ -382,6 +389,7 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
                                            .nodes      = 1U,
                                            .output     = "",
                                            .storage    = "",
+                                           .key        = "",
                                            .foreign    = "",
                                            .has_report = true};
     error[0]          = '\0';

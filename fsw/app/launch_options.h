@@ -39,7 +39,8 @@ typedef struct {
     uint16_t tools;        ///< Port of the simulator's socketcand server for bus tools; 0: none.
     const char* output;    ///< Output folder; empty: one of its own under runs/.
     const char*
-        storage; ///< Folder of lasting records, stores and files; empty: "storage" in the output folder.
+        storage;     ///< Folder of lasting records, stores and files; empty: "storage" in the output folder.
+    const char* key; ///< File with the key of telecommands; empty: the mission's.
     const char* foreign; ///< Subsystem whose program is that of another processor, by its stand-in; "": none.
     uint64_t duration_ns; ///< Shut the mission down after this simulated time; 0: never.
     bool has_report;

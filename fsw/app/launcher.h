@@ -52,6 +52,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     osal_calendar_t* calendar;
     osal_network_t home; // Network namespace of the launcher itself, while it is in another.
     osal_socket_t ground;
+    char key_path[RUN_PATH_MAX]; // Of telecommands; "": they need none.
     osal_socket_t messages[MISSION_SUBSYSTEMS_MAX];
     osal_socket_t links[RUN_LINKS_MAX];
     launcher_bus_t buses[MISSION_BUSES_MAX];

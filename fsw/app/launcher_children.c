@@ -241,6 +241,10 @@ static void start_operator(launcher_t* const launcher)
     arguments_add_number(&arguments, launcher->run->ground_port);
     arguments_add(&arguments, "--run");
     arguments_add(&arguments, launcher->run->folder);
+    if (launcher->run->key[0] != '\0') {
+        arguments_add(&arguments, "--key");
+        arguments_add(&arguments, launcher->run->key);
+    }
     if (launcher->run->is_stepped) {
         arguments_add(&arguments, "--door");
         arguments_add(&arguments, launcher->door);

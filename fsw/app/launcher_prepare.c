@@ -2,6 +2,7 @@
 // What a run needs before its first process: mission, folder, shared memory, buses, sockets.
 #include "fsw/app/launcher_internal.h"
 
+#include "fsw/app/ground_key.h"
 #include "fsw/framework/rtlink/agreement.h"
 #include "fsw/supervisor/vitals.h"
 #include "osal/include/osal/clock.h"
@@ -180,6 +181,37 @@ static bool make_folder(launcher_t* const launcher, char* const folder, const si
     return true;
 }
 
+/// The key of the ground link: asked for, or the mission's, whose path begins at the mission's file. It is
+/// opened once before anything runs: a mission that shall have a key flies with it or not at all.
+static bool check_key(launcher_t* const launcher, const char* const mission_path)
+{
+    const char* const asked = launcher->options.key;
+    const char* const named = launcher->mission.ground_key;
+    const char* const slash = strrchr(mission_path, '/');
+    text_t text             = text_in(launcher->key_path, sizeof launcher->key_path);
+    if (asked[0] != '\0') {
+        text_add(&text, asked);
+    } else if (named[0] != '\0') {
+        for (const char* next = mission_path; (named[0] != '/') && (slash != NULL) && (next <= slash);
+             next++) {
+            text_add_character(&text, *next);
+        }
+        text_add(&text, named);
+    } else {
+        return true;
+    }
+    ground_key_t key;
+    char error[GROUND_KEY_ERROR_MAX];
+    if (text.cut) {
+        return fail(launcher, "the path of the ground link's key is too long: ", launcher->key_path);
+    }
+    if (!ground_key_open(&key, launcher->key_path, error)) {
+        return fail(launcher, error, "");
+    }
+    ground_key_close(&key);
+    return true;
+}
+
 // ---- Left by others ----
 
 int32_t launcher_owner_of(const char* const identity)
@@ -234,6 +266,8 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
     if (text.cut || (osal_directory_create(run->storage) != STATUS_OK)) {
         return fail(launcher, "cannot make the storage folder ", run->storage);
     }
+    text = text_in(run->key, sizeof run->key);
+    text_add(&text, launcher->key_path);
     // Also in wall-clock time: simulated hardware belongs to the calendar.
     run->is_stepped      = launch_has_simulator(&launcher->options);
     run->link_methods    = link_methods(launcher->options.links);
@@ -342,7 +376,8 @@ static bool tell_ground(launcher_t* const launcher)
     text_t text = text_in(digits, sizeof digits);
     text_add_unsigned(&text, launcher->run->ground_port);
     return write_line(launcher, "/ground.mission", launcher->options.mission) &&
-           write_line(launcher, "/ground.port", digits);
+           write_line(launcher, "/ground.port", digits) &&
+           ((launcher->run->key[0] == '\0') || write_line(launcher, "/ground.key-file", launcher->run->key));
 }
 
 /// What hangs on the buses beside the arm and the joystick, where the mission has such a file.
@@ -387,7 +422,7 @@ static void begin(launcher_t* const launcher, const launch_options_t* const opti
 static bool read_mission(launcher_t* const launcher, char* const path, const size_t capacity)
 {
     return load_mission(launcher, path, capacity) && choose_methods(launcher, path) &&
-           find_programs(launcher, path) && launcher_set_limits(launcher, path);
+           find_programs(launcher, path) && check_key(launcher, path) && launcher_set_limits(launcher, path);
 }
 
 bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,

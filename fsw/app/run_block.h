@@ -72,6 +72,7 @@ typedef struct {
     char mission_path[RUN_PATH_MAX];
     char folder[RUN_PATH_MAX];  ///< Output folder.
     char storage[RUN_PATH_MAX]; ///< Folder of what outlives a power cut.
+    char key[RUN_PATH_MAX];     ///< File with the key of telecommands; "": they need none.
     int ground_descriptor;      ///< Listening TCP socket that `communication` inherits.
     uint16_t ground_port;
     uint16_t component_count;

@@ -31,7 +31,7 @@ TABLE = {
     ("Mission", "Buses"): "",
     ("Buses", "Bus"): "name! redundantTo bitRate! dataBitRate",
     ("Mission", "Transports"): "messages links",
-    ("Mission", "Ground"): "address! port!",
+    ("Mission", "Ground"): "address! port! key",
 }
 SUBSYSTEM_LINKS = 8  # CAPACITY_SUBSYSTEM_LINKS of fsw/framework/base/capacities.h
 REDUNDANT_BUS = "a bus of the mission that is not redundant itself and has one redundant bus"

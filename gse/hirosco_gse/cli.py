@@ -7,13 +7,14 @@ Exit codes: 0 success, 1 rejected or failed (told in words), 2 usage, 3 no link,
 import argparse
 import contextlib
 import json
+import os
 import pathlib
 import re
 import signal
 import sys
 import time
 
-from . import commands, link, telemetry
+from . import commands, gateway, link, sdls, telemetry
 from .commands import UsageError
 from .dictionary import STATES, Dictionary, DictionaryError
 from .script import Script, ScriptError, ScriptFailure
@@ -21,6 +22,7 @@ from .session import LinkLost, Session, SessionError, TimedOut
 
 SUCCESS, FAILED, USAGE, NO_LINK, TIMED_OUT = range(5)
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 10015
 DEFAULT_MISSION = "rokviss"
 LISTEN_S = 2.0
@@ -42,6 +44,17 @@ def _mission_of(run):
         return DEFAULT_MISSION
 
 
+def _default_key(run, host, port):
+    """Key file, as the launcher wrote it, of the run that is connected to; of another one that of the environment. None: telecommands
+    go as they are."""
+    if host != LOOPBACK or not (run / "ground.port").exists() or port != _default_port(run):
+        return os.environ.get("GSE_KEY")
+    try:
+        return (run / "ground.key-file").read_text(encoding="utf-8").strip() or None
+    except OSError:
+        return None
+
+
 def _default_dictionary(run):
     return ROOT / "build" / "generated" / f"{_mission_of(run)}.json"
 
@@ -59,6 +72,10 @@ def _epilog():
         "        what is allowed in which mode and state (from the dictionary)",
         "  script FILE [--door PATH] [--run DIR]",
         "        fly the operator's lines of a scenario",
+        "  key make FILE",
+        "        make a key of authenticated telecommands, and its marks FILE.sent and FILE.received",
+        "  gateway [--listen PORT]",
+        "        take packets from programs of this machine, such as Yamcs, and send them on protected by the key",
         "",
         "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4 time-out",
     ]
@@ -72,10 +89,12 @@ def _parser():
         epilog=_epilog(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--host", default="127.0.0.1", help="address of the ground port (default %(default)s)")
+    parser.add_argument("--host", default=LOOPBACK, help="address of the ground port (default %(default)s)")
     parser.add_argument("--port", type=int, help=f"ground port (default: runs/latest/ground.port, else {DEFAULT_PORT})")
     parser.add_argument("--dictionary", help="mission dictionary (default: that of the run's mission)")
     parser.add_argument("--timeout", type=float, default=20.0, help="longest wait for a verification [s] (default 20)")
+    parser.add_argument("--key", metavar="FILE", help="protect telecommands with this key (default: the run's; of no run here, $GSE_KEY)")
+    parser.add_argument("--listen", type=int, metavar="PORT", help=f"gateway: port on this machine (default {gateway.PORT})")
     parser.add_argument("--json", action="store_true", help="one JSON object per line instead of text")
     parser.add_argument("-f", "--follow", action="store_true", help="hk, events: go on until Ctrl-C")
     parser.add_argument("--door", help="script: UNIX socket of the calendar (stepped time)")
@@ -90,18 +109,35 @@ def _print(arguments, entry):
     print(text, flush=True)
 
 
+def _tell(line):
+    print(line, flush=True)
+
+
 class _Console:
     """One call of the command line."""
 
     def __init__(self, arguments):
         self.arguments = arguments
         self.run = pathlib.Path(arguments.run) if arguments.run else ROOT / "runs" / "latest"
+        self.port = arguments.port or _default_port(self.run)
+        self.key = arguments.key or _default_key(self.run, arguments.host, self.port)
         self.dictionary = Dictionary.load(arguments.dictionary or _default_dictionary(self.run))
 
     def connect(self, first_sequence=None, patience_s=0.0):
         """(stream, session) of a new connection."""
-        port = self.arguments.port or _default_port(self.run)
-        return link.connect(self.arguments.host, port, patience_s), Session(self.dictionary, first_sequence)
+        protect = sdls.Sender(self.key) if self.key else bytes
+        stream = link.connect(self.arguments.host, self.port, patience_s)
+        return stream, Session(self.dictionary, first_sequence, protect=protect)
+
+    def gateway(self):
+        """Serve until Ctrl-C."""
+        if self.arguments.words:
+            raise UsageError("usage: gateway [--listen PORT] [--key FILE]")
+        if not self.key:
+            raise UsageError("gateway: telecommands of this run need no key; connect to its ground port, or give --key FILE")
+        sdls.read_key(self.key)
+        gateway.serve(self.arguments.listen or gateway.PORT, (self.arguments.host, self.port), lambda: sdls.Sender(self.key), _tell)
+        return SUCCESS
 
     def command(self):
         """Plan first: a usage error needs no link."""
@@ -193,11 +229,23 @@ def _is_event(packet):
     return packet.service == 5 and packet.subtype <= 4 or packet.message in ((129, 2), (131, 2), (131, 4), (130, 10))
 
 
+def _key(words):
+    """Commands about keys."""
+    if len(words) != 2 or words[0] != "make":
+        raise UsageError("usage: key make FILE")
+    sdls.make_key(words[1])
+    print(f"{words[1]}: made, with its marks .sent (ground) and .received (spacecraft); keep all three together")
+    return SUCCESS
+
+
 def _run(arguments):
+    if arguments.command == "key":
+        return _key(arguments.words)
     console = _Console(arguments)
     special = {
         "script": console.script,
         "permissions": console.permissions,
+        "gateway": console.gateway,
         "events": lambda: console.listen(_is_event),
     }
     if arguments.command in special:
@@ -220,7 +268,7 @@ def main(argv=None):
         return _run(arguments)
     except SystemExit as end:  # argparse: 0 after --help, 2 after a usage error
         return end.code if isinstance(end.code, int) else USAGE
-    except (UsageError, DictionaryError, ScriptError) as problem:
+    except (UsageError, DictionaryError, ScriptError, sdls.SecurityError) as problem:
         print(f"gse: {problem}", file=sys.stderr)
         return USAGE
     except LinkLost as problem:

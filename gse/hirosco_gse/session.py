@@ -69,10 +69,12 @@ class Verification:
 class Session:
     """State of one ground user."""
 
-    def __init__(self, dictionary, first_sequence=None, source=GROUND_USER):
-        """first_sequence None: every APID starts at a random count, as interactive users must."""
+    def __init__(self, dictionary, first_sequence=None, source=GROUND_USER, protect=bytes):
+        """first_sequence None: every APID starts at a random count, as interactive users must. protect: octets of a packet as
+        they go over the link (sdls.Sender)."""
         self.dictionary = dictionary
         self.source = source
+        self._protect = protect
         self.now_ns = 0
         self.slipped_ns = 0  # What the driver has put its clock forward by, in which nobody has waited.
         self.outbox = bytearray()
@@ -112,7 +114,7 @@ class Session:
         verification = Verification(request, bytes(raw[:4]), self.now_ns)
         self._open[verification.request_id] = verification
         if len(raw) <= packets.PACKET_MAX:
-            self.outbox += raw
+            self.outbox += self._protect(raw)
         else:
             self._send_parts(raw, verification)
         return verification
@@ -123,7 +125,7 @@ class Session:
             part = packets.build_tc(SUPERVISOR_APID, count, large.SERVICE, subtype, data, self.source, packets.ACK_COMPLETION)
             request = Request(SUPERVISOR_APID, large.SERVICE, subtype, data, f"part of {whole.request.text}")
             self._open[part[:4]] = Verification(request, part[:4], self.now_ns, whole=whole)
-            self.outbox += part
+            self.outbox += self._protect(part)
         self._transaction = (self._transaction + 1) & 0xFFFF
 
     def feed(self, octets):

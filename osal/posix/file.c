@@ -171,20 +171,43 @@ static status_t read_whole(osal_file_t* file, char* octets, size_t capacity, siz
     }
 }
 
-status_t osal_file_load(const char* path, void* octets, size_t capacity, size_t* out_size)
+/// STATUS_OK, STATUS_FORBIDDEN (others than the owner may read or change it), STATUS_IO.
+static status_t is_secret(const osal_file_t* file)
+{
+    struct stat facts;
+    if (fstat(file->descriptor, &facts) != 0) {
+        return STATUS_IO;
+    }
+    return ((facts.st_mode & (S_IRWXG | S_IRWXO)) == 0) ? STATUS_OK : STATUS_FORBIDDEN;
+}
+
+static status_t load(const char* path, bool must_be_secret, void* octets, size_t capacity, size_t* out_size)
 {
     FSW_ASSERT((octets != NULL) && (out_size != NULL));
     osal_file_t file;
     *out_size       = 0U;
     status_t status = osal_file_open_read(&file, path);
     if (status == STATUS_OK) {
-        status = read_whole(&file, octets, capacity, out_size);
+        status = must_be_secret ? is_secret(&file) : STATUS_OK;
+        if (status == STATUS_OK) {
+            status = read_whole(&file, octets, capacity, out_size);
+        }
         osal_file_close(&file);
     }
     if (status != STATUS_OK) {
         *out_size = 0U;
     }
     return status;
+}
+
+status_t osal_file_load(const char* path, void* octets, size_t capacity, size_t* out_size)
+{
+    return load(path, false, octets, capacity, out_size);
+}
+
+status_t osal_file_load_secret(const char* path, void* octets, size_t capacity, size_t* out_size)
+{
+    return load(path, true, octets, capacity, out_size);
 }
 
 status_t osal_file_lock(osal_file_t* file)

@@ -160,6 +160,7 @@ typedef struct {
     uint8_t message_method; ///< descriptor_method_t of messages between processes.
     uint8_t link_method;    ///< Preferred one of real-time links.
     uint16_t ground_port;
+    const char* ground_key; ///< File with the key of telecommands, from this file's folder; "": none.
 
     mission_subsystem_t subsystems[MISSION_SUBSYSTEMS_MAX]; ///< In slot order.
     uint16_t subsystem_count;

@@ -203,6 +203,7 @@ static const source_attribute_t ground_attributes[] = {
      .low  = 1U,
      .high = 65535U,
      SOURCE_TO(mission_descriptor_t, ground_port)},
+    {.name = "key", .form = SOURCE_TEXT, .high = 127U, SOURCE_TO(mission_descriptor_t, ground_key)},
 };
 
 // ---- Elements ----

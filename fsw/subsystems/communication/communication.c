@@ -32,6 +32,7 @@ static void connected(void* const context, const unsigned client)
 {
     communication_t* const self = (communication_t*)context;
     ground_queue_init(&self->queues[client]);
+    ground_security_connected(&self->security, client);
     self->counters.connected++;
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_CONNECTED, NULL, 0U);
     if (!is_participant(self, client)) {
@@ -83,30 +84,35 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
                     const size_t size)
 {
     communication_t* const self = (communication_t*)context;
-    size_t packet_size          = 0U;
-    const status_t status       = pus_packet_frame(octets, size, &packet_size);
+    ground_unit_t unit;
+    const status_t status = ground_security_next(&self->security, client, octets, size, &unit);
     if (status == STATUS_TRUNCATED) {
         return 0U;
     }
     if (status != STATUS_OK) {
         return FLOW_TCP_MALFORMED;
     }
-    if (!pus_packet_is_tc(octets, packet_size)) {
-        self->not_requests++; // A report from the ground is none of ours.
-        return packet_size;
+    if (unit.packet == NULL) {
+        return unit.taken; // A part of one, or nothing to be looked at.
     }
-    if (self->uplink.send(self->uplink.context, octets, packet_size) != STATUS_OK) {
+    if (!pus_packet_is_tc(unit.packet, unit.size)) {
+        ground_security_accept(&self->security, client);
+        self->not_requests++; // A report from the ground is none of ours.
+        return unit.taken;
+    }
+    if (self->uplink.send(self->uplink.context, unit.packet, unit.size) != STATUS_OK) {
         self->is_uplink_full = true; // The supervisor's mailbox: the packet stays in the buffer.
         return FLOW_TCP_BUSY;
     }
+    ground_security_accept(&self->security, client);
     self->counters.tc_received++;
-    if (packet_size >= (SOURCE_OFFSET + 2U)) {
-        note_user(self, u16_at(octets, SOURCE_OFFSET), client);
+    if (unit.size >= (SOURCE_OFFSET + 2U)) {
+        note_user(self, u16_at(unit.packet, SOURCE_OFFSET), client);
     }
     if (!is_participant(self, client)) {
         self->hooks.intruded(self->hooks.context);
     }
-    return packet_size;
+    return unit.taken;
 }
 
 static size_t allowance(void* const context, const unsigned client)
@@ -274,6 +280,10 @@ static status_t publish(void* const context)
         status = subsystem_publish(self->generic, &communication_definitions[COMMUNICATION_INDEX_COUNTERS],
                                    &self->counters);
     }
+    if (status == STATUS_OK) {
+        status = subsystem_publish(self->generic, &communication_definitions[COMMUNICATION_INDEX_SECURITY],
+                                   &self->secured);
+    }
     return status;
 }
 
@@ -313,9 +323,11 @@ static void update_status(void* const context)
     self->counters.socket_peak    = self->sockets.stats.peak;
     self->counters.socket_refused = self->sockets.stats.refused;
     self->status.connections      = connections;
-    self->status.queued           = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
+    ground_security_publish(&self->security, &self->secured);
+    self->status.queued = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
     parameter_unlock(dictionary);
     self->is_drop_told = self->is_drop_told && (queued > 0U);
+    ground_security_tell(&self->security, self->generic);
 }
 
 const subsystem_callbacks_t* communication_callbacks(void)
@@ -331,6 +343,7 @@ void communication_init(communication_t* const self, subsystem_t* const generic,
 {
     FSW_ASSERT((self != NULL) && (generic != NULL) && (uplink != NULL) && (hooks != NULL));
     (void)memset(self, 0, offsetof(communication_t, queues));
+    ground_security_init(&self->security, NULL);
     self->generic  = generic;
     self->uplink   = *uplink;
     self->hooks    = *hooks;
@@ -344,4 +357,10 @@ void communication_init(communication_t* const self, subsystem_t* const generic,
     for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
         self->users[i].client = NO_CLIENT;
     }
+}
+
+void communication_secure(communication_t* const self, sdls_receiver_t* const receiver)
+{
+    FSW_ASSERT((self != NULL) && (receiver != NULL));
+    ground_security_init(&self->security, receiver);
 }

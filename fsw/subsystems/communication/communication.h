@@ -14,9 +14,10 @@
 #include "fsw/framework/dataflow/flow_tcp.h"
 #include "fsw/framework/subsystem/component.h"
 #include "fsw/subsystems/communication/ground_queue.h"
+#include "fsw/subsystems/communication/ground_security.h"
 #include "generated/communication_descriptor.h"
 
-#define COMMUNICATION_CLIENTS 4U
+#define COMMUNICATION_CLIENTS GROUND_CLIENTS
 #define COMMUNICATION_USERS 8U
 #define COMMUNICATION_BUFFER 8192U
 
@@ -49,6 +50,8 @@ typedef struct { // Private.
     uint32_t not_requests;             // Packets of the ground that are no telecommands [wraps].
     communication_status_t status;     // Published.
     communication_counters_t counters; // Published.
+    communication_security_t secured;  // Published.
+    ground_security_t security;
     ground_queue_t queues[COMMUNICATION_CLIENTS];
     uint8_t buffers[COMMUNICATION_CLIENTS * COMMUNICATION_BUFFER]; // Not cleared.
 } communication_t;
@@ -56,6 +59,8 @@ typedef struct { // Private.
 /// listener: descriptor of the listening socket, opened by the launcher. uplink: where requests go.
 void communication_init(communication_t* communication, subsystem_t* generic, const pus_port_t* uplink,
                         const communication_hooks_t* hooks, int listener);
+/// Take authenticated telecommands only. The receiver outlives the subsystem. Before it is configured.
+void communication_secure(communication_t* communication, sdls_receiver_t* receiver);
 const subsystem_callbacks_t* communication_callbacks(void);
 /// Take in what the ground sent; `octets_due` more were announced for the participant. Call before the
 /// component's step. True if something of the participant is on its way, announced octets or, when it has

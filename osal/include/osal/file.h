@@ -27,6 +27,8 @@ MUST_USE status_t osal_file_write(osal_file_t* file, const void* octets, size_t 
 MUST_USE status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size);
 /// Whole file into the buffer. STATUS_OK, STATUS_NOT_FOUND, STATUS_TOO_LARGE, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_file_load(const char* path, void* octets, size_t capacity, size_t* out_size);
+/// The same of a secret: STATUS_FORBIDDEN if group or others have any permission for the file.
+MUST_USE status_t osal_file_load_secret(const char* path, void* octets, size_t capacity, size_t* out_size);
 /// Open for reading and writing anywhere; made if missing. Same statuses as create.
 MUST_USE status_t osal_file_update(osal_file_t* file, const char* path);
 /// Force the names of all files in the folder of `path` to the disk: one that was made before is there after

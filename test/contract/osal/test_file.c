@@ -97,6 +97,23 @@ static void test_load_bounds(void)
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_load(folder, content, 10U, &size)); // A folder.
 }
 
+static void test_secrets(void)
+{
+    char content[10];
+    size_t size = 0U;
+    put("secret", osal_file_create);
+    TEST_ASSERT_EQUAL(0, chmod(path, 0640));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, osal_file_load_secret(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(0U, size);
+    TEST_ASSERT_EQUAL(0, chmod(path, 0601));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, osal_file_load_secret(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(0, chmod(path, 0600));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load_secret(path, content, sizeof(content), &size));
+    TEST_ASSERT_EQUAL(6U, size);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_remove(path));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_load_secret(path, content, sizeof(content), &size));
+}
+
 static void test_what_is_not_there(void)
 {
     char content[8];
@@ -296,6 +313,7 @@ int main(void)
     RUN_TEST(test_create_empties_append_adds);
     RUN_TEST(test_read_in_parts_up_to_the_end);
     RUN_TEST(test_load_bounds);
+    RUN_TEST(test_secrets);
     RUN_TEST(test_what_is_not_there);
     RUN_TEST(test_update_reads_and_writes_anywhere);
     RUN_TEST(test_resize_cuts_and_extends_with_zeros);

@@ -24,7 +24,7 @@ static status_t send_up(void* context, const uint8_t* packet, size_t size)
     pus_failure_t failure;
     if (!pus_packet_is_tc(packet, size)) {
         TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, size, &tm, &failure));
-        if ((tm.service == PUS_SERVICE_EVENTS) && (tm.size >= 2U) && (tm.data[1] < 16U)) {
+        if ((tm.service == PUS_SERVICE_EVENTS) && (tm.size >= 2U) && (tm.data[1] < 32U)) {
             bed.events[tm.data[1]]++;
         }
         return STATUS_OK;

@@ -30,7 +30,7 @@ typedef struct {
     uint16_t ports[BED_CLIENTS];         ///< Of the clients' own ends.
     bed_request_t requests[BED_PACKETS]; ///< That went up.
     unsigned request_count;
-    unsigned events[16]; ///< Reports of events, by id.
+    unsigned events[32]; ///< Reports of events, by id.
     bool is_uplink_full;
     unsigned uplink_room; ///< Requests it takes before it is full; 0: no limit.
     uint16_t participant;

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The key of the ground link from its file, and the mark of its sessions from the file beside it: FILE and
+/// FILE.received, which `gse key make FILE` makes. The key goes into the receiver and nowhere else.
+///
+/// Ownership  The program places it (static). Context: one task.
+#ifndef FSW_APP_GROUND_KEY_H
+#define FSW_APP_GROUND_KEY_H
+
+#include "fsw/framework/sdls/sdls.h"
+#include "osal/include/osal/file.h"
+
+#define GROUND_KEY_ERROR_MAX 384U
+
+typedef struct { // Private, except the receiver.
+    osal_file_t mark;
+    sdls_receiver_t receiver;
+} ground_key_t;
+
+/// Open the receiver, which keeps others from the mark until it is closed. False: the receiver is closed and
+/// refuses every frame; `error` says which file, why, and the next step.
+bool ground_key_open(ground_key_t* key, const char* path, char error[GROUND_KEY_ERROR_MAX]);
+void ground_key_close(ground_key_t* key);
+
+#endif // FSW_APP_GROUND_KEY_H

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Receiver of authenticated telecommands: TC transfer frames (CCSDS 232.0-B) with Space Data Link Security
+/// (CCSDS 355.0-B), AES-256 in Galois/Counter mode. See docs/ground-link-security.md.
+///
+///     primary header (5)   version 0, bypass (Type-BD), spacecraft 1, channel 0, length - 1, number 0
+///     segment header (1)   sequence flags (2 bits): 1 first, 0 middle, 2 last, 3 whole; MAP 0
+///     security header (14) SPI 1 (2), initialization vector (12): zero (4), session (4), count (4)
+///     ciphertext (1..988)  of a part of a telecommand packet, or of a whole one
+///     MAC (16)             over all of the above; the three headers are authenticated, not encrypted
+///
+/// A number (session, count) is accepted once. A session belongs to one connection: its first frame, count 0,
+/// binds a session that is higher than any before, which is on the disk first; after that only the very next
+/// count is accepted. So nothing is accepted twice, late or out of order, also not after a restart or a power
+/// cut. Whatever cannot be done (a frame of another kind, a disk that is full) is refused and counted.
+///
+/// Ownership  The caller places receiver and sessions. Context: one task; the first frame of a session waits
+/// for the disk. Time O(frame). Nothing is allocated.
+#ifndef FSW_FRAMEWORK_SDLS_SDLS_H
+#define FSW_FRAMEWORK_SDLS_SDLS_H
+
+#include "fsw/framework/base/status.h"
+#include "fsw/framework/sdls/session_mark.h"
+
+#include <nettle/gcm.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define SDLS_SPACECRAFT 1U
+#define SDLS_SPI 1U
+#define SDLS_KEY_OCTETS 32U
+#define SDLS_MAC_OCTETS 16U
+#define SDLS_HEADER_OCTETS 5U
+#define SDLS_CLEAR_OCTETS 20U ///< In front of the ciphertext: authenticated only.
+#define SDLS_FRAME_MAX 1024U
+#define SDLS_FRAME_MIN (SDLS_CLEAR_OCTETS + 1U + SDLS_MAC_OCTETS)
+#define SDLS_PACKET_MAX 4096U
+
+typedef enum {
+    SDLS_REFUSED_FRAME = 0,   ///< Not a frame of ours: its length cannot be trusted.
+    SDLS_REFUSED_ASSOCIATION, ///< Another security parameter index.
+    SDLS_REFUSED_FORGED,      ///< The MAC is wrong.
+    SDLS_REFUSED_REPLAYED,    ///< Authentic, but not the number that is next.
+    SDLS_REFUSED_PARTS,       ///< The parts do not make one packet, or are longer than one can be.
+    SDLS_REFUSED_NOT_KEPT,    ///< Its session could not be put on the disk, or the receiver is closed.
+    SDLS_REFUSALS
+} sdls_refusal_t;
+
+typedef struct { // Private, except the counters.
+    struct gcm_aes256_ctx cipher;
+    bool is_open; // Else every frame is refused.
+    session_mark_t mark;
+    uint32_t accepted;               ///< Frames [wraps].
+    uint32_t refused[SDLS_REFUSALS]; ///< Frames, by reason [wraps].
+} sdls_receiver_t;
+
+typedef struct { // Private: one connection.
+    bool is_bound;
+    uint32_t session;
+    uint32_t next;    // Count of the next frame.
+    bool is_spent;    // The last count was used.
+    size_t held;      // Octets of the packet so far.
+    size_t candidate; // Octets of the frame that is shown but not taken.
+    bool is_last;     // It ends the packet.
+    uint8_t packet[SDLS_PACKET_MAX];
+} sdls_session_t;
+
+typedef struct {
+    size_t taken; ///< Octets of the frame, accepted or refused; 0: where the next one begins is not known.
+    const uint8_t* packet; ///< Null: the packet has parts to come. Valid until the session is used again.
+    size_t size;
+} sdls_frame_t;
+
+/// A receiver without a key: every frame is refused, as not kept.
+void sdls_close(sdls_receiver_t* receiver);
+/// Set the key, which the caller wipes afterwards, and open its mark.
+/// STATUS_OK; STATUS_INVALID, STATUS_FULL, STATUS_IO as session_mark_open: it stays closed.
+MUST_USE status_t sdls_open(sdls_receiver_t* receiver, const uint8_t key[SDLS_KEY_OCTETS],
+                            const medium_t* medium);
+/// A new connection.
+void sdls_begin(sdls_session_t* session);
+/// Look at the frame at the front of `octets`. STATUS_OK: it is authentic and the next one; sdls_accept takes
+/// it, else the same octets may be shown again. STATUS_TRUNCATED: it has not come whole. Refused and counted:
+/// STATUS_INVALID (frame), STATUS_NOT_FOUND (association), STATUS_CHECKSUM (forged), STATUS_STALE (replayed),
+/// STATUS_OUT_OF_RANGE (parts), STATUS_IO (not kept).
+MUST_USE status_t sdls_look(sdls_receiver_t* receiver, sdls_session_t* session, const uint8_t* octets,
+                            size_t size, sdls_frame_t* out_frame);
+/// Take the frame that sdls_look has just shown.
+void sdls_accept(sdls_receiver_t* receiver, sdls_session_t* session);
+
+/// What tells a key from another without telling the key: the cipher's first output under a vector that no
+/// frame has.
+void sdls_key_check(const uint8_t key[SDLS_KEY_OCTETS], uint8_t out_check[SESSION_MARK_CHECK]);
+/// Overwrite a secret; not left out by a compiler that sees it is not read again.
+void sdls_wipe(void* secret, size_t size);
+
+#endif // FSW_FRAMEWORK_SDLS_SDLS_H

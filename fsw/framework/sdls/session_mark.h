@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The highest session number that was ever accepted under one key, on a medium that outlives a power cut.
+///
+/// The medium holds the record twice, so that a write torn by a power cut destroys one copy at most, and a
+/// copy that decays later leaves the other. Nothing is rolled back: a number counts only after both are on
+/// the disk, and where neither copy can be read the mark is not opened. Who makes a key makes its mark, with
+/// session 0; a medium that is empty is a mark that was lost.
+///
+///     copy at octet 0 and at octet 512: "SDLS" | version 1 | 3 zeros | session (4) | check of the key (8) |
+///                                       8 zeros | CRC-32 (4); big-endian
+///
+/// Ownership  The caller places it; the medium outlives it. Context: one task; waits for the medium.
+#ifndef FSW_FRAMEWORK_SDLS_SESSION_MARK_H
+#define FSW_FRAMEWORK_SDLS_SESSION_MARK_H
+
+#include "fsw/framework/base/medium.h"
+
+#define SESSION_MARK_RECORD 32U ///< Octets of a copy.
+#define SESSION_MARK_APART 512U ///< From one copy to the other: they share no sector.
+#define SESSION_MARK_CHECK 8U   ///< Octets that tell one key from another.
+
+typedef struct { // Private, except `session`.
+    medium_t medium;
+    uint8_t check[SESSION_MARK_CHECK];
+    uint32_t session; ///< Highest number in use.
+    unsigned whole;   // The copy that is known to be whole; the other is written first.
+} session_mark_t;
+
+/// Read the mark that belongs to the key with this check, and mend a copy that is not whole.
+/// STATUS_OK; STATUS_INVALID (no copy is whole and of this key), STATUS_FULL, STATUS_IO: nothing may be
+/// accepted.
+MUST_USE status_t session_mark_open(session_mark_t* mark, const medium_t* medium,
+                                    const uint8_t check[SESSION_MARK_CHECK]);
+/// Put a higher number on the disk. STATUS_OK; STATUS_FULL, STATUS_IO: the number does not count, a later
+/// attempt with a higher one may succeed.
+MUST_USE status_t session_mark_advance(session_mark_t* mark, uint32_t session);
+
+#endif // FSW_FRAMEWORK_SDLS_SESSION_MARK_H

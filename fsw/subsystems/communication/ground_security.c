@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/subsystems/communication/ground_security.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "pus/packet.h"
+
+#include <string.h>
+
+void ground_security_init(ground_security_t* const self, sdls_receiver_t* const receiver)
+{
+    FSW_ASSERT(self != NULL);
+    (void)memset(self, 0, sizeof *self);
+    self->receiver = receiver;
+}
+
+void ground_security_connected(ground_security_t* const self, const unsigned client)
+{
+    FSW_ASSERT((self != NULL) && (client < GROUND_CLIENTS));
+    sdls_begin(&self->sessions[client]);
+    self->refusals[client] = 0U;
+}
+
+static status_t next_packet(const uint8_t* const octets, const size_t size, ground_unit_t* const out_unit)
+{
+    size_t packet_size    = 0U;
+    const status_t status = pus_packet_frame(octets, size, &packet_size);
+    *out_unit             = (ground_unit_t){octets, packet_size, packet_size};
+    return ((status == STATUS_OK) || (status == STATUS_TRUNCATED)) ? status : STATUS_CLOSED;
+}
+
+static status_t refused(ground_security_t* const self, const unsigned client, const size_t taken)
+{
+    self->refusals[client]++;
+    return ((taken == 0U) || (self->refusals[client] >= GROUND_REFUSALS_MAX)) ? STATUS_CLOSED : STATUS_OK;
+}
+
+static status_t next_frame(ground_security_t* const self, const unsigned client, const uint8_t* const octets,
+                           const size_t size, ground_unit_t* const out_unit)
+{
+    sdls_frame_t frame;
+    size_t packet_size    = 0U;
+    const status_t status = sdls_look(self->receiver, &self->sessions[client], octets, size, &frame);
+    *out_unit             = (ground_unit_t){frame.packet, frame.size, frame.taken};
+    if (status != STATUS_OK) {
+        return (status == STATUS_TRUNCATED) ? status : refused(self, client, frame.taken);
+    }
+    if (frame.packet == NULL) { // Parts are to come.
+        sdls_accept(self->receiver, &self->sessions[client]);
+    } else if ((pus_packet_frame(frame.packet, frame.size, &packet_size) != STATUS_OK) ||
+               (packet_size != frame.size)) { // The owner of the key has sent something else.
+        sdls_accept(self->receiver, &self->sessions[client]);
+        self->receiver->refused[SDLS_REFUSED_PARTS]++;
+        out_unit->packet = NULL;
+        return refused(self, client, frame.taken);
+    } else {
+        // The caller accepts it.
+    }
+    return STATUS_OK;
+}
+
+status_t ground_security_next(ground_security_t* const self, const unsigned client,
+                              const uint8_t* const octets, const size_t size, ground_unit_t* const out_unit)
+{
+    FSW_ASSERT((self != NULL) && (client < GROUND_CLIENTS) && (octets != NULL) && (out_unit != NULL));
+    return (self->receiver == NULL) ? next_packet(octets, size, out_unit)
+                                    : next_frame(self, client, octets, size, out_unit);
+}
+
+void ground_security_accept(ground_security_t* const self, const unsigned client)
+{
+    FSW_ASSERT((self != NULL) && (client < GROUND_CLIENTS));
+    if (self->receiver != NULL) {
+        sdls_accept(self->receiver, &self->sessions[client]);
+    }
+}
+
+void ground_security_publish(const ground_security_t* const self,
+                             communication_security_t* const out_parameter)
+{
+    FSW_ASSERT((self != NULL) && (out_parameter != NULL));
+    const sdls_receiver_t* const receiver = self->receiver;
+    if (receiver == NULL) {
+        return;
+    }
+    out_parameter->is_on       = 1U;
+    out_parameter->accepted    = receiver->accepted;
+    out_parameter->no_frame    = receiver->refused[SDLS_REFUSED_FRAME];
+    out_parameter->unknown_spi = receiver->refused[SDLS_REFUSED_ASSOCIATION];
+    out_parameter->forged      = receiver->refused[SDLS_REFUSED_FORGED];
+    out_parameter->replayed    = receiver->refused[SDLS_REFUSED_REPLAYED];
+    out_parameter->bad_parts   = receiver->refused[SDLS_REFUSED_PARTS];
+    out_parameter->not_kept    = receiver->refused[SDLS_REFUSED_NOT_KEPT];
+}
+
+void ground_security_tell(ground_security_t* const self, subsystem_t* const generic)
+{
+    FSW_ASSERT((self != NULL) && (generic != NULL));
+    if (self->receiver == NULL) {
+        return;
+    }
+    uint32_t all = 0U;
+    for (unsigned reason = 0U; reason < (unsigned)SDLS_REFUSALS; reason++) {
+        all += self->receiver->refused[reason];
+    }
+    self->quiet -= (self->quiet > 0U) ? 1U : 0U;
+    if ((self->quiet > 0U) || (all == self->told)) {
+        return;
+    }
+    const uint32_t lost  = self->receiver->refused[SDLS_REFUSED_NOT_KEPT];
+    const uint16_t event = (lost != self->lost) ? (uint16_t)COMMUNICATION_EVENT_TC_NOT_KEPT
+                                                : (uint16_t)COMMUNICATION_EVENT_TC_NOT_AUTHENTIC;
+    self->quiet          = GROUND_TELLING_CYCLES;
+    self->told           = all;
+    self->lost           = lost;
+    (void)subsystem_raise(generic, event, NULL, 0U); // With the counters as they are now.
+}

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The gateway of ground systems that speak packets over TCP, such as Yamcs: telecommands go on as protected frames, telemetry comes
+back as it is. It listens on this machine only; each of its clients has a connection to the spacecraft, and a session, of its own."""
+
+import socket
+import threading
+
+from . import link, packets
+from .sdls import SecurityError
+from .session import LinkLost
+
+PORT = 10025
+CHUNK = 65536
+
+
+def _hang_up(*streams):
+    for stream in streams:
+        try:
+            stream.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass  # it is closed already
+
+
+def _down(spacecraft, client):
+    """Telemetry, until one of them hangs up."""
+    try:
+        while octets := spacecraft.recv(CHUNK):
+            client.sendall(octets)
+    except OSError:
+        pass  # told by the other direction
+    _hang_up(client)
+
+
+def _up(client, spacecraft, protect):
+    """Telecommands, one by one."""
+    splitter = packets.Splitter()
+    while octets := client.recv(CHUNK):
+        for packet in splitter.feed(octets):
+            if len(packet) > packets.PACKET_MAX:
+                raise LinkLost(f"a packet of {len(packet)} octets; at most {packets.PACKET_MAX} are a telecommand")
+            spacecraft.sendall(protect(packet))
+
+
+def _connect(client, name, target, make_sender, tell):
+    """One client from its connection to its end."""
+    try:
+        with client, link.connect(*target) as spacecraft:
+            spacecraft.settimeout(None)
+            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            telemetry = threading.Thread(target=_down, args=(spacecraft, client), daemon=True)
+            telemetry.start()
+            try:
+                _up(client, spacecraft, make_sender())
+            finally:
+                _hang_up(spacecraft, client)
+                telemetry.join()
+        tell(f"gateway: {name} has hung up")
+    except (OSError, SecurityError, LinkLost) as problem:
+        tell(f"gateway: {name}: {problem}")
+
+
+def serve(port, target, make_sender, tell):
+    """Take clients at a port of this machine (0: any free one) until it is interrupted. make_sender gives each its sdls.Sender."""
+    with socket.create_server(("127.0.0.1", port)) as listener:
+        tell(f"gateway: packets at 127.0.0.1:{listener.getsockname()[1]}, frames to {target[0]}:{target[1]}")
+        while True:
+            client, address = listener.accept()
+            name = f"{address[0]}:{address[1]}"
+            threading.Thread(target=_connect, args=(client, name, target, make_sender, tell), daemon=True).start()

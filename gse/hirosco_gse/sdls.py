@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Authenticated telecommands: TC transfer frames (CCSDS 232.0-B) with Space Data Link Security (CCSDS 355.0-B), AES-256-GCM.
+
+A key is a file of 32 octets, raw or as 64 hexadecimal digits, which only its owner can read. Beside it lie two marks: FILE.sent,
+the highest session number that the ground has used, and FILE.received, the spacecraft's. Each connection uses a session of its
+own, which is on the disk before its first frame is sent, so that no initialization vector is used twice.
+docs/ground-link-security.md has the layout of frames and marks."""
+
+import fcntl
+import os
+import pathlib
+import secrets
+import struct
+import zlib
+
+from .session import LinkLost
+
+SPACECRAFT, SPI = 1, 1
+KEY_OCTETS, MAC_OCTETS, FRAME_MAX = 32, 16, 1024
+HEAD = struct.Struct(">HHBBHIII")  # Header words, number, segment header, SPI, and the vector: zero, session, count.
+PART_MAX = FRAME_MAX - HEAD.size - MAC_OCTETS
+BYPASS = 0x2000  # Type-BD: TCP keeps the order.
+MIDDLE, FIRST, LAST, WHOLE = 0x00, 0x40, 0x80, 0xC0
+NUMBER_MAX = 0xFFFFFFFF
+RECORD = struct.Struct(">4sB3xI8s8x")
+MAGIC, VERSION, APART = b"SDLS", 1, 512
+OTHERS = 0o077  # Permissions of group and others.
+
+
+class SecurityError(Exception):
+    """A key or a mark that cannot be used; says which file, why, and what to do."""
+
+
+def _cipher(key):
+    try:
+        from cryptography.hazmat.primitives.ciphers.aead import AESGCM
+    except ImportError as error:
+        raise SecurityError("authenticated commands need the Python package cryptography: run make, then build/venv/bin/gse") from error
+    return AESGCM(key)
+
+
+def key_check(key):
+    """What tells one key from another without telling the key; under a vector that no frame has."""
+    return _cipher(key).encrypt(bytes(12), b"", None)[:8]
+
+
+def read_key(path):
+    """The 32 octets of a key file. Raises SecurityError."""
+    try:
+        with open(path, "rb") as file:
+            mode = os.fstat(file.fileno()).st_mode
+            octets = file.read(KEY_OCTETS * 2 + 2)
+    except OSError as error:
+        raise SecurityError(f"{path}: cannot read the key: {error.strerror}; `gse key make FILE` makes one") from error
+    if mode & OTHERS:
+        raise SecurityError(f"{path}: others than its owner have access to the key; run chmod 600 {path}")
+    if len(octets) == KEY_OCTETS:
+        return octets
+    try:
+        text = octets.decode("ascii").removesuffix("\n")
+        if len(text) == 2 * KEY_OCTETS:
+            return bytes.fromhex(text)
+    except ValueError:
+        pass
+    raise SecurityError(f"{path}: not a key; expected {KEY_OCTETS} octets or {2 * KEY_OCTETS} hexadecimal digits")
+
+
+def _record(session, check):
+    body = RECORD.pack(MAGIC, VERSION, session, check)
+    return body + zlib.crc32(body).to_bytes(4, "big")
+
+
+def _session_of(record, check):
+    """Session of a copy that is whole and of this key; else None."""
+    if len(record) != RECORD.size + 4:
+        return None
+    session = RECORD.unpack_from(record)[2]
+    return session if record == _record(session, check) else None
+
+
+def _put(descriptor, session, check):
+    """Both copies, one after the other: a power cut destroys one at most."""
+    known = [_session_of(os.pread(descriptor, RECORD.size + 4, copy * APART), check) for copy in (0, 1)]
+    first = 0 if known[0] is None or (known[1] is not None and known[0] < known[1]) else 1
+    for copy in (first, 1 - first):
+        os.pwrite(descriptor, _record(session, check), copy * APART)
+        os.fsync(descriptor)
+
+
+def read_mark(descriptor, check):
+    """Highest session of an open mark, or None: lost, damaged, or of another key."""
+    found = [_session_of(os.pread(descriptor, RECORD.size + 4, copy * APART), check) for copy in (0, 1)]
+    return max((session for session in found if session is not None), default=None)
+
+
+def make_key(path):
+    """A new key and its marks. Raises SecurityError; nothing is overwritten."""
+    path, key = pathlib.Path(path), secrets.token_bytes(KEY_OCTETS)
+    check = key_check(key)
+    mode = os.O_RDWR | os.O_CREAT | os.O_EXCL
+    try:
+        descriptors = [os.open(f"{path}{ending}", mode, 0o600) for ending in ("", ".sent", ".received")]
+    except OSError as error:
+        raise SecurityError(f"{error.filename}: cannot make the key: {error.strerror}; each key has a file name of its own") from error
+    os.write(descriptors[0], key.hex().encode("ascii") + b"\n")
+    for descriptor in descriptors[1:]:
+        _put(descriptor, 0, check)
+    for descriptor in descriptors:
+        os.fsync(descriptor)
+        os.close(descriptor)
+
+
+def next_session(path, check):
+    """Reserve the next session number of a key, on the disk before it is used. Any number of processes. Raises SecurityError."""
+    mark = f"{path}.sent"
+    try:
+        descriptor = os.open(mark, os.O_RDWR)
+    except OSError as error:
+        raise SecurityError(f"{mark}: {error.strerror}: without it numbers could be used twice; make a new key: gse key make") from error
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        last = read_mark(descriptor, check)
+        if last is None or last >= NUMBER_MAX:
+            raise SecurityError(f"{mark}: damaged, of another key, or used up; make a new key: gse key make")
+        _put(descriptor, last + 1, check)
+    except OSError as error:
+        raise SecurityError(f"{mark}: {error.strerror}: the number could not be reserved; nothing was sent") from error
+    finally:
+        os.close(descriptor)
+    return last + 1
+
+
+def frame(cipher, session, count, part, octets, spi=SPI):
+    """One protected frame."""
+    length = HEAD.size + len(octets) + MAC_OCTETS
+    head = HEAD.pack(BYPASS | SPACECRAFT, length - 1, 0, part, spi, 0, session, count)
+    return head + cipher.encrypt(head[8:20], bytes(octets), head)
+
+
+class Sender:
+    """Protects the telecommands of one connection; its session begins with the first of them."""
+
+    def __init__(self, path):
+        """Raises SecurityError."""
+        self._path, key = path, read_key(path)
+        self._check, self._cipher = key_check(key), _cipher(key)
+        self._session = None
+        self._count = 0
+
+    def __call__(self, packet):
+        """The frames of one telecommand packet. Raises SecurityError, LinkLost."""
+        if self._session is None:
+            self._session = next_session(self._path, self._check)
+        parts = [packet[at : at + PART_MAX] for at in range(0, len(packet), PART_MAX)]
+        if self._count + len(parts) > NUMBER_MAX:
+            raise LinkLost("all numbers of this connection are used; connect again")
+        octets = bytearray()
+        for index, part in enumerate(parts):
+            flags = (FIRST if index == 0 else 0) | (LAST if index == len(parts) - 1 else 0)
+            octets += frame(self._cipher, self._session, self._count, flags, part)
+            self._count += 1
+        return bytes(octets)

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The sending side, for tests: protected frames with any field as the test wants it.
+#ifndef TEST_SUPPORT_SEALER_H
+#define TEST_SUPPORT_SEALER_H
+
+#include "fsw/framework/sdls/sdls.h"
+
+#define SEALER_WHOLE 0xC0U
+#define SEALER_FIRST 0x40U
+#define SEALER_MIDDLE 0x00U
+#define SEALER_LAST 0x80U
+
+extern const uint8_t sealer_key[SDLS_KEY_OCTETS]; ///< 0, 1, 2, ...
+
+typedef struct {
+    uint32_t session;
+    uint32_t count;
+    uint16_t spi;
+    uint8_t part;
+    uint8_t octets[SDLS_FRAME_MAX];
+    size_t size;
+} sealed_t;
+
+/// Frame with the content, 1..988 octets, under the key.
+void seal(sealed_t* frame, const uint8_t key[SDLS_KEY_OCTETS], const uint8_t* content, size_t size);
+/// A medium with the mark of the key at a session, as the ground makes it.
+void sealer_make_mark(const medium_t* medium, const uint8_t key[SDLS_KEY_OCTETS], uint32_t session);
+
+#endif // TEST_SUPPORT_SEALER_H

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// The mark over power cuts, decay and disks that refuse: it never goes back.
+#include "fsw/framework/sdls/session_mark.h"
+#include "test/support/recorded_media.h"
+#include "test/support/sealer.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define SESSIONS 6U
+
+static const image_t empty[2];
+static image_t media[2];
+static session_mark_t mark;
+static medium_t medium;
+static uint8_t check[SESSION_MARK_CHECK];
+
+void setUp(void)
+{
+    recorded_clear(empty);
+    recorded.fail_from = 0U;
+    medium             = recorded_medium(0U);
+    sdls_key_check(sealer_key, check);
+    sealer_make_mark(&medium, sealer_key, 0U);
+}
+
+void tearDown(void)
+{
+}
+
+static void open_it(const uint32_t expected)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, session_mark_open(&mark, &medium, check));
+    TEST_ASSERT_EQUAL_UINT32(expected, mark.session);
+}
+
+static void test_numbers_stay(void)
+{
+    open_it(0U);
+    for (uint32_t session = 1U; session <= SESSIONS; session++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, session_mark_advance(&mark, session * 3U));
+        open_it(session * 3U);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, session_mark_advance(&mark, UINT32_MAX));
+    open_it(UINT32_MAX);
+}
+
+static void test_a_copy_may_decay(void)
+{
+    open_it(0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, session_mark_advance(&mark, 5U));
+    for (size_t octet = 0U; octet < (SESSION_MARK_APART + SESSION_MARK_RECORD); octet++) {
+        recorded.image[0].octets[octet] ^= 0x10U;
+        open_it(5U); // Mends it.
+    }
+    memset(recorded.image[0].octets, 0, SESSION_MARK_APART + SESSION_MARK_RECORD);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, session_mark_open(&mark, &medium, check));
+}
+
+static void test_lost_and_foreign_marks(void)
+{
+    check[0] ^= 1U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, session_mark_open(&mark, &medium, check));
+    recorded_clear(empty);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, session_mark_open(&mark, &medium, check));
+}
+
+static void test_a_disk_that_refuses(void)
+{
+    open_it(0U);
+    uint32_t session = 0U;
+    for (unsigned call = 1U; call <= 4U; call++) { // Write, sync, write, sync.
+        recorded.calls      = 0U;
+        recorded.fail_from  = call;
+        recorded.fail_count = 1U;
+        recorded.failure    = STATUS_IO;
+        session++;
+        TEST_ASSERT_EQUAL(STATUS_IO, session_mark_advance(&mark, session));
+        TEST_ASSERT_TRUE(mark.session < session);
+        recorded.fail_from = 0U;
+        session++;
+        TEST_ASSERT_EQUAL(STATUS_OK, session_mark_advance(&mark, session));
+        open_it(session);
+    }
+    for (unsigned call = 1U; call <= 2U; call++) { // The two copies are read.
+        recorded.calls     = 0U;
+        recorded.fail_from = call;
+        TEST_ASSERT_EQUAL(STATUS_IO, session_mark_open(&mark, &medium, check));
+    }
+    recorded.fail_from = 0U;
+}
+
+/// The disk as it may be after a power cut in an operation: of it, `size` octets.
+static void cut(const size_t operation, const size_t size)
+{
+    for (size_t i = 0U; i < operation; i++) {
+        recorded_apply(&recorded.operations[i], recorded.operations[i].size, media);
+    }
+    recorded_apply(&recorded.operations[operation], size, media);
+}
+
+/// Session numbers that were accepted before an operation, and the highest one begun.
+static void test_power_cuts(void)
+{
+    static operation_t operations[OPERATIONS_MAX];
+    static image_t start[2];
+    static uint8_t data[4096];
+    open_it(0U);
+    recorded_copy(start, recorded.image);
+    recorded_clear(start);
+    medium = recorded_medium(0U);
+    for (uint32_t session = 1U; session <= SESSIONS; session++) {
+        recorded.mark = session;
+        TEST_ASSERT_EQUAL(STATUS_OK, session_mark_advance(&mark, session));
+    }
+    const size_t count = recorded.count;
+    TEST_ASSERT_EQUAL(4U * SESSIONS, count);
+    TEST_ASSERT_TRUE(recorded.data_size <= sizeof data);
+    memcpy(operations, recorded.operations, count * sizeof operations[0]);
+    memcpy(data, recorded.data, recorded.data_size);
+    for (size_t at = 0U; at < count; at++) {
+        for (size_t size = 0U; size <= operations[at].size; size++) {
+            recorded_copy(media, start);
+            memcpy(recorded.operations, operations, count * sizeof operations[0]);
+            memcpy(recorded.data, data, sizeof data);
+            cut(at, size);
+            recorded_clear(media);
+            const uint32_t begun = operations[at].mark;
+            TEST_ASSERT_EQUAL(STATUS_OK, session_mark_open(&mark, &medium, check));
+            TEST_ASSERT_TRUE((mark.session == begun) || (mark.session == (begun - 1U)));
+            const uint32_t found = mark.session;
+            memset(recorded.image[0].octets, 0, SESSION_MARK_RECORD); // The next cut, in the first copy.
+            open_it(found);
+            memset(&recorded.image[0].octets[SESSION_MARK_APART], 0, SESSION_MARK_RECORD);
+            open_it(found);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_numbers_stay);
+    RUN_TEST(test_a_copy_may_decay);
+    RUN_TEST(test_lost_and_foreign_marks);
+    RUN_TEST(test_a_disk_that_refuses);
+    RUN_TEST(test_power_cuts);
+    return UNITY_END();
+}

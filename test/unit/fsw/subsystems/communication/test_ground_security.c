@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// Communication with a key: what goes up, what is refused and told, and who is sent away.
+#include "test/support/recorded_media.h"
+#include "test/support/sealer.h"
+#include "test/unit/fsw/subsystems/communication/bed.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define PART 988U
+
+static const image_t empty[2];
+static sdls_receiver_t receiver;
+static uint32_t session;
+static uint32_t count;
+
+void setUp(void)
+{
+    recorded_clear(empty);
+    recorded.fail_from    = 0U;
+    const medium_t medium = recorded_medium(0U);
+    sealer_make_mark(&medium, sealer_key, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, sdls_open(&receiver, sealer_key, &medium));
+    session = 0U;
+    bed_open_up();
+    communication_secure(&bed.communication, &receiver);
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static void connect(const unsigned client)
+{
+    bed_connect(client);
+    session++;
+    count = 0U;
+}
+
+static void make(sealed_t* const frame, const uint8_t flags, const uint8_t* const octets, const size_t size)
+{
+    *frame = (sealed_t){.session = session, .count = count, .spi = SDLS_SPI, .part = flags};
+    seal(frame, sealer_key, octets, size);
+}
+
+static void send(const unsigned client, const uint8_t flags, const uint8_t* const octets, const size_t size)
+{
+    sealed_t frame;
+    make(&frame, flags, octets, size);
+    bed_write(client, frame.octets, frame.size);
+    count++;
+}
+
+static void send_request(const unsigned client, const uint16_t sequence, const size_t data)
+{
+    uint8_t packet[PUS_PACKET_MAX];
+    const size_t size = bed_request(packet, 1U, sequence, data);
+    for (size_t at = 0U; at < size; at += PART) {
+        const bool is_last  = ((size - at) <= PART);
+        const uint8_t flags = (uint8_t)(((at == 0U) ? SEALER_FIRST : 0U) | (is_last ? SEALER_LAST : 0U));
+        send(client, flags, &packet[at], is_last ? (size - at) : PART);
+    }
+}
+
+static bool ends(const unsigned client)
+{
+    for (unsigned i = 0U; i < 200U; i++) {
+        bed_run(1U);
+        if (bed_is_ended(client)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void run_until_refused(const uint32_t* const counter, const uint32_t times)
+{
+    for (unsigned i = 0U; (i < 2000U) && (*counter < times); i++) {
+        bed_run(1U);
+    }
+    TEST_ASSERT_EQUAL_UINT32(times, *counter);
+}
+
+static void requests_go_up(void)
+{
+    connect(0U);
+    send_request(0U, 1U, 0U);
+    send_request(0U, 2U, PUS_TC_DATA_MAX); // In five frames.
+    send_request(0U, 3U, 10U);
+    bed_run_until_requests(3U);
+    for (unsigned i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL_UINT16(i + 1U, bed.requests[i].sequence);
+    }
+    TEST_ASSERT_EQUAL(PUS_PACKET_MAX, bed.requests[1].size);
+    bed_run(1U);
+    TEST_ASSERT_EQUAL_UINT8(1U, bed.communication.secured.is_on);
+    TEST_ASSERT_EQUAL_UINT32(7U, bed.communication.secured.accepted);
+    bed_report(1U, 17U, 2U, 5U, 0U); // Answers find their way.
+    TEST_ASSERT_EQUAL_UINT32(5U, bed_next_report(0U));
+}
+
+static void one_waits_for_room_above(void)
+{
+    connect(0U);
+    bed.uplink_room = 1U;
+    send_request(0U, 1U, 0U);
+    send_request(0U, 2U, PUS_TC_DATA_MAX);
+    bed_run_until_requests(1U);
+    bed_run(5U);
+    TEST_ASSERT_EQUAL(1U, bed.request_count);
+    bed.uplink_room = 0U;
+    bed_run_until_requests(2U);
+    TEST_ASSERT_EQUAL_UINT16(2U, bed.requests[1].sequence);
+    TEST_ASSERT_EQUAL_UINT32(6U, receiver.accepted);
+    TEST_ASSERT_EQUAL_UINT32(0U, receiver.refused[SDLS_REFUSED_REPLAYED]);
+}
+
+static void packets_without_protection_end_their_connection(void)
+{
+    connect(0U);
+    bed_write_request(0U, 1U, 1U, 0U);
+    TEST_ASSERT_TRUE(ends(0U));
+    TEST_ASSERT_EQUAL(0U, bed.request_count);
+    TEST_ASSERT_EQUAL_UINT32(1U, receiver.refused[SDLS_REFUSED_FRAME]);
+    bed_run(1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, bed.communication.secured.no_frame);
+    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
+}
+
+static void the_third_refusal_ends_a_connection(void)
+{
+    sealed_t frame;
+    uint8_t packet[PUS_PACKET_MAX];
+    const size_t size = bed_request(packet, 1U, 1U, 0U);
+    connect(0U);
+    make(&frame, SEALER_WHOLE, packet, size);
+    frame.octets[frame.size - 1U] ^= 1U;
+    bed_write(0U, frame.octets, frame.size);
+    bed_write(0U, frame.octets, frame.size);
+    run_until_refused(&receiver.refused[SDLS_REFUSED_FORGED], 2U);
+    send(0U, SEALER_WHOLE, packet, size); // The operator's own is taken in between.
+    bed_run_until_requests(1U);
+    TEST_ASSERT_FALSE(bed_is_ended(0U));
+    bed_write(0U, frame.octets, frame.size);
+    TEST_ASSERT_TRUE(ends(0U));
+    connect(1U); // Others are not concerned.
+    send_request(1U, 2U, 0U);
+    bed_run_until_requests(2U);
+}
+
+static void a_recorded_connection_is_worth_nothing(void)
+{
+    uint8_t packet[PUS_PACKET_MAX];
+    sealed_t frame;
+    const size_t size = bed_request(packet, 1U, 1U, 0U);
+    connect(0U);
+    make(&frame, SEALER_WHOLE, packet, size);
+    bed_write(0U, frame.octets, frame.size);
+    bed_run_until_requests(1U);
+    bed_connect(1U);
+    bed_write(1U, frame.octets, frame.size);
+    run_until_refused(&receiver.refused[SDLS_REFUSED_REPLAYED], 1U);
+    bed_disconnect(0U);
+    bed_run(5U);
+    bed_connect(2U);
+    bed_write(2U, frame.octets, frame.size);
+    run_until_refused(&receiver.refused[SDLS_REFUSED_REPLAYED], 2U);
+    TEST_ASSERT_EQUAL(1U, bed.request_count);
+}
+
+static void what_is_authentic_has_to_be_one_packet(void)
+{
+    uint8_t packet[2U * PUS_PACKET_MAX];
+    const size_t size = bed_request(packet, 1U, 1U, 0U);
+    connect(0U);
+    send(0U, SEALER_WHOLE, packet, size - 1U);
+    memcpy(&packet[size], packet, size);
+    send(0U, SEALER_WHOLE, packet, 2U * size);
+    run_until_refused(&receiver.refused[SDLS_REFUSED_PARTS], 2U);
+    packet[0] &= 0xEFU; // A report.
+    send(0U, SEALER_WHOLE, packet, size);
+    send_request(0U, 7U, 0U);
+    bed_run_until_requests(1U);
+    TEST_ASSERT_EQUAL_UINT16(7U, bed.requests[0].sequence);
+    bed_run(1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, bed.communication.counters.tc_refused);
+    TEST_ASSERT_EQUAL_UINT32(2U, bed.communication.secured.bad_parts);
+}
+
+static void many_refusals_are_few_events(void)
+{
+    for (unsigned i = 0U; i < 40U; i++) {
+        connect(0U);
+        bed_write_request(0U, 1U, 1U, 0U);
+        TEST_ASSERT_TRUE(ends(0U));
+        bed_disconnect(0U);
+    }
+    bed_run(GROUND_TELLING_CYCLES);
+    TEST_ASSERT_EQUAL_UINT32(40U, bed.communication.secured.no_frame);
+    const unsigned told = bed.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
+    TEST_ASSERT_TRUE((told >= 2U) && (told <= 4U)); // The first at once, the last when all are counted.
+    bed_run(2U * GROUND_TELLING_CYCLES);
+    TEST_ASSERT_EQUAL(told, bed.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
+}
+
+static void a_disk_that_refuses_is_told(void)
+{
+    connect(0U);
+    recorded.calls      = 0U;
+    recorded.fail_from  = 1U;
+    recorded.fail_count = 1000U;
+    recorded.failure    = STATUS_IO;
+    send_request(0U, 1U, 0U);
+    run_until_refused(&receiver.refused[SDLS_REFUSED_NOT_KEPT], 1U);
+    bed_run(1U);
+    TEST_ASSERT_EQUAL(0U, bed.request_count);
+    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_TC_NOT_KEPT]);
+    TEST_ASSERT_EQUAL_UINT32(1U, bed.communication.secured.not_kept);
+    recorded.fail_from = 0U;
+    connect(1U);
+    send_request(1U, 2U, 0U);
+    bed_run_until_requests(1U);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(requests_go_up);
+    RUN_TEST(one_waits_for_room_above);
+    RUN_TEST(packets_without_protection_end_their_connection);
+    RUN_TEST(the_third_refusal_ends_a_connection);
+    RUN_TEST(a_recorded_connection_is_worth_nothing);
+    RUN_TEST(what_is_authentic_has_to_be_one_packet);
+    RUN_TEST(many_refusals_are_few_events);
+    RUN_TEST(a_disk_that_refuses_is_told);
+    return UNITY_END();
+}
