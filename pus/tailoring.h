@@ -126,7 +126,8 @@ enum {
     PUS_FAILURE_SOME_FAILED  = 0x0407, ///< number of instructions failed
     PUS_FAILURE_LOST         = 0x0408, ///< APID of the addressee
     PUS_FAILURE_LINK_REFUSED = 0x0409, ///< reason << 8 | offending field, as in TM[130,5]
-    PUS_FAILURE_PROCEDURE    = 0x040A  ///< line of the error, 0 unknown
+    PUS_FAILURE_PROCEDURE    = 0x040A, ///< line of the error, 0 unknown
+    PUS_FAILURE_RESTARTED    = 0x040B  ///< lives of the application in this run
 };
 
 #endif // PUS_TAILORING_H

@@ -19,6 +19,7 @@ typedef struct {
     store_files_t stores;
     supervisor_services_t services;
     journal_slot_t slots[JOURNAL_SLOTS(RECORDS_MAX)];
+    osal_shm_t vitals;
     uint8_t inbox[MESSAGE_INBOX_OCTETS(MISSION_SUBSYSTEMS_MAX - 1U)];
 } supervisor_program_t;
 
@@ -155,6 +156,17 @@ static bool open_files(seat_t* const seat)
     return false;
 }
 
+/// What the supervisor before has left; null: the launcher has made no such memory.
+static vitals_t* open_vitals(const seat_t* const seat)
+{
+    char name[RUN_NAME_MAX];
+    const bool is_open = run_name(seat->run, "vitals", 0U, name, sizeof name) &&
+                         (osal_shm_open(&storage.vitals, name) == STATUS_OK);
+    return (is_open && (osal_shm_size(&storage.vitals) >= sizeof(vitals_t)))
+               ? (vitals_t*)osal_shm_address(&storage.vitals)
+               : NULL;
+}
+
 bool supervisor_open(seat_t* const seat, program_t* const out_program)
 {
     if (!is_fitting(seat) || (seat_open_inbox(seat, storage.inbox, sizeof storage.inbox) != STATUS_OK) ||
@@ -178,7 +190,8 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         .files               = file_store(&storage.files),
         .journal             = &storage.records.journal,
         .optional            = {&storage.services, supervisor_add_services},
-        .store_media         = storage.stores.media};
+        .store_media         = storage.stores.media,
+        .vitals              = open_vitals(seat)};
     const status_t status = supervisor_init(&storage.supervisor, &config);
     if (status != STATUS_OK) {
         text_t text = text_in(seat->error, sizeof seat->error);

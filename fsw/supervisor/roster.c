@@ -91,6 +91,7 @@ void roster_report(supervisor_t* const supervisor, const pus_tm_t* const tm)
         keep(supervisor, entry, transition.state, transition.phase, transition.configuration);
     } else if ((tm->subtype == PUS_MANAGEMENT_STATUS) &&
                (pus_subsystem_status_read(&reader, &status) == STATUS_OK)) {
+        adoption_compare(supervisor, entry, status.state, status.configuration);
         keep(supervisor, entry, status.state, status.phase, status.configuration);
         compare_descriptors(supervisor, entry, &status);
     } else {

@@ -153,6 +153,8 @@ static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* 
                                 const uint8_t* const packet, const size_t size)
 {
     if (tc->apid == SUPERVISOR_APID) {
+        const pus_token_t own = pus_token_of(tc);
+        (void)pending_add(&supervisor->own, tc->apid, &own, supervisor->now_ns);
         component_accept_large(&supervisor->component, packet, size, supervisor->now_ns);
         return STATUS_OK;
     }
@@ -307,6 +309,10 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
         return STATUS_FULL; // What is more than a packet leaves the way to ground open for others.
     }
     log_packet(supervisor, packet, size);
+    pus_verification_t verification;
+    if (pus_verification_read(&tm, &verification) == STATUS_OK) {
+        pending_report(&supervisor->own, SUPERVISOR_APID, tm.destination, &verification);
+    }
     if (is_ground(tm.destination) && onboard_forwards(supervisor, &tm)) {
         send_to_ground(supervisor, packet, size); // Logged in any case; the ground may be absent.
     }

@@ -49,7 +49,8 @@ void sequence_autostart(supervisor_t* const supervisor)
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const roster_entry_t* const entry = &supervisor->roster[i];
         const bool is_wanted = entry->mission->is_autostart && (entry->process == PROCESS_RUNNING) &&
-                               (entry->mission->configuration_count > 0U);
+                               (entry->mission->configuration_count > 0U) &&
+                               (!supervisor->is_continued || (entry->mission->apid == SUPERVISOR_APID));
         if (is_wanted && entry->is_heard) {
             are_all_up = bring_up(supervisor, entry) && are_all_up;
         } else if (is_wanted) {
@@ -59,6 +60,7 @@ void sequence_autostart(supervisor_t* const supervisor)
         }
     }
     supervisor->autostart_step = are_all_up ? 1U : 0U;
+    supervisor->is_continued   = supervisor->is_continued && !are_all_up;
 }
 
 // ---- Shutdown ----

@@ -130,9 +130,12 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     pending_init(&supervisor->pending);
     octet_ring_init(&supervisor->ground_backlog, supervisor->ground_storage,
                     sizeof supervisor->ground_storage);
+    pending_init(&supervisor->own);
     init_component(supervisor);
-    const status_t status = packet_log_open(&supervisor->log, config->log_folder,
-                                            (packet_log_strategy_t)config->mission->log_strategy, 1U);
+    adoption_begin(supervisor);
+    const status_t status =
+        packet_log_open(&supervisor->log, config->log_folder,
+                        (packet_log_strategy_t)supervisor->log_begin.strategy, supervisor->log_begin.number);
     onboard_restore(supervisor); // What it has to tell is logged.
     return status;
 }
@@ -155,6 +158,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     FSW_ASSERT(supervisor != NULL);
     supervisor->now_ns = now_ns;
+    adoption_tell(supervisor);
     router_flush(supervisor);
     router_take_in(supervisor);
     const uint64_t component_wake_ns = component_step(&supervisor->component, now_ns);
@@ -164,6 +168,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     }
     const uint64_t onboard_wake_ns = onboard_step(supervisor, now_ns);
     router_flush_log(supervisor);
+    adoption_commit(supervisor);
     uint64_t wake_ns = (component_wake_ns < onboard_wake_ns) ? component_wake_ns : onboard_wake_ns;
     return (wake_ns < supervisor->next_tick_ns) ? wake_ns : supervisor->next_tick_ns;
 }

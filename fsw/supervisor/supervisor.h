@@ -21,6 +21,7 @@
 #include "fsw/supervisor/onboard.h"
 #include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
+#include "fsw/supervisor/vitals.h"
 #include "generated/supervisor_descriptor.h"
 #include "pus/requester.h"
 #include "pus/st130_rtlink.h"
@@ -73,6 +74,7 @@ typedef struct { // What is known of one subsystem.
         interface_hash; ///< Of the descriptor it runs with, as it told last, and whether that is another than
     uint64_t configuration_hash; ///< the supervisor's.
     bool is_interface_foreign;
+    bool is_in_doubt; ///< Taken over from the supervisor before this one, and not told by itself since.
 } roster_entry_t;
 
 typedef enum {
@@ -119,7 +121,19 @@ typedef struct {
     journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: nothing is kept.
     component_services_t optional; ///< Services that its descriptor lists.
     const medium_t* store_media;   ///< ONBOARD_STORES of them, for packet stores; null: nothing fits.
+    vitals_t* vitals;              ///< Of the supervisor that died, and for the next one; null: none.
 } supervisor_config_t;
+
+typedef struct { // Where the packet log begins.
+    uint8_t strategy;
+    uint64_t number;
+} supervisor_log_begin_t;
+
+typedef enum { // Of the vitals.
+    ADOPTION_WHOLE = 0,
+    ADOPTION_OLDER,  ///< The last commit is damaged: the one before was taken.
+    ADOPTION_NOTHING ///< Both are.
+} adoption_damage_t;
 
 typedef struct supervisor { // All fields are private.
     supervisor_config_t config;
@@ -131,6 +145,13 @@ typedef struct supervisor { // All fields are private.
     roster_entry_t roster[MISSION_SUBSYSTEMS_MAX];
     bool is_log_failure_told;
     pending_table_t pending;
+    pending_table_t own; // Requests to the supervisor itself.
+    uint32_t lives;      // Of supervisors in this run.
+    bool is_adopted;     // Taken over from the one before, and not told yet.
+    bool is_continued;   // Taken over after the autostart: only the supervisor itself is to be brought up.
+    adoption_damage_t vitals_damage;
+    supervisor_log_begin_t log_begin;
+    supervisor_vitals_t kept;
     pus_requester_t requester;
     link_graph_t graph;
     link_session_t sessions[SUPERVISOR_LINK_SESSIONS];

@@ -16,22 +16,38 @@
 #define SESSION_TIME_NS 10000000000ULL
 #define PRIME 0x100000001B3ULL // Of FNV-1a, here over words.
 
-CAPACITY_CHECK(both_banks_have_room, sizeof(vitals_t) <= VITALS_BANKS_MAX);
+CAPACITY_CHECK(both_states_have_room, (2U * sizeof(supervisor_vitals_t)) <= VITALS_STATES_MAX);
 CAPACITY_CHECK(the_state_is_whole_words, (sizeof(supervisor_vitals_t) % sizeof(uint64_t)) == 0U);
 
 // ---- Banks ----
 
-/// A changed word always shows; the generation counts as one.
-static uint64_t sum_of(const supervisor_vitals_t* const state, const uint64_t generation)
+static uint64_t sum_words(const uint64_t start, const uint8_t* const octets, const size_t size)
 {
-    const uint8_t* const octets = (const uint8_t*)state;
-    uint64_t sum                = (FNV64_START ^ generation) * PRIME;
-    for (size_t at = 0U; at < sizeof *state; at += sizeof(uint64_t)) {
-        uint64_t word = 0U;
-        (void)memcpy(&word, &octets[at], sizeof word);
+    uint64_t sum = start;
+    for (size_t at = 0U; at < size; at += sizeof(uint64_t)) {
+        const size_t left = size - at;
+        uint64_t word     = 0U;
+        (void)memcpy(&word, &octets[at], (left < sizeof word) ? left : sizeof word);
         sum = (sum ^ word) * PRIME;
     }
     return sum;
+}
+
+static size_t waiting_octets(const supervisor_vitals_t* const state)
+{
+    size_t sum = 0U;
+    for (size_t i = 0U; i < VITALS_RINGS; i++) {
+        sum += state->rings[i].used;
+    }
+    return sum;
+}
+
+/// A changed word always shows; the generation counts as one. Octets of rings: VITALS_OCTETS at most.
+static uint64_t sum_of(const vitals_bank_t* const bank, const uint64_t generation)
+{
+    const uint64_t sum =
+        sum_words((FNV64_START ^ generation) * PRIME, (const uint8_t*)&bank->state, sizeof bank->state);
+    return sum_words(sum, bank->octets, waiting_octets(&bank->state));
 }
 
 static uint64_t generation_of(const vitals_bank_t* const bank)
@@ -39,24 +55,61 @@ static uint64_t generation_of(const vitals_bank_t* const bank)
     return __atomic_load_n(&bank->generation, __ATOMIC_ACQUIRE);
 }
 
-void vitals_commit(vitals_t* const vitals, const supervisor_vitals_t* const state)
+void vitals_commit(vitals_t* const vitals, supervisor_vitals_t* const state,
+                   const vitals_rings_t* const rings)
 {
-    FSW_ASSERT((vitals != NULL) && (state != NULL));
+    FSW_ASSERT((vitals != NULL) && (state != NULL) && (rings != NULL));
     const uint64_t first      = generation_of(&vitals->banks[0]);
     const uint64_t second     = generation_of(&vitals->banks[1]);
     vitals_bank_t* const bank = &vitals->banks[(first <= second) ? 0U : 1U];
     const uint64_t generation = ((first <= second) ? second : first) + 1U;
+    size_t place              = 0U;
     __atomic_store_n(&bank->generation, 0U, __ATOMIC_SEQ_CST); // From here to the end it is nobody's.
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
-    (void)memcpy(&bank->state, state, sizeof *state);
-    bank->sum = sum_of(state, generation);
+    for (size_t i = 0U; i < VITALS_RINGS; i++) {
+        const octet_ring_t* const ring = rings->list[i];
+        const size_t used =
+            (ring != NULL) ? octet_ring_copy(ring, &bank->octets[place], VITALS_OCTETS - place) : 0U;
+        state->rings[i] = (vitals_ring_t){.used = (uint32_t)used, .blocks = (used > 0U) ? ring->blocks : 0U};
+        place += used;
+    }
+    bank->state = *state;
+    bank->sum   = sum_of(bank, generation);
     __atomic_store_n(&bank->generation, generation, __ATOMIC_RELEASE);
 }
 
-status_t vitals_adopt(vitals_t* const vitals, const vitals_limits_t* const limits,
-                      supervisor_vitals_t* const out_state, bool* const out_older)
+static bool is_bank_sound(const vitals_bank_t* const bank, const vitals_limits_t* const limits)
 {
-    FSW_ASSERT((vitals != NULL) && (limits != NULL) && (out_state != NULL) && (out_older != NULL));
+    const uint64_t generation = generation_of(bank);
+    size_t octets             = 0U;
+    for (size_t i = 0U; i < VITALS_RINGS; i++) { // Before the sum reads them.
+        if (bank->state.rings[i].used > (VITALS_OCTETS - octets)) {
+            return false;
+        }
+        octets += bank->state.rings[i].used;
+    }
+    return (generation != 0U) && (bank->sum == sum_of(bank, generation)) &&
+           (vitals_check(&bank->state, limits) == VITALS_SOUND);
+}
+
+static void fill_rings(const vitals_bank_t* const bank, const vitals_rings_t* const rings)
+{
+    size_t place = 0U;
+    for (size_t i = 0U; i < VITALS_RINGS; i++) {
+        const size_t used = bank->state.rings[i].used;
+        if (rings->list[i] != NULL) {
+            octet_ring_refill(rings->list[i], &bank->octets[place], used);
+        }
+        place += used;
+    }
+}
+
+status_t vitals_adopt(vitals_t* const vitals, const vitals_limits_t* const limits,
+                      supervisor_vitals_t* const out_state, const vitals_rings_t* const rings,
+                      bool* const out_older)
+{
+    FSW_ASSERT((vitals != NULL) && (limits != NULL) && (out_state != NULL) && (rings != NULL) &&
+               (out_older != NULL));
     const uint64_t first  = generation_of(&vitals->banks[0]);
     const uint64_t second = generation_of(&vitals->banks[1]);
     const size_t newer    = (first > second) ? 0U : 1U;
@@ -66,14 +119,13 @@ status_t vitals_adopt(vitals_t* const vitals, const vitals_limits_t* const limit
     }
     for (size_t i = 0U; i < BANKS; i++) {
         vitals_bank_t* const bank = &vitals->banks[(newer + i) % BANKS];
-        const uint64_t generation = generation_of(bank);
-        *out_state                = bank->state;
-        if ((generation != 0U) && (bank->sum == sum_of(out_state, generation)) &&
-            (vitals_check(out_state, limits) == VITALS_SOUND)) {
+        if (is_bank_sound(bank, limits)) {
+            *out_state = bank->state;
+            fill_rings(bank, rings);
             return STATUS_OK;
         }
         // A bank that was being written when the writer died has no generation: the other one is the newest.
-        *out_older = *out_older || (generation != 0U);
+        *out_older = *out_older || (generation_of(bank) != 0U);
         __atomic_store_n(&bank->generation, 0U, __ATOMIC_RELEASE);
     }
     return STATUS_INVALID;
@@ -93,10 +145,9 @@ static bool is_member(const vitals_limits_t* const limits, const uint16_t apid)
 
 static bool are_counts_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
 {
-    return (state->lives >= 1U) && (state->epoch >= 1U) && (state->sequence < PUS_SEQUENCE_COUNT) &&
+    return (state->lives >= 1U) && (state->message_life >= 1U) &&
            (state->member_count == limits->mission->subsystem_count) &&
            (state->member_count <= MISSION_SUBSYSTEMS_MAX) && (state->channel_count <= MESSAGE_PEERS_MAX) &&
-           (state->message_count <= PUS_MESSAGE_COUNTERS) && (state->addressee_count <= PUS_ADDRESSEES) &&
            (state->accepted_count <= LINK_GRAPH_EDGES) && (state->open_count <= LINK_GRAPH_EDGES) &&
            is_truth(state->autostart_step);
 }
@@ -211,68 +262,25 @@ static bool are_requests_sound(const vitals_request_t* const requests, const uin
     return true;
 }
 
-static bool are_messages_sound(const supervisor_vitals_t* const state)
-{
-    for (uint16_t i = 0U; i < state->message_count; i++) {
-        if (state->messages[i].service == 0U) { // A free entry ends the table.
-            return false;
-        }
-    }
-    return true;
-}
-
-static bool are_addressees_sound(const supervisor_vitals_t* const state)
-{
-    for (uint16_t i = 0U; i < state->addressee_count; i++) {
-        const vitals_addressee_t* const addressee = &state->addressees[i];
-        if ((addressee->apid > PUS_APID_MAX) || (addressee->sequence >= PUS_SEQUENCE_COUNT)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/// What is under way is within the window, and its octets are those of the frames.
-static bool is_channel_sound(const vitals_channel_t* const channel)
-{
-    const uint32_t frames = channel->sent - channel->credited;
-    uint32_t octets       = 0U;
-    if (frames > MESSAGE_WINDOW) {
-        return false;
-    }
-    for (uint32_t i = 0U; i < frames; i++) {
-        octets += channel->sizes[(channel->credited + i) % MESSAGE_WINDOW];
-    }
-    return (octets == channel->under_way) && ((channel->taken - channel->told) <= MESSAGE_WINDOW) &&
-           (channel->taken == channel->expected) && (channel->untold <= MESSAGE_WINDOW_OCTETS);
-}
-
 static bool are_channels_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
 {
     for (uint16_t i = 0U; i < state->channel_count; i++) {
-        const vitals_channel_t* const channel = &state->channels[i];
-        if (!is_member(limits, channel->peer) || !is_channel_sound(channel)) {
+        const message_position_t* const channel = &state->channels[i];
+        if (!is_member(limits, channel->peer) || !message_position_is_sound(channel)) {
             return false;
         }
     }
     return true;
 }
 
-static bool are_rings_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
+static bool are_rings_sound(const supervisor_vitals_t* const state)
 {
     for (size_t i = 0U; i < VITALS_RINGS; i++) {
-        const vitals_ring_t* const ring = &state->rings[i];
-        const size_t capacity           = limits->ring_capacities[i];
-        const bool is_empty             = (ring->used == 0U) && (ring->blocks == 0U);
-        const bool is_within            = (ring->head < capacity) && (ring->used <= capacity);
-        if (!is_within && !(is_empty && (ring->head == 0U))) {
-            return false;
-        }
-        if ((ring->used == 0U) != (ring->blocks == 0U)) {
+        if ((state->rings[i].used == 0U) != (state->rings[i].blocks == 0U)) {
             return false;
         }
     }
-    return true;
+    return waiting_octets(state) <= VITALS_OCTETS;
 }
 
 vitals_flaw_t vitals_check(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
@@ -306,10 +314,9 @@ vitals_flaw_t vitals_check(const supervisor_vitals_t* const state, const vitals_
         {are_requests_sound(state->passed, state->now_ns, limits) &&
              are_requests_sound(state->own, state->now_ns, limits),
          VITALS_REQUEST},
-        {are_messages_sound(state), VITALS_MESSAGE},
-        {are_addressees_sound(state), VITALS_ADDRESSEE},
+        {pus_counts_are_sound(&state->counts), VITALS_NUMBERS},
         {are_channels_sound(state, limits), VITALS_CHANNEL},
-        {are_rings_sound(state, limits), VITALS_RING},
+        {are_rings_sound(state), VITALS_RING},
     };
     for (size_t i = 0U; i < (sizeof checks / sizeof checks[0]); i++) {
         if (!checks[i].is_sound) {

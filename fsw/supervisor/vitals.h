@@ -5,21 +5,21 @@
 /// are believed only then.
 ///
 /// Two banks. A commit writes the older one, its sum, then its generation (release): at whatever instant the
-/// writer dies, one bank is whole. Beside the banks lie the rings whose octets outlive the process; their
-/// positions are in the bank.
+/// writer dies, one bank is whole. Beside its fields a bank holds what waited in the rings that were given to
+/// the commit; mostly nothing does.
 ///
 /// Ownership  The memory is the caller's. Context: one loop of one process at a time. Time: O(size), about 12
 /// KiB.
 #ifndef FSW_SUPERVISOR_VITALS_H
 #define FSW_SUPERVISOR_VITALS_H
 
+#include "fsw/framework/base/capacities.h"
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/descriptor/mission_descriptor.h"
-#include "fsw/framework/message/message.h"
+#include "fsw/framework/message/message_positions.h"
 #include "fsw/supervisor/link_graph.h"
 #include "fsw/supervisor/pending_table.h"
-#include "pus/process.h"
-#include "pus/requester.h"
+#include "pus/counts.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -27,9 +27,12 @@
 
 #define VITALS_SESSIONS 8U
 #define VITALS_PLANS 8U
-#define VITALS_RINGS 3U
-#define VITALS_BANKS_MAX 32768U ///< Both banks together [octets].
-#define VITALS_NO_PLAN 0U       ///< vitals_plan_t.plan: built in.
+#define VITALS_COUNTERS 16U
+#define VITALS_RINGS (2U + MESSAGE_PEERS_MAX)
+#define VITALS_STATES_MAX 32768U ///< The fields of both banks together [octets].
+/// Octets of all rings of a bank, each as full as can be.
+#define VITALS_OCTETS (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + (2U * 65536U))
+#define VITALS_NO_PLAN 0U ///< vitals_plan_t.plan: built in.
 
 typedef struct { // pus_token_t.
     uint32_t request_id;
@@ -95,56 +98,24 @@ typedef struct { // A request whose verification is not over.
     uint16_t is_answered;
 } vitals_request_t;
 
-typedef struct { // pus_message_counter_t.
-    uint8_t service;
-    uint8_t subtype;
-    uint16_t destination;
-    uint16_t count;
-} vitals_message_t;
-
-typedef struct { // Sequence count of requests to an addressee.
-    uint16_t apid;
-    uint16_t sequence;
-} vitals_addressee_t;
-
-typedef struct { // Of an octet ring whose octets lie beside the banks.
-    uint32_t head;
-    uint32_t used;
+typedef struct {   // What waited in an octet ring.
+    uint32_t used; ///< [octets].
     uint32_t blocks;
 } vitals_ring_t;
-
-typedef struct { // message_channel_t.
-    uint32_t peer_epoch;
-    uint32_t sent;
-    uint32_t credited;
-    uint32_t expected;
-    uint32_t taken;
-    uint32_t told;
-    uint32_t refusals;
-    uint32_t under_way;
-    uint32_t untold;
-    uint16_t peer;
-    uint16_t reserved;
-    uint16_t sizes[MESSAGE_WINDOW];
-} vitals_channel_t;
 
 typedef struct {
     uint64_t interface_hash; ///< Of the mission.
     uint64_t now_ns;         ///< Of the commit.
     uint64_t log_number;     ///< Of the next record.
-    uint64_t orbit_offset;
     uint64_t shutdown_ns;
     vitals_token_t shutdown_token;
-    uint32_t lives; ///< Of the supervisor in this run, this one included.
-    uint32_t epoch; ///< Of its message channels, which outlive it.
+    uint32_t lives;        ///< Of the supervisor in this run, this one included.
+    uint32_t message_life; ///< Of its message channels, which outlive it.
+    uint32_t message_stamp;
     uint32_t link_epoch;
     uint32_t link_transaction;
-    uint32_t orbit_period_ms;
-    uint16_t sequence; ///< Of the next report.
     uint16_t member_count;
     uint16_t channel_count;
-    uint16_t message_count;
-    uint16_t addressee_count;
     uint16_t accepted_count;
     uint16_t open_count;
     uint8_t mode;
@@ -153,6 +124,7 @@ typedef struct {
     uint8_t autostart_step;
     uint8_t shutdown_step;
     uint8_t has_shutdown_token;
+    uint32_t counters[VITALS_COUNTERS]; ///< That it publishes.
     vitals_member_t members[MISSION_SUBSYSTEMS_MAX];
     vitals_edge_t accepted[LINK_GRAPH_EDGES];
     vitals_edge_t open[LINK_GRAPH_EDGES]; ///< In the order of opening.
@@ -160,9 +132,8 @@ typedef struct {
     vitals_plan_t plans[VITALS_PLANS];
     vitals_request_t passed[PENDING_MAX]; ///< To subsystems.
     vitals_request_t own[PENDING_MAX];    ///< To the supervisor itself.
-    vitals_message_t messages[PUS_MESSAGE_COUNTERS];
-    vitals_addressee_t addressees[PUS_ADDRESSEES];
-    vitals_channel_t channels[MESSAGE_PEERS_MAX];
+    pus_counts_t counts;                  ///< Of the supervisor's own packets.
+    message_position_t channels[MESSAGE_PEERS_MAX];
     vitals_ring_t rings[VITALS_RINGS];
 } supervisor_vitals_t;
 
@@ -170,6 +141,7 @@ typedef struct {         // Private.
     uint64_t generation; // 0: never written. Stored last.
     uint64_t sum;
     supervisor_vitals_t state;
+    uint8_t octets[VITALS_OCTETS]; // Of the rings, one behind the other.
 } vitals_bank_t;
 
 typedef struct { // Private.
@@ -190,27 +162,30 @@ typedef enum {
     VITALS_SESSION,
     VITALS_PLAN,
     VITALS_REQUEST,
-    VITALS_MESSAGE,
-    VITALS_ADDRESSEE,
+    VITALS_NUMBERS,
     VITALS_CHANNEL,
     VITALS_RING
 } vitals_flaw_t;
 
-typedef struct {                          // Against which a bank is checked.
-    const mission_descriptor_t* mission;  ///< Another one's vitals are nobody's.
-    uint64_t now_ns;                      ///< Nothing has happened later.
-    size_t ring_capacities[VITALS_RINGS]; ///< [octets].
+typedef struct {                         // Against which a bank is checked.
+    const mission_descriptor_t* mission; ///< Another one's vitals are nobody's.
+    uint64_t now_ns;                     ///< Nothing has happened later.
 } vitals_limits_t;
 
-/// Make `state` the one that the next life takes over. Whole or not at all, whenever the process ends.
-void vitals_commit(vitals_t* vitals, const supervisor_vitals_t* state);
+typedef struct { // Rings that outlive the process; null: there is none.
+    octet_ring_t* list[VITALS_RINGS];
+} vitals_rings_t;
+
+/// Make `state` and what waits in `rings` the ones that the next life takes over: whole or not at all,
+/// whenever the process ends. `state->rings` is written here.
+void vitals_commit(vitals_t* vitals, supervisor_vitals_t* state, const vitals_rings_t* rings);
 /// VITALS_SOUND, or the first field that cannot be: an index out of its table, a member or link that the
 /// mission does not have, a count that contradicts another, a time to come.
 vitals_flaw_t vitals_check(const supervisor_vitals_t* state, const vitals_limits_t* limits);
 /// Take over the newer of the sound banks; one that is not sound is cleared. *out_older: the newest one was
-/// not. STATUS_OK; STATUS_NOT_FOUND:
-/// nothing was ever committed; STATUS_INVALID: no bank is sound.
+/// not. Empty `rings` get what waited; what has no room there is counted as refused. STATUS_OK;
+/// STATUS_NOT_FOUND: nothing was ever committed; STATUS_INVALID: no bank is sound.
 MUST_USE status_t vitals_adopt(vitals_t* vitals, const vitals_limits_t* limits,
-                               supervisor_vitals_t* out_state, bool* out_older);
+                               supervisor_vitals_t* out_state, const vitals_rings_t* rings, bool* out_older);
 
 #endif // FSW_SUPERVISOR_VITALS_H

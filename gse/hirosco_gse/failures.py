@@ -100,6 +100,7 @@ _WORDS = {
     0x0407: lambda d, y: f"{d} instructions failed",
     0x0409: lambda d, y: f"link refused: {name_of(LINK_REASONS, d >> 8)} does not fit",
     0x0408: lambda d, y: f"addressee lost: {_apid(d, y)} ended before it completed the request",
+    0x040B: lambda d, y: f"the supervisor has restarted (life {d}) and has not kept this request",
     0x040A: lambda d, y: f"the procedure failed at line {d}; see PROCEDURE_FAILED",
 }
 

@@ -48,6 +48,7 @@ static const struct {
     {PUS_FAILURE_SOME_FAILED, "some instructions failed"},
     {PUS_FAILURE_LOST, "addressee lost"},
     {PUS_FAILURE_LINK_REFUSED, "link refused"},
+    {PUS_FAILURE_RESTARTED, "supervisor restarted"},
 };
 
 const char* failure_words(const uint16_t code)

@@ -142,3 +142,34 @@ void octet_ring_overwrite(octet_ring_t* const ring, const size_t place, const ui
     FSW_ASSERT((ring != NULL) && (octets != NULL) && ((place + LENGTH_OCTETS + size) <= ring->used));
     (void)write_at(ring, wrapped(ring, ring->head + place + LENGTH_OCTETS), octets, size);
 }
+
+size_t octet_ring_copy(const octet_ring_t* const ring, uint8_t* const octets, const size_t capacity)
+{
+    FSW_ASSERT((ring != NULL) && (octets != NULL));
+    if (ring->used > capacity) {
+        return 0U;
+    }
+    (void)read_at(ring, ring->head, octets, ring->used);
+    return ring->used;
+}
+
+void octet_ring_refill(octet_ring_t* const ring, const uint8_t* const octets, const size_t size)
+{
+    FSW_ASSERT((ring != NULL) && (octets != NULL));
+    size_t place = 0U;
+    while (place < size) {
+        uint32_t length   = 0U;
+        const size_t left = size - place;
+        if (left >= LENGTH_OCTETS) {
+            (void)memcpy(&length, &octets[place], LENGTH_OCTETS);
+        }
+        if ((left < LENGTH_OCTETS) || (length > BLOCK_MAX) || (length > (left - LENGTH_OCTETS))) {
+            ring->refused++;
+            return;
+        }
+        if (octet_ring_put(ring, &octets[place + LENGTH_OCTETS], length) != STATUS_OK) {
+            return; // In order or not at all.
+        }
+        place += LENGTH_OCTETS + length;
+    }
+}

@@ -43,6 +43,11 @@ size_t octet_ring_look(const octet_ring_t* ring, size_t place, uint8_t* head, si
                        size_t* out_size);
 /// Write over the first `size` octets of that block, which has as many.
 void octet_ring_overwrite(octet_ring_t* ring, size_t place, const uint8_t* octets, size_t size);
+/// Copy all blocks as one run of octets, for octet_ring_refill. Returns its size; 0: it is empty, or the run
+/// has no room.
+size_t octet_ring_copy(const octet_ring_t* ring, uint8_t* octets, size_t capacity);
+/// Append the blocks of such a run. What is cut, or has no room, is refused (counted).
+void octet_ring_refill(octet_ring_t* ring, const uint8_t* octets, size_t size);
 /// Octets a block may have to be taken now.
 size_t octet_ring_room(const octet_ring_t* ring);
 

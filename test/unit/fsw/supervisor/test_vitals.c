@@ -21,6 +21,11 @@ static supervisor_vitals_t state;
 static supervisor_vitals_t found;
 static vitals_limits_t limits;
 static bool is_older;
+static uint8_t storage[4][100];
+static octet_ring_t waiting[2];
+static octet_ring_t taken[2];
+static vitals_rings_t rings;
+static vitals_rings_t taken_rings;
 
 /// A mission of two subsystems, the supervisor and a link; what the checks ask of it is there.
 static void make_mission(void)
@@ -46,18 +51,16 @@ static void make_state(void)
 {
     const vitals_edge_t edge = {1U, 16U, 1U, 17U, 2U, 0U};
     (void)memset(&state, 0, sizeof state);
-    state.interface_hash  = mission.interface_hash;
-    state.now_ns          = NOW - 1U;
-    state.log_number      = 77U;
-    state.lives           = 1U;
-    state.epoch           = 1U;
-    state.mode            = 1U;
-    state.member_count    = 3U;
-    state.channel_count   = 1U;
-    state.message_count   = 1U;
-    state.addressee_count = 1U;
-    state.accepted_count  = 1U;
-    state.open_count      = 1U;
+    state.interface_hash = mission.interface_hash;
+    state.now_ns         = NOW - 1U;
+    state.log_number     = 77U;
+    state.lives          = 1U;
+    state.message_life = 1U;
+    state.mode           = 1U;
+    state.member_count   = 3U;
+    state.channel_count  = 1U;
+    state.accepted_count = 1U;
+    state.open_count     = 1U;
     for (unsigned i = 0U; i < 3U; i++) {
         state.members[i] = (vitals_member_t){.apid = mission.subsystems[i].apid, .process = 1U, .life = 1U};
     }
@@ -66,27 +69,33 @@ static void make_state(void)
     state.sessions[0] = (vitals_session_t){.edge = edge, .step = 1U};
     state.plans[0]    = (vitals_plan_t){
            .is_used = 1U, .plan = 1U, .apid = 16U, .lost = 17U, .member_count = 2U, .members = {16U, 17U}};
-    state.passed[0]     = (vitals_request_t){.apid = 16U, .token = {.ack = 9U, .source = 1U}};
-    state.own[3]        = (vitals_request_t){.apid = 1U, .token = {.ack = 8U, .source = 1U}};
-    state.messages[0]   = (vitals_message_t){1U, 7U, 1U, 12U};
-    state.addressees[0] = (vitals_addressee_t){16U, 5U};
-    state.channels[0]   = (vitals_channel_t){.peer_epoch = 1U,
-                                             .peer       = 16U,
-                                             .sent       = 40U,
-                                             .credited   = 38U,
-                                             .under_way  = 90U,
-                                             .expected   = 7U,
-                                             .taken      = 7U};
+    state.passed[0]          = (vitals_request_t){.apid = 16U, .token = {.ack = 9U, .source = 1U}};
+    state.own[3]             = (vitals_request_t){.apid = 1U, .token = {.ack = 8U, .source = 1U}};
+    state.counts.messages[0] = (pus_message_count_t){1U, 7U, 1U, 12U};
+    state.counts.requests[0] = (pus_request_count_t){16U, 5U};
+    state.channels[0]        = (message_position_t){.peer_life = 1U,
+                                                    .peer      = 16U,
+                                                    .sent      = 40U,
+                                                    .credited  = 38U,
+                                                    .under_way = 90U,
+                                                    .expected  = 7U,
+                                                    .taken     = 7U};
     state.channels[0].sizes[38U % MESSAGE_WINDOW] = 50U;
     state.channels[0].sizes[39U % MESSAGE_WINDOW] = 40U;
-    state.rings[0]                                = (vitals_ring_t){.head = 10U, .used = 20U, .blocks = 2U};
+    state.rings[0]                                = (vitals_ring_t){.used = 20U, .blocks = 2U};
 }
 
 void setUp(void)
 {
     make_mission();
     make_state();
-    limits = (vitals_limits_t){&mission, NOW, {100U, 100U, 100U}};
+    limits = (vitals_limits_t){&mission, NOW};
+    for (size_t i = 0U; i < 2U; i++) {
+        octet_ring_init(&waiting[i], storage[i], sizeof storage[i]);
+        octet_ring_init(&taken[i], storage[2U + i], sizeof storage[2U + i]);
+    }
+    rings       = (vitals_rings_t){{&waiting[0], NULL, &waiting[1]}};
+    taken_rings = (vitals_rings_t){{&taken[0], NULL, &taken[1]}};
     (void)memset(&vitals, 0, sizeof vitals);
 }
 
@@ -96,7 +105,7 @@ void tearDown(void)
 
 static status_t adopt(void)
 {
-    return vitals_adopt(&vitals, &limits, &found, &is_older);
+    return vitals_adopt(&vitals, &limits, &found, &taken_rings, &is_older);
 }
 
 static void memory_that_was_never_written_is_nobodys(void)
@@ -108,7 +117,7 @@ static void the_last_commit_is_adopted(void)
 {
     for (uint64_t i = 1U; i <= 5U; i++) {
         state.log_number = i;
-        vitals_commit(&vitals, &state);
+        vitals_commit(&vitals, &state, &rings);
         TEST_ASSERT_EQUAL(STATUS_OK, adopt());
         TEST_ASSERT_FALSE(is_older);
         TEST_ASSERT_EQUAL_MEMORY(&state, &found, sizeof state);
@@ -118,19 +127,20 @@ static void the_last_commit_is_adopted(void)
 // Whatever octet changes where it lies, the bank is refused, and the one before it serves.
 static void any_octet_that_changes_refuses_its_bank(void)
 {
-    for (size_t at = 0U; at < sizeof vitals.banks[0]; at++) {
-        (void)memset(&vitals, 0, sizeof vitals);
-        state.log_number = 1U;
-        vitals_commit(&vitals, &state); // Into one bank,
+    for (size_t at = 0U; at < offsetof(vitals_bank_t, octets); at++) {
+        vitals.banks[0].generation = 0U;
+        vitals.banks[1].generation = 0U;
+        state.log_number           = 1U;
+        vitals_commit(&vitals, &state, &rings); // Into one bank,
         state.log_number = 2U;
-        vitals_commit(&vitals, &state); // into the other.
+        vitals_commit(&vitals, &state, &rings); // into the other.
         const size_t newer = (vitals.banks[0].generation > vitals.banks[1].generation) ? 0U : 1U;
         ((uint8_t*)&vitals.banks[newer])[at] ^= 0x5AU;
         TEST_ASSERT_EQUAL(STATUS_OK, adopt());
         TEST_ASSERT_EQUAL_UINT64(1U, found.log_number);
         TEST_ASSERT_TRUE(is_older);
         state.log_number = 3U;
-        vitals_commit(&vitals, &state); // It goes on from there.
+        vitals_commit(&vitals, &state, &rings); // It goes on from there.
         TEST_ASSERT_EQUAL(STATUS_OK, adopt());
         TEST_ASSERT_EQUAL_UINT64(3U, found.log_number);
     }
@@ -138,8 +148,8 @@ static void any_octet_that_changes_refuses_its_bank(void)
 
 static void two_damaged_banks_are_told(void)
 {
-    vitals_commit(&vitals, &state);
-    vitals_commit(&vitals, &state);
+    vitals_commit(&vitals, &state, &rings);
+    vitals_commit(&vitals, &state, &rings);
     vitals.banks[0].state.mode ^= 1U;
     vitals.banks[1].state.mode ^= 1U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, adopt());
@@ -152,11 +162,11 @@ static void a_commit_that_was_cut_short_leaves_the_one_before(void)
     static vitals_t before;
     static vitals_t after;
     state.log_number = 1U;
-    vitals_commit(&vitals, &state);
+    vitals_commit(&vitals, &state, &rings);
     before           = vitals;
     state.log_number = 2U;
     state.mode       = 0U;
-    vitals_commit(&vitals, &state);
+    vitals_commit(&vitals, &state, &rings);
     after              = vitals;
     const size_t newer = (after.banks[0].generation == 2U) ? 0U : 1U;
     const size_t first = offsetof(vitals_bank_t, state);
@@ -174,12 +184,10 @@ static void a_commit_that_was_cut_short_leaves_the_one_before(void)
 static void commit_for_ever(vitals_t* const shared)
 {
     for (uint64_t i = 1U;; i++) {
-        state.log_number      = i;
-        state.orbit_offset    = i;
-        state.rings[2].head   = (uint32_t)(i % 100U);
-        state.rings[2].used   = 1U;
-        state.rings[2].blocks = 1U;
-        vitals_commit(shared, &state);
+        state.log_number   = i;
+        state.shutdown_ns = i;
+        state.link_epoch   = (uint32_t)i;
+        vitals_commit(shared, &state, &rings);
     }
 }
 
@@ -198,14 +206,14 @@ static void a_writer_that_is_killed_anywhere_leaves_a_whole_state(void)
         (void)kill(writer, SIGKILL);
         int result = 0;
         TEST_ASSERT_EQUAL(writer, waitpid(writer, &result, 0));
-        const status_t status = vitals_adopt(shared, &limits, &found, &is_older);
+        const status_t status = vitals_adopt(shared, &limits, &found, &taken_rings, &is_older);
         if (status == STATUS_NOT_FOUND) {
             continue; // It had not begun.
         }
         TEST_ASSERT_EQUAL(STATUS_OK, status);
         TEST_ASSERT_FALSE(is_older);
-        TEST_ASSERT_EQUAL_UINT64(found.log_number, found.orbit_offset);
-        TEST_ASSERT_EQUAL_UINT32(found.log_number % 100U, found.rings[2].head);
+        TEST_ASSERT_EQUAL_UINT64(found.log_number, found.shutdown_ns);
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)found.log_number, found.link_epoch);
     }
     (void)munmap(shared, sizeof *shared);
 }
@@ -231,12 +239,9 @@ static void a_head_that_cannot_be_is_refused(void)
     REFUSED(VITALS_MISSION, interface_hash, 1U);
     REFUSED(VITALS_TIME, now_ns, NOW + 1U);
     REFUSED(VITALS_COUNTS, lives, 0U);
-    REFUSED(VITALS_COUNTS, epoch, 0U);
-    REFUSED(VITALS_COUNTS, sequence, 16384U);
+    REFUSED(VITALS_COUNTS, message_life, 0U);
     REFUSED(VITALS_COUNTS, member_count, 2U);
     REFUSED(VITALS_COUNTS, channel_count, MESSAGE_PEERS_MAX + 1U);
-    REFUSED(VITALS_COUNTS, message_count, PUS_MESSAGE_COUNTERS + 1U);
-    REFUSED(VITALS_COUNTS, addressee_count, PUS_ADDRESSEES + 1U);
     REFUSED(VITALS_COUNTS, accepted_count, LINK_GRAPH_EDGES + 1U);
     REFUSED(VITALS_COUNTS, open_count, LINK_GRAPH_EDGES + 1U);
     REFUSED(VITALS_COUNTS, autostart_step, 2U);
@@ -300,28 +305,59 @@ static void what_numbers_packets_is_checked(void)
     REFUSED(VITALS_REQUEST, passed[0].since_ns, NOW);
     REFUSED(VITALS_REQUEST, passed[0].is_answered, 2U);
     REFUSED(VITALS_REQUEST, own[3].token.ack, 16U);
-    REFUSED(VITALS_MESSAGE, messages[0].service, 0U);
-    REFUSED(VITALS_ADDRESSEE, addressees[0].apid, 2047U);
-    REFUSED(VITALS_ADDRESSEE, addressees[0].sequence, 16384U);
+    REFUSED(VITALS_NUMBERS, counts.sequence, 16384U);
+    REFUSED(VITALS_NUMBERS, counts.requests[0].apid, 2047U);
+    REFUSED(VITALS_NUMBERS, counts.requests[0].sequence, 16384U);
     REFUSED(VITALS_CHANNEL, channels[0].peer, 99U);
     REFUSED(VITALS_CHANNEL, channels[0].sent, 38U + MESSAGE_WINDOW + 1U);
     REFUSED(VITALS_CHANNEL, channels[0].under_way, 91U);
     REFUSED(VITALS_CHANNEL, channels[0].told, 8U);
-    REFUSED(VITALS_CHANNEL, channels[0].expected, 8U);
+    REFUSED(VITALS_CHANNEL, channels[0].expected, 8U + MESSAGE_WINDOW);
     REFUSED(VITALS_CHANNEL, channels[0].untold, MESSAGE_WINDOW_OCTETS + 1U);
-    REFUSED(VITALS_RING, rings[0].head, 100U);
-    REFUSED(VITALS_RING, rings[0].used, 101U);
+    REFUSED(VITALS_RING, rings[0].used, VITALS_OCTETS + 1U);
     REFUSED(VITALS_RING, rings[0].blocks, 0U);
     REFUSED(VITALS_RING, rings[1].blocks, 1U);
 }
 
-// A ring that this flight does not have is empty.
-static void a_ring_without_room_is_empty_or_refused(void)
+static void put(octet_ring_t* ring, const char* text)
 {
-    limits.ring_capacities[2] = 0U;
-    TEST_ASSERT_EQUAL(VITALS_SOUND, vitals_check(&state, &limits));
-    state.rings[2].head = 1U;
-    TEST_ASSERT_EQUAL(VITALS_RING, vitals_check(&state, &limits));
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(ring, (const uint8_t*)text, strlen(text)));
+}
+
+static void expect_block(octet_ring_t* ring, const char* text)
+{
+    uint8_t octets[64];
+    size_t size = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_take(ring, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL(strlen(text), size);
+    TEST_ASSERT_EQUAL_MEMORY(text, octets, size);
+}
+
+static void what_waits_in_rings_goes_over_in_order(void)
+{
+    uint8_t block[64];
+    size_t size = 0U;
+    put(&waiting[0], "a block that is taken before, so that the next ones wrap around ......");
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, octet_ring_take(&waiting[0], block, sizeof block, &size));
+    put(&waiting[0], "one");
+    put(&waiting[0], "a second one that wraps around the end");
+    put(&waiting[1], "three");
+    vitals_commit(&vitals, &state, &rings);
+    TEST_ASSERT_EQUAL(2U, waiting[0].blocks); // They stay where they are.
+    TEST_ASSERT_EQUAL(STATUS_OK, adopt());
+    expect_block(&taken[0], "one");
+    expect_block(&taken[0], "a second one that wraps around the end");
+    expect_block(&taken[1], "three");
+    TEST_ASSERT_EQUAL(0U, taken[0].blocks + taken[1].blocks);
+}
+
+static void an_octet_of_a_ring_that_changes_refuses_its_bank(void)
+{
+    put(&waiting[0], "one");
+    vitals_commit(&vitals, &state, &rings);
+    vitals.banks[0].octets[5] ^= 1U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, adopt());
+    TEST_ASSERT_EQUAL(0U, taken[0].blocks);
 }
 
 // Free entries of a table may hold anything.
@@ -346,8 +382,9 @@ static void any_octets_are_judged(void)
             seed                                            = (seed * 1664525U) + 1013904223U;
             ((uint8_t*)&state)[(seed >> 8U) % sizeof state] = (uint8_t)(seed >> 3U);
         }
-        (void)memset(&vitals, 0, sizeof vitals);
-        vitals_commit(&vitals, &state);
+        vitals.banks[0].generation = 0U;
+        vitals.banks[1].generation = 0U;
+        vitals_commit(&vitals, &state, &rings);
         const bool is_sound = (vitals_check(&state, &limits) == VITALS_SOUND);
         TEST_ASSERT_EQUAL(is_sound ? STATUS_OK : STATUS_INVALID, adopt());
     }
@@ -367,7 +404,8 @@ int main(void)
     RUN_TEST(a_link_that_the_mission_does_not_have_is_refused);
     RUN_TEST(a_plan_that_the_mission_does_not_have_is_refused);
     RUN_TEST(what_numbers_packets_is_checked);
-    RUN_TEST(a_ring_without_room_is_empty_or_refused);
+    RUN_TEST(what_waits_in_rings_goes_over_in_order);
+    RUN_TEST(an_octet_of_a_ring_that_changes_refuses_its_bank);
     RUN_TEST(what_a_free_entry_holds_means_nothing);
     RUN_TEST(any_octets_are_judged);
     return UNITY_END();

@@ -228,6 +228,45 @@ static void a_ring_behaves_like_a_list(void)
     }
 }
 
+static void a_run_of_octets_fills_another_ring(void)
+{
+    uint8_t first_storage[32];
+    uint8_t second_storage[32];
+    uint8_t run[32];
+    uint8_t block[8];
+    size_t size = 0U;
+    octet_ring_t first;
+    octet_ring_t second;
+    octet_ring_init(&first, first_storage, sizeof first_storage);
+    octet_ring_init(&second, second_storage, sizeof second_storage);
+    TEST_ASSERT_EQUAL(0U, octet_ring_copy(&first, run, sizeof run));
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&first, (const uint8_t*)"abc", 3U));
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_put(&first, (const uint8_t*)"defgh", 5U));
+    TEST_ASSERT_EQUAL(0U, octet_ring_copy(&first, run, 15U));
+    TEST_ASSERT_EQUAL(16U, octet_ring_copy(&first, run, sizeof run));
+    for (size_t cut = 0U; cut < 16U; cut++) { // What is cut is refused.
+        octet_ring_init(&second, second_storage, sizeof second_storage);
+        octet_ring_refill(&second, run, cut);
+        TEST_ASSERT_EQUAL((cut >= 7U) ? 1U : 0U, second.blocks);
+        TEST_ASSERT_EQUAL(((cut == 0U) || (cut == 7U)) ? 0U : 1U, second.refused);
+    }
+    octet_ring_init(&second, second_storage, sizeof second_storage);
+    octet_ring_refill(&second, run, 16U);
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_take(&second, block, sizeof block, &size));
+    TEST_ASSERT_EQUAL_MEMORY("abc", block, 3U);
+    TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_take(&second, block, sizeof block, &size));
+    TEST_ASSERT_EQUAL_MEMORY("defgh", block, 5U);
+    octet_ring_refill(&second, run, 16U);
+    octet_ring_refill(&second, run, 16U);
+    octet_ring_refill(&second, run, 16U); // No room: in order or not at all.
+    TEST_ASSERT_EQUAL(4U, second.blocks);
+    TEST_ASSERT_EQUAL(1U, second.refused);
+    (void)memset(run, 0xFF, sizeof run);
+    octet_ring_init(&second, second_storage, sizeof second_storage);
+    octet_ring_refill(&second, run, sizeof run);
+    TEST_ASSERT_EQUAL(0U, second.blocks);
+}
+
 static void the_self_test_sees_damage(void)
 {
     static const uint8_t octets[6] = {0};
@@ -304,6 +343,7 @@ int main(void)
     RUN_TEST(the_largest_block_survives);
     RUN_TEST(a_ring_behaves_like_a_list);
     RUN_TEST(blocks_are_looked_at_where_they_lie);
+    RUN_TEST(a_run_of_octets_fills_another_ring);
     RUN_TEST(the_self_test_sees_damage);
     RUN_TEST(coding_errors_are_caught);
     return UNITY_END();

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/message/message_positions.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <string.h>
+
+bool message_position(const message_endpoint_t* const endpoint, const size_t index,
+                      message_position_t* const out_position)
+{
+    FSW_ASSERT((endpoint != NULL) && (out_position != NULL));
+    if (index >= endpoint->channel_count) {
+        return false;
+    }
+    const message_channel_t* const channel = &endpoint->channels[index];
+    (void)memset(out_position, 0, sizeof *out_position);
+    out_position->peer      = channel->peer;
+    out_position->peer_life = channel->peer_life;
+    out_position->sent      = channel->sent;
+    out_position->credited  = channel->credited;
+    out_position->expected  = channel->expected;
+    out_position->taken     = channel->taken;
+    out_position->told      = channel->told;
+    out_position->under_way = channel->under_way;
+    out_position->untold    = channel->untold;
+    (void)memcpy(out_position->sizes, channel->sizes, sizeof out_position->sizes);
+    return true;
+}
+
+bool message_position_is_sound(const message_position_t* const position)
+{
+    FSW_ASSERT(position != NULL);
+    const uint32_t frames = position->sent - position->credited;
+    uint32_t octets       = 0U;
+    for (uint32_t i = 0U; (i < frames) && (i < MESSAGE_WINDOW); i++) {
+        octets += position->sizes[(position->credited + i) % MESSAGE_WINDOW];
+    }
+    return (frames <= MESSAGE_WINDOW) && (octets == position->under_way) &&
+           ((position->expected - position->taken) <= MESSAGE_WINDOW) &&
+           ((position->taken - position->told) <= MESSAGE_WINDOW) &&
+           (position->untold <= MESSAGE_WINDOW_OCTETS);
+}
+
+void message_resume(message_endpoint_t* const endpoint, const message_position_t* const position)
+{
+    FSW_ASSERT((endpoint != NULL) && (position != NULL) && message_position_is_sound(position));
+    for (size_t i = 0U; i < endpoint->channel_count; i++) {
+        message_channel_t* const channel = &endpoint->channels[i];
+        if (channel->peer == position->peer) {
+            channel->peer_life = position->peer_life;
+            channel->sent      = position->sent;
+            channel->credited  = position->credited;
+            channel->expected  = position->expected;
+            channel->taken     = position->taken;
+            channel->told      = position->told;
+            channel->under_way = position->under_way;
+            channel->untold    = position->untold;
+            (void)memcpy(channel->sizes, position->sizes, sizeof channel->sizes);
+            channel->inbox.arrived = channel->inbox.blocks.blocks; // All that waits was judged.
+            channel->inbox.judged  = channel->inbox.arrived;
+            channel->inbox.place   = channel->inbox.blocks.used;
+        }
+    }
+}
+
+octet_ring_t* message_waiting(message_endpoint_t* const endpoint, const size_t index)
+{
+    FSW_ASSERT(endpoint != NULL);
+    return (index < endpoint->channel_count) ? &endpoint->channels[index].inbox.blocks : NULL;
+}
+
+void message_clock(const message_endpoint_t* const endpoint, uint32_t* const out_life,
+                   uint32_t* const out_stamp)
+{
+    FSW_ASSERT((endpoint != NULL) && (out_life != NULL) && (out_stamp != NULL));
+    *out_life  = endpoint->life;
+    *out_stamp = endpoint->stamp;
+}
+
+void message_resume_clock(message_endpoint_t* const endpoint, const uint32_t life, const uint32_t stamp)
+{
+    FSW_ASSERT((endpoint != NULL) && (life >= 1U));
+    endpoint->life  = life;
+    endpoint->stamp = stamp;
+}

@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a supervisor leaves to the next one if it dies, and how that one takes it over: at the end of each
+// step all that others count on is committed to the vitals. Only what was committed happened; a supervisor
+// that dies between two steps is continued without a packet lost or doubled.
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/capacities.h"
+
+#include <string.h>
+
+CAPACITY_CHECK(every_session_has_room, VITALS_SESSIONS >= SUPERVISOR_LINK_SESSIONS);
+CAPACITY_CHECK(every_plan_has_room, VITALS_PLANS >= SUPERVISOR_PLANS);
+CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
+CAPACITY_CHECK(all_counters_have_room, sizeof(supervisor_counters_t) <= (VITALS_COUNTERS * sizeof(uint32_t)));
+
+static vitals_rings_t rings_of(supervisor_t* const supervisor)
+{
+    vitals_rings_t rings = {{&supervisor->ground_backlog, &supervisor->onboard.released}};
+    for (size_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
+        rings.list[2U + i] = message_waiting(supervisor->config.endpoint, i);
+    }
+    return rings;
+}
+
+static bool is_true(const uint32_t value)
+{
+    return value != 0U;
+}
+
+static uint8_t truth(const bool value)
+{
+    return value ? 1U : 0U;
+}
+
+// ---- Tokens and tables ----
+
+static vitals_token_t keep_token(const pus_token_t* const token)
+{
+    return (vitals_token_t){.request_id = token->request_id,
+                            .source     = token->source,
+                            .ack        = token->ack,
+                            .service    = token->service,
+                            .subtype    = token->subtype};
+}
+
+static pus_token_t take_token(const vitals_token_t* const token)
+{
+    return (pus_token_t){.request_id = token->request_id,
+                         .source     = token->source,
+                         .ack        = token->ack,
+                         .service    = token->service,
+                         .subtype    = token->subtype};
+}
+
+static void keep_requests(const pending_table_t* const table, vitals_request_t* const out_requests)
+{
+    for (size_t i = 0U; i < PENDING_MAX; i++) {
+        if (table->entries[i].is_used) {
+            out_requests[i] = (vitals_request_t){.since_ns    = table->entries[i].since_ns,
+                                                 .token       = keep_token(&table->entries[i].token),
+                                                 .apid        = table->entries[i].apid,
+                                                 .is_answered = truth(table->entries[i].is_answered)};
+        }
+    }
+}
+
+static void take_requests(pending_table_t* const table, const vitals_request_t* const requests)
+{
+    pending_init(table);
+    for (size_t i = 0U; i < PENDING_MAX; i++) {
+        if (requests[i].apid != 0U) {
+            table->entries[i].is_used     = true;
+            table->entries[i].is_answered = is_true(requests[i].is_answered);
+            table->entries[i].apid        = requests[i].apid;
+            table->entries[i].since_ns    = requests[i].since_ns;
+            table->entries[i].token       = take_token(&requests[i].token);
+            table->count++;
+        }
+    }
+}
+
+// ---- Members ----
+
+static void keep_members(const supervisor_t* const supervisor, supervisor_vitals_t* const state)
+{
+    state->member_count = supervisor->mission->subsystem_count;
+    for (uint16_t i = 0U; i < state->member_count; i++) {
+        const roster_entry_t* const entry = &supervisor->roster[i];
+        state->members[i]                 = (vitals_member_t){.heard_ns             = entry->heard_ns,
+                                                              .started_ns           = entry->started_ns,
+                                                              .interface_hash       = entry->interface_hash,
+                                                              .configuration_hash   = entry->configuration_hash,
+                                                              .apid                 = entry->mission->apid,
+                                                              .configuration        = entry->configuration,
+                                                              .process              = (uint8_t)entry->process,
+                                                              .state                = (uint8_t)entry->state,
+                                                              .phase                = (uint8_t)entry->phase,
+                                                              .is_heard             = truth(entry->is_heard),
+                                                              .restarts             = entry->restarts,
+                                                              .is_order_owed        = truth(entry->is_order_owed),
+                                                              .ordered              = (uint8_t)entry->ordered,
+                                                              .is_interface_foreign = truth(entry->is_interface_foreign)};
+    }
+}
+
+/// The supervisor itself begins anew, in OFFLINE; all others go on.
+static void take_members(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
+{
+    for (uint16_t i = 0U; i < state->member_count; i++) {
+        const vitals_member_t* const member = &state->members[i];
+        roster_entry_t* const entry         = &supervisor->roster[i];
+        entry->restarts                     = member->restarts;
+        if (member->apid == SUPERVISOR_APID) {
+            continue;
+        }
+        entry->process              = (process_state_t)member->process;
+        entry->is_heard             = is_true(member->is_heard);
+        entry->state                = (state_t)member->state;
+        entry->phase                = (state_phase_t)member->phase;
+        entry->configuration        = member->configuration;
+        entry->is_order_owed        = is_true(member->is_order_owed);
+        entry->ordered              = (state_t)member->ordered;
+        entry->heard_ns             = member->heard_ns;
+        entry->started_ns           = member->started_ns;
+        entry->interface_hash       = member->interface_hash;
+        entry->configuration_hash   = member->configuration_hash;
+        entry->is_interface_foreign = is_true(member->is_interface_foreign);
+        entry->is_in_doubt          = (entry->process == PROCESS_RUNNING);
+    }
+}
+
+// ---- Links ----
+
+static vitals_edge_t keep_edge(const link_edge_t* const edge)
+{
+    return (vitals_edge_t){.link          = edge->link,
+                           .producer_apid = edge->producer_apid,
+                           .producer_port = edge->producer_port,
+                           .consumer_apid = edge->consumer_apid,
+                           .consumer_port = edge->consumer_port,
+                           .is_stale      = truth(edge->is_stale)};
+}
+
+static link_edge_t take_edge(const vitals_edge_t* const edge)
+{
+    return (link_edge_t){.link          = edge->link,
+                         .producer_apid = edge->producer_apid,
+                         .producer_port = edge->producer_port,
+                         .consumer_apid = edge->consumer_apid,
+                         .consumer_port = edge->consumer_port,
+                         .is_stale      = is_true(edge->is_stale)};
+}
+
+static void keep_links(const supervisor_t* const supervisor, supervisor_vitals_t* const state)
+{
+    state->link_epoch       = supervisor->link_epoch;
+    state->link_transaction = supervisor->link_transaction;
+    state->open_count       = supervisor->graph.count;
+    state->accepted_count   = 0U;
+    for (uint16_t i = 0U; i < supervisor->graph.count; i++) {
+        state->open[i] = keep_edge(&supervisor->graph.edges[i]);
+    }
+    for (size_t i = 0U; i < MISSION_LINKS_MAX; i++) {
+        if (supervisor->accepted[i].link != 0U) {
+            state->accepted[state->accepted_count] = keep_edge(&supervisor->accepted[i]);
+            state->accepted_count++;
+        }
+    }
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        const link_session_t* const session = &supervisor->sessions[i];
+        const link_edge_t edge              = {session->link,
+                                               session->ends.producer_apid,
+                                               session->ends.producer_port,
+                                               session->ends.consumer_apid,
+                                               session->ends.consumer_port,
+                                               false};
+        state->sessions[i]                  = (vitals_session_t){.deadline_ns = session->deadline_ns,
+                                                                 .token       = keep_token(&session->token),
+                                                                 .asked       = session->asked,
+                                                                 .transaction = session->transaction,
+                                                                 .epoch       = session->epoch,
+                                                                 .edge        = keep_edge(&edge),
+                                                                 .step        = (uint32_t)session->step};
+    }
+}
+
+static void take_links(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
+{
+    supervisor->link_epoch       = state->link_epoch;
+    supervisor->link_transaction = state->link_transaction;
+    supervisor->graph.count      = state->open_count;
+    for (uint16_t i = 0U; i < state->open_count; i++) {
+        supervisor->graph.edges[i] = take_edge(&state->open[i]);
+    }
+    for (uint16_t i = 0U; i < state->accepted_count; i++) {
+        supervisor->accepted[state->accepted[i].link - 1U] = take_edge(&state->accepted[i]);
+    }
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        const vitals_session_t* const session = &state->sessions[i];
+        if (session->step != (uint32_t)SESSION_FREE) {
+            supervisor->sessions[i] =
+                (link_session_t){.step        = (session_step_t)session->step,
+                                 .link        = session->edge.link,
+                                 .asked       = session->asked,
+                                 .transaction = session->transaction,
+                                 .epoch       = session->epoch,
+                                 .ends        = {session->edge.producer_apid, session->edge.producer_port,
+                                                 session->edge.consumer_apid, session->edge.consumer_port},
+                                 .token       = take_token(&session->token),
+                                 .deadline_ns = session->deadline_ns};
+        }
+    }
+}
+
+// ---- Plans ----
+
+static void keep_plans(const supervisor_t* const supervisor, supervisor_vitals_t* const state)
+{
+    for (size_t i = 0U; i < SUPERVISOR_PLANS; i++) {
+        const plan_run_t* const run = &supervisor->plans[i];
+        vitals_plan_t* const kept   = &state->plans[i];
+        if (!run->is_used) {
+            continue;
+        }
+        *kept      = (vitals_plan_t){.start_ns     = run->start_ns,
+                                     .is_used      = 1U,
+                                     .apid         = run->apid,
+                                     .lost         = run->lost,
+                                     .next_action  = run->next_action,
+                                     .member_count = run->member_count};
+        kept->plan = (run->plan != NULL) ? (uint16_t)((run->plan - supervisor->mission->plans) + 1)
+                                         : (uint16_t)VITALS_NO_PLAN;
+        (void)memcpy(kept->members, run->members, sizeof kept->members);
+    }
+}
+
+static void take_plans(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
+{
+    for (size_t i = 0U; i < SUPERVISOR_PLANS; i++) {
+        const vitals_plan_t* const kept = &state->plans[i];
+        plan_run_t* const run           = &supervisor->plans[i];
+        if (kept->is_used == 0U) {
+            continue;
+        }
+        *run      = (plan_run_t){.is_used      = true,
+                                 .apid         = kept->apid,
+                                 .lost         = kept->lost,
+                                 .member_count = kept->member_count,
+                                 .start_ns     = kept->start_ns,
+                                 .next_action  = kept->next_action};
+        run->plan = (kept->plan != VITALS_NO_PLAN) ? &supervisor->mission->plans[kept->plan - 1U] : NULL;
+        (void)memcpy(run->members, kept->members, sizeof run->members);
+    }
+}
+
+// ---- The whole ----
+
+static void keep_channels(const supervisor_t* const supervisor, supervisor_vitals_t* const state)
+{
+    const message_endpoint_t* const endpoint = supervisor->config.endpoint;
+    message_clock(endpoint, &state->message_life, &state->message_stamp);
+    state->channel_count = 0U;
+    while ((state->channel_count < MESSAGE_PEERS_MAX) &&
+           message_position(endpoint, state->channel_count, &state->channels[state->channel_count])) {
+        state->channel_count++;
+    }
+}
+
+static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const state)
+{
+    (void)memset(state, 0, sizeof *state);
+    state->interface_hash      = supervisor->mission->interface_hash;
+    state->now_ns              = supervisor->now_ns;
+    state->log_number          = supervisor->log.next_number;
+    state->log_strategy        = (uint8_t)supervisor->log.strategy;
+    state->is_log_failure_told = truth(supervisor->is_log_failure_told);
+    state->lives               = supervisor->lives;
+    state->mode                = supervisor->mode;
+    state->autostart_step      = (uint8_t)supervisor->autostart_step;
+    state->shutdown_step       = (uint8_t)supervisor->shutdown_step;
+    state->shutdown_ns         = supervisor->shutdown_ns;
+    state->has_shutdown_token  = truth(supervisor->has_shutdown_token);
+    state->shutdown_token      = keep_token(&supervisor->shutdown_token);
+    (void)memcpy(state->counters, &supervisor->counters, sizeof supervisor->counters);
+    keep_members(supervisor, state);
+    keep_links(supervisor, state);
+    keep_plans(supervisor, state);
+    keep_requests(&supervisor->pending, state->passed);
+    keep_requests(&supervisor->own, state->own);
+    keep_channels(supervisor, state);
+    pus_counts(component_process(&supervisor->component), &supervisor->requester, &state->counts);
+}
+
+void adoption_commit(supervisor_t* const supervisor)
+{
+    if ((supervisor->config.vitals != NULL) && !supervisor->is_finished) {
+        const vitals_rings_t rings = rings_of(supervisor);
+        keep(supervisor, &supervisor->kept);
+        vitals_commit(supervisor->config.vitals, &supervisor->kept, &rings);
+    }
+}
+
+static void take(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
+{
+    supervisor->now_ns              = state->now_ns;
+    supervisor->lives               = state->lives + 1U;
+    supervisor->is_adopted          = true;
+    supervisor->is_log_failure_told = is_true(state->is_log_failure_told);
+    supervisor->mode                = state->mode;
+    supervisor->is_continued        = is_true(state->autostart_step);
+    supervisor->shutdown_step       = state->shutdown_step;
+    supervisor->shutdown_ns         = state->shutdown_ns;
+    supervisor->has_shutdown_token  = is_true(state->has_shutdown_token);
+    supervisor->shutdown_token      = take_token(&state->shutdown_token);
+    (void)memcpy(&supervisor->counters, state->counters, sizeof supervisor->counters);
+    take_members(supervisor, state);
+    take_links(supervisor, state);
+    take_plans(supervisor, state);
+    take_requests(&supervisor->pending, state->passed);
+    take_requests(&supervisor->own, state->own);
+    message_resume_clock(supervisor->config.endpoint, state->message_life, state->message_stamp);
+    for (uint16_t i = 0U; i < state->channel_count; i++) {
+        message_resume(supervisor->config.endpoint, &state->channels[i]);
+    }
+    pus_counts_resume(component_process(&supervisor->component), &supervisor->requester, &state->counts);
+    component_tell_time(&supervisor->component, state->now_ns);
+}
+
+void adoption_begin(supervisor_t* const supervisor)
+{
+    const vitals_limits_t limits = {.mission = supervisor->mission, .now_ns = UINT64_MAX};
+    const vitals_rings_t rings   = rings_of(supervisor);
+    supervisor->lives            = 1U;
+    supervisor->log_begin        = (supervisor_log_begin_t){supervisor->mission->log_strategy, 1U};
+    if (supervisor->config.vitals == NULL) {
+        return;
+    }
+    bool is_older = false;
+    const status_t status =
+        vitals_adopt(supervisor->config.vitals, &limits, &supervisor->kept, &rings, &is_older);
+    if (status == STATUS_OK) {
+        take(supervisor, &supervisor->kept);
+        supervisor->log_begin =
+            (supervisor_log_begin_t){supervisor->kept.log_strategy, supervisor->kept.log_number};
+    }
+    if ((status == STATUS_INVALID) || is_older) {
+        supervisor->vitals_damage = (status == STATUS_OK) ? ADOPTION_OLDER : ADOPTION_NOTHING;
+    }
+}
+
+// ---- What is told, and asked ----
+
+/// The verification of a negotiation or of the shutdown goes on.
+static bool is_going_on(const supervisor_t* const supervisor, const pus_token_t* const token)
+{
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        const link_session_t* const session = &supervisor->sessions[i];
+        if ((session->step != SESSION_FREE) && (session->token.request_id == token->request_id) &&
+            (session->token.source == token->source)) {
+            return true;
+        }
+    }
+    return supervisor->has_shutdown_token && (supervisor->shutdown_token.request_id == token->request_id) &&
+           (supervisor->shutdown_token.source == token->source);
+}
+
+/// What the supervisor itself had begun for somebody and has not kept: each request ends, with the reason.
+static uint16_t end_own(supervisor_t* const supervisor)
+{
+    const pus_failure_t failure = pus_failure(PUS_FAILURE_RESTARTED, supervisor->lives);
+    uint16_t count              = 0U;
+    for (size_t i = 0U; i < PENDING_MAX; i++) {
+        const bool is_used      = supervisor->own.entries[i].is_used;
+        const pus_token_t token = supervisor->own.entries[i].token;
+        if (is_used && !is_going_on(supervisor, &token)) {
+            pus_verify_failed(component_process(&supervisor->component), &token, &failure,
+                              supervisor->now_ns);
+            count++;
+        }
+    }
+    return count;
+}
+
+/// The member's word wins: ask each for its state.
+static void ask_members(supervisor_t* const supervisor)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        const roster_entry_t* const entry = &supervisor->roster[i];
+        if (!entry->is_in_doubt) {
+            continue;
+        }
+        octet_writer_t writer = pus_tc_begin(&supervisor->requester, entry->mission->apid,
+                                             PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REPORT_STATUS, 0U);
+        const status_t status = pus_tc_send(&supervisor->requester, &writer, NULL);
+        (void)status; // One that cannot take it now tells its status once a second anyway.
+    }
+}
+
+void adoption_tell(supervisor_t* const supervisor)
+{
+    if (supervisor->vitals_damage != ADOPTION_WHOLE) {
+        const uint8_t left        = (supervisor->vitals_damage == ADOPTION_OLDER) ? 1U : 0U;
+        supervisor->vitals_damage = ADOPTION_WHOLE;
+        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_VITALS_DAMAGED, &left, 1U);
+    }
+    if (!supervisor->is_adopted) {
+        return;
+    }
+    supervisor->is_adopted = false;
+    const uint16_t ended   = end_own(supervisor);
+    uint8_t octets[6];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_u32(&writer, supervisor->lives);
+    octet_write_u16(&writer, ended);
+    (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_SUPERVISOR_RESTARTED, octets,
+                          writer.position);
+    ask_members(supervisor);
+}
+
+void adoption_compare(supervisor_t* const supervisor, roster_entry_t* const entry, const uint8_t state,
+                      const uint16_t configuration)
+{
+    const bool differs = ((uint8_t)entry->state != state) || (entry->configuration != configuration);
+    if (entry->is_in_doubt && differs) {
+        uint8_t octets[8];
+        octet_writer_t writer = octet_writer(octets, sizeof octets);
+        octet_write_u16(&writer, entry->mission->apid);
+        octet_write_u8(&writer, (uint8_t)entry->state);
+        octet_write_u16(&writer, entry->configuration);
+        octet_write_u8(&writer, state);
+        octet_write_u16(&writer, configuration);
+        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_ADOPTION_DIFFERS, octets,
+                              writer.position);
+    }
+    entry->is_in_doubt = false;
+}

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+// The supervisor dies between two steps, and another one goes on with what it has left.
+#include "fsw/supervisor/supervisor.h"
+
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define RESTARTED "G 5.2 0014"
+#define DIFFERS "G 5.2 0015"
+#define DAMAGED "G 5.4 0016"
+#define GRIPLESS 5U // HIGH, without a plan.
+
+static vitals_t vitals;
+static supervisor_config_t configuration;
+
+static void configure(supervisor_config_t* config)
+{
+    config->vitals = &vitals;
+    configuration  = *config;
+}
+
+void setUp(void)
+{
+    (void)memset(&vitals, 0, sizeof vitals);
+    bed_configure = configure;
+    bed_open_up();
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+/// It is killed, and the next one opens: nothing of its own memory is left.
+static void die(void)
+{
+    static uint8_t inbox[sizeof bed.inbox];
+    osal_file_close(&bed.supervisor.log.file); // As the system does.
+    (void)memset(&bed.supervisor, 0, sizeof bed.supervisor);
+    message_open(&bed.endpoint, SUPERVISOR_APID, 1U, bed.endpoint.carrier, inbox, sizeof inbox);
+    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&bed.endpoint, bed.members[i].apid));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &configuration));
+    bed.now_ns += 5U * BED_TICK_NS;
+}
+
+/// Record numbers of the log: 1, 2, 3 and so on, each once.
+static void expect_whole_log(void)
+{
+    unsigned long number = 0UL;
+    for (const char* line = bed_log_file("packets.ascii"); line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        number++;
+        TEST_ASSERT_EQUAL_UINT64(number, strtoul(line, NULL, 10));
+    }
+    TEST_ASSERT_TRUE(number > 10UL);
+}
+
+static void it_goes_on_and_says_so(void)
+{
+    die();
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has(RESTARTED "000000020000"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.4 from 8001")); // Each is asked for its state.
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.4 from 8001"));
+    bed_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
+    TEST_ASSERT_FALSE(bed_has(DIFFERS));
+    TEST_ASSERT_FALSE(bed_has("2 TC 129.1")); // Who is up stays up, and is told nothing.
+    bed_forget();
+    die();
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has(RESTARTED "000000030000"));
+    expect_whole_log();
+}
+
+static void a_request_that_is_under_way_is_answered_once(void)
+{
+    bed.members[BED_ARM].is_passive = true;
+    const uint16_t number           = bed_request_state(ARM, STATE_PRE_OPERATIONAL);
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 03 from 1"));
+    die();
+    bed_step();
+    bed_forget();
+    bed_verify(BED_ARM, 1U, number);
+    bed_verify(BED_ARM, 7U, number);
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has("G/16 1.1 #0"));
+    TEST_ASSERT_TRUE(bed_has("G/16 1.7 #0"));
+    TEST_ASSERT_FALSE(bed_has("G 1."));
+    TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
+    expect_whole_log();
+}
+
+static void what_comes_while_it_is_dead_is_done_once(void)
+{
+    bed.members[BED_ARM].is_passive = true;
+    die();
+    (void)bed_request_state(ARM, STATE_PRE_OPERATIONAL);
+    bed_step();
+    bed_run(3U);
+    const char* const text  = bed_look();
+    const char* const first = strstr(text, "16 TC 129.1 03 from 1");
+    TEST_ASSERT_NOT_NULL(first);
+    TEST_ASSERT_NULL(strstr(first + 1, "16 TC 129.1 03 from 1"));
+    TEST_ASSERT_EQUAL(1U, bed.supervisor.pending.count);
+}
+
+static void a_subsystem_that_dies_meanwhile_still_ends_its_requests(void)
+{
+    bed.members[BED_ARM].is_passive = true;
+    (void)bed_request_state(ARM, STATE_PRE_OPERATIONAL);
+    bed_step();
+    die();
+    bed.members[BED_ARM].is_running = false;
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 0408 10"));
+}
+
+static void what_it_had_begun_itself_ends_with_the_reason(void)
+{
+    const uint8_t apid[2]           = {0U, ARM};
+    bed.members[BED_ARM].is_passive = true;
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 3U, apid, sizeof apid);
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has("G 1.3 #0"));
+    bed_forget();
+    die();
+    bed_run(3U);
+    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 040B 2"));
+    TEST_ASSERT_TRUE(bed_has(RESTARTED "000000020001"));
+    bed_forget();
+    die();
+    bed_run(200U);
+    TEST_ASSERT_FALSE(bed_has("G 1.8")); // Once.
+}
+
+static void networks_are_there_again(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    die();
+    bed_step();
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+    bed_forget();
+    bed_event(BED_ARM, 4U, GRIPLESS);
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06 from 8001"));
+    die();
+    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
+    bed_forget();
+    bed_run(60U); // The plan goes on to its end.
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 00 from 8001"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00 from 8001"));
+}
+
+static void a_negotiation_goes_on(void)
+{
+    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
+    bed_place(BED_HAND, STATE_PRE_OPERATIONAL);
+    bed.members[BED_ARM].is_deaf = true;
+    const uint16_t number        = bed_request_link(LINK_ARM_STATE);
+    bed_step();
+    die();
+    bed.members[BED_ARM].is_deaf = false;
+    bed_forget();
+    bed_run(5U);
+    char completed[16];
+    (void)snprintf(completed, sizeof completed, "G 1.7 #%u\n", number);
+    TEST_ASSERT_TRUE(bed_has(completed));
+    bed_forget();
+    (void)bed_open_link(LINK_ARM_STATE);
+    bed_run(5U);
+    TEST_ASSERT_EQUAL(1U, bed.supervisor.graph.count);
+}
+
+static void the_mode_is_there_again(void)
+{
+    const uint8_t safe[1] = {MODE_SAFE};
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 1U, safe, sizeof safe);
+    bed_step();
+    die();
+    bed_step();
+    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+}
+
+static void a_shutdown_goes_on(void)
+{
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 5U, NULL, 0U);
+    bed_step();
+    if (bed.supervisor.shutdown_step == 0U) {
+        bed.is_stop_requested = true;
+        bed_step();
+    }
+    TEST_ASSERT_TRUE(bed.supervisor.shutdown_step != 0U);
+    die();
+    bed_run(100U);
+    TEST_ASSERT_TRUE(bed.is_finished);
+}
+
+static void the_word_of_the_member_wins(void)
+{
+    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
+    bed_step();
+    die();
+    bed.members[BED_ARM].state = STATE_ERROR_OPERATIONAL; // Its report was lost.
+    bed.members[BED_ARM].phase = PHASE_SECURED;
+    bed.next_status_ns         = 0U;
+    bed_run(3U);
+    TEST_ASSERT_TRUE(bed_has(DIFFERS "0010"));
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, bed.supervisor.roster[0].state);
+    bed_forget();
+    bed_run(100U);
+    TEST_ASSERT_FALSE(bed_has(DIFFERS)); // Once.
+}
+
+static void a_damaged_commit_falls_back_to_the_one_before(void)
+{
+    bed_step();
+    vitals.banks[(vitals.banks[0].generation > vitals.banks[1].generation) ? 0U : 1U].state.mode ^= 1U;
+    die();
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has(DAMAGED "01"));
+    TEST_ASSERT_TRUE(bed_has(RESTARTED));
+}
+
+static void without_anything_to_take_over_it_begins_anew_and_says_so(void)
+{
+    vitals.banks[0].sum ^= 1U;
+    vitals.banks[1].sum ^= 1U;
+    die();
+    bed_step();
+    TEST_ASSERT_TRUE(bed.supervisor.lives == 1U);
+    bed_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(it_goes_on_and_says_so);
+    RUN_TEST(a_request_that_is_under_way_is_answered_once);
+    RUN_TEST(what_comes_while_it_is_dead_is_done_once);
+    RUN_TEST(a_subsystem_that_dies_meanwhile_still_ends_its_requests);
+    RUN_TEST(what_it_had_begun_itself_ends_with_the_reason);
+    RUN_TEST(networks_are_there_again);
+    RUN_TEST(a_negotiation_goes_on);
+    RUN_TEST(the_mode_is_there_again);
+    RUN_TEST(a_shutdown_goes_on);
+    RUN_TEST(the_word_of_the_member_wins);
+    RUN_TEST(a_damaged_commit_falls_back_to_the_one_before);
+    RUN_TEST(without_anything_to_take_over_it_begins_anew_and_says_so);
+    return UNITY_END();
+}
