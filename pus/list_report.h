@@ -44,7 +44,7 @@ void pus_list_report_begin(pus_list_report_t* list, const pus_list_target_t* tar
 /// not the room. The writer is good until the next call.
 octet_writer_t* pus_list_report_entry(pus_list_report_t* list, size_t size);
 /// Send the last packet. PUS_DONE, or PUS_FAILED with PUS_FAILURE_SOME_FAILED and the number of packets that
-/// were lost, since neither port nor backlog took them.
+/// were lost, since neither port nor process took them.
 pus_reply_t pus_list_report_end(pus_list_report_t* list);
 
 #endif // PUS_LIST_REPORT_H

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A report of many entries in as many packets as they need, over as many steps as the port needs to take
-/// them: none is lost because the backlog is full. Each packet is {octets in front, count (u16), entries};
+/// them: none is lost because the port is full. Each packet is {octets in front, count (u16), entries};
 /// there is at least one, with count 0 if there is no entry.
 ///
 /// Ownership  A value of the service; one report at a time. Built in the buffer of the process.

@@ -6,7 +6,6 @@
 
 #include <string.h>
 
-#define LENGTH_PREFIX 2U   // Of a report in the backlog [octets].
 #define OFFSET_SEQUENCE 2U // Of fields in a report [octets].
 #define OFFSET_LENGTH 4U
 #define OFFSET_VERSION 6U
@@ -16,6 +15,7 @@
 #define OFFSET_DESTINATION 11U
 #define OFFSET_TIME 13U
 #define NS_PER_S 1000000000ULL
+#define EVENT_NOTICE 0x8107U // TM[129,7], as its headers have it.
 
 void pus_process_init(pus_process_t* const process, const uint16_t apid, const uint32_t epoch_s,
                       const pus_port_t* const port)
@@ -26,6 +26,20 @@ void pus_process_init(pus_process_t* const process, const uint16_t apid, const u
     process->apid     = apid;
     process->epoch_ns = epoch_s * NS_PER_S;
     process->port     = *port;
+}
+
+void pus_process_keep(pus_process_t* const process, pus_rings_t* const rings)
+{
+    FSW_ASSERT((process != NULL) && (rings != NULL));
+    process->firm  = (pus_kept_t){.octets = rings->firm, .capacity = sizeof(rings->firm)};
+    process->plain = (pus_kept_t){.octets = rings->plain, .capacity = sizeof(rings->plain)};
+}
+
+void pus_process_keep_in_order(pus_process_t* const process, uint8_t* const octets, const size_t size)
+{
+    FSW_ASSERT((process != NULL) && (octets != NULL));
+    process->firm  = (pus_kept_t){.octets = octets, .capacity = size};
+    process->plain = (pus_kept_t){0};
 }
 
 void pus_process_lengthen(pus_process_t* const process, const pus_long_port_t* const port)
@@ -144,19 +158,81 @@ static status_t close_report(pus_process_t* const process, octet_writer_t* const
     return STATUS_OK;
 }
 
+/// Send what a ring keeps, as far as the port takes it. STATUS_OK (empty now), STATUS_FULL.
+static status_t send_kept(pus_process_t* const process, pus_kept_t* const kept)
+{
+    size_t sent     = 0U;
+    status_t status = STATUS_OK;
+    while ((sent < kept->size) && (status == STATUS_OK)) {
+        const size_t size = octets_u16_at(&kept->octets[sent]);
+        status            = transmit(process, &kept->octets[sent + PUS_KEPT_PREFIX], size);
+        sent += (status == STATUS_OK) ? (PUS_KEPT_PREFIX + size + PUS_CRC_SIZE) : 0U;
+    }
+    if (sent > 0U) {
+        kept->size -= sent;
+        (void)memmove(kept->octets, &kept->octets[sent], kept->size);
+    }
+    return status;
+}
+
 status_t pus_process_flush(pus_process_t* const process)
 {
     FSW_ASSERT(process != NULL);
-    while (process->backlog_size > 0U) {
-        const size_t size = octets_u16_at(process->backlog);
-        const size_t step = LENGTH_PREFIX + size + PUS_CRC_SIZE;
-        if (transmit(process, &process->backlog[LENGTH_PREFIX], size) != STATUS_OK) {
-            return STATUS_FULL;
-        }
-        process->backlog_size -= step;
-        (void)memmove(process->backlog, &process->backlog[step], process->backlog_size);
+    const status_t status = send_kept(process, &process->firm);
+    return (status == STATUS_OK) ? send_kept(process, &process->plain) : status;
+}
+
+bool pus_process_is_waiting(const pus_process_t* const process)
+{
+    FSW_ASSERT(process != NULL);
+    return (process->firm.size > 0U) || (process->plain.size > 0U);
+}
+
+static size_t room_of(const pus_kept_t* const kept)
+{
+    return kept->capacity - kept->size;
+}
+
+bool pus_process_may_answer(const pus_process_t* const process)
+{
+    FSW_ASSERT(process != NULL);
+    return (room_of(&process->firm) >= (PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS)) &&
+           (room_of(&process->plain) >= PUS_ANSWER_ROOM);
+}
+
+bool pus_process_has_firm_room(const pus_process_t* const process)
+{
+    FSW_ASSERT(process != NULL);
+    return room_of(&process->firm) >= (PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS);
+}
+
+/// Nobody asked for it: an event, a status, a notice.
+static bool is_unsolicited(const uint8_t* const packet)
+{
+    return (octets_u16_at(&packet[OFFSET_DESTINATION]) == PUS_USER_GROUND) ||
+           (octets_u16_at(&packet[OFFSET_SERVICE]) == EVENT_NOTICE);
+}
+
+/// True if an answer to the same user is kept: the end of a request follows its answer.
+static bool follows_answer(const pus_process_t* const process, const uint8_t* const packet)
+{
+    const pus_kept_t* const kept = &process->plain;
+    const uint16_t user          = octets_u16_at(&packet[OFFSET_DESTINATION]);
+    bool is_found                = false;
+    size_t at                    = 0U;
+    while ((packet[OFFSET_SERVICE] == PUS_SERVICE_VERIFICATION) && (at < kept->size) && !is_found) {
+        const uint8_t* const before = &kept->octets[at + PUS_KEPT_PREFIX];
+        is_found = (octets_u16_at(&before[OFFSET_DESTINATION]) == user) && !is_unsolicited(before);
+        at += PUS_KEPT_PREFIX + octets_u16_at(&kept->octets[at]) + PUS_CRC_SIZE;
     }
-    return STATUS_OK;
+    return is_found;
+}
+
+/// The ring whose reports go before the one that was built, and where it is kept.
+static pus_kept_t* ring_of(pus_process_t* const process, const pus_class_t of_report)
+{
+    const bool is_first = (of_report == PUS_CLASS_FIRM) && !follows_answer(process, process->building);
+    return (is_first || (process->plain.capacity == 0U)) ? &process->firm : &process->plain;
 }
 
 status_t pus_tm_send(pus_process_t* const process, octet_writer_t* const writer)
@@ -166,30 +242,44 @@ status_t pus_tm_send(pus_process_t* const process, octet_writer_t* const writer)
     if (status != STATUS_OK) {
         return status;
     }
-    if (pus_process_flush(process) != STATUS_OK) {
-        return STATUS_FULL;
+    const pus_class_t of_report = pus_class_of(process->building, writer->position);
+    const bool is_first         = ring_of(process, of_report) == &process->firm;
+    const status_t before       = is_first ? send_kept(process, &process->firm) : pus_process_flush(process);
+    return (before == STATUS_OK) ? transmit(process, process->building, writer->position) : STATUS_FULL;
+}
+
+/// Keep the report that was built. STATUS_OK, STATUS_EXHAUSTED.
+static status_t keep(pus_process_t* const process, const size_t size)
+{
+    const size_t step           = PUS_KEPT_PREFIX + size + PUS_CRC_SIZE;
+    const pus_class_t of_report = pus_class_of(process->building, size);
+    const bool is_firm          = (of_report == PUS_CLASS_FIRM);
+    pus_kept_t* kept            = ring_of(process, of_report);
+    size_t reserve              = 0U;
+    if (is_firm && (step > room_of(kept))) {
+        kept = &process->firm;
+    } else if ((kept == &process->plain) && is_unsolicited(process->building)) {
+        reserve = PUS_ANSWER_ROOM;
+    } else {
+        // All of the ring.
     }
-    return transmit(process, process->building, writer->position);
+    if ((of_report == PUS_CLASS_BULK) || ((step + reserve) > room_of(kept))) {
+        process->counters.lost++;
+        process->counters.lost_firm += is_firm ? 1U : 0U;
+        return STATUS_EXHAUSTED;
+    }
+    uint8_t* const entry = &kept->octets[kept->size];
+    octets_put_u16(entry, (uint16_t)size);
+    (void)memcpy(&entry[PUS_KEPT_PREFIX], process->building, size);
+    kept->size += step;
+    process->counters.kept++;
+    return STATUS_OK;
 }
 
 status_t pus_tm_post(pus_process_t* const process, octet_writer_t* const writer)
 {
     const status_t status = pus_tm_send(process, writer);
-    if (status != STATUS_FULL) {
-        return status;
-    }
-    const size_t size = writer->position;
-    const size_t step = LENGTH_PREFIX + size + PUS_CRC_SIZE;
-    if (step > (PUS_BACKLOG_SIZE - process->backlog_size)) {
-        process->counters.lost++;
-        return STATUS_EXHAUSTED;
-    }
-    uint8_t* const entry = &process->backlog[process->backlog_size];
-    octets_put_u16(entry, (uint16_t)size);
-    (void)memcpy(&entry[LENGTH_PREFIX], process->building, size);
-    process->backlog_size += step;
-    process->counters.kept++;
-    return STATUS_OK;
+    return (status == STATUS_FULL) ? keep(process, writer->position) : status;
 }
 
 status_t pus_tm_forward(pus_process_t* const process, const uint8_t* const packet, const size_t size)

@@ -54,6 +54,11 @@ void pus_request_refuse(pus_request_t* const request, const uint16_t instruction
     FSW_ASSERT((request != NULL) && (instruction >= 1U));
     const pus_failure_t failure = {.code = code, .instruction = instruction, .detail = detail};
     request->refused++;
+    if ((request->refused > 1U) && pus_process_is_waiting(request->process) &&
+        !pus_process_has_firm_room(request->process)) {
+        request->process->counters.lost++; // The end of the request tells how many there were.
+        return;
+    }
     pus_verify_start_failed(request->process, &request->token, &failure, request->now_ns);
 }
 

@@ -55,7 +55,8 @@ typedef struct {
 
 /// Note that an instruction is about to be performed; the first sends TM[1,3] as asked.
 void pus_request_perform(pus_request_t* request);
-/// Refuse one instruction with TM[1,4]. instruction >= 1.
+/// Refuse one instruction with TM[1,4]. instruction >= 1. Where reports wait and room is short, only the
+/// first is told by its own report; the number of all is in TM[1,8].
 void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t code, uint32_t detail);
 
 /// Begin a report of the request's service in answer to it; the request's process finishes it.
@@ -141,7 +142,7 @@ status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_
 /// The same with a request that may be larger than a packet, as ST[13] has put it together.
 status_t pus_dispatch_large(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size,
                             uint64_t now_ns);
-/// Send the process's backlog, then step each service; call once per cycle. `cycle` counts minimum sampling
+/// Send what the process keeps, then step each service; call once per cycle. `cycle` counts minimum sampling
 /// intervals and may jump forward.
 void pus_dispatcher_step(pus_dispatcher_t* dispatcher, uint64_t now_ns, uint32_t cycle);
 

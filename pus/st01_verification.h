@@ -2,7 +2,7 @@
 /// ST[01] request verification: reports of one request's stages, and their decoding.
 ///
 /// Reports of success are sent only if the request asked for that stage; reports of failure always. All go to
-/// the request's source. None is lost while the process has backlog left; what is lost it counts.
+/// the request's source. None is lost while the process has room to keep it; what is lost it counts.
 #ifndef PUS_ST01_VERIFICATION_H
 #define PUS_ST01_VERIFICATION_H
 

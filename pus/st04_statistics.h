@@ -11,7 +11,7 @@
 /// TM[4,2] tells what has a sample since the start time, the last reset or start of the service; over as many
 /// packets as needed, each with both times. TC[4,1] resets if its flag says so. Periodic reports go to all
 /// ground users and reset, so that each is of one interval; intervals count cycles. Where the port refuses, a
-/// packet waits in the backlog; one that does not fit there is lost, and counted.
+/// periodic report is lost, and counted.
 ///
 /// Lasting: definitions and the reporting interval; not what was sampled.
 ///

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[05] events: TM 1..4 by severity, TC 5 enable, 6 disable, 7 and TM 8 list of the disabled.
 /// A disabled event is not reported, but counted, and the supervisor gets a notice of it (TM[129,7]): what is
-/// to happen on board hangs on the event, not on its report. Reports go to all ground users and are kept in
-/// the process's backlog while the port refuses. Ownership: the caller places definitions and state.
+/// to happen on board hangs on the event, not on its report. Reports go to all ground users and are kept by
+/// the process while the port refuses. Ownership: the caller places definitions and state.
 #ifndef PUS_ST05_EVENTS_H
 #define PUS_ST05_EVENTS_H
 

@@ -74,7 +74,7 @@ static status_t take_report(void* const context, const uint8_t* const packet, co
     pus_subsystem_status_t status;
     if ((tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS)) {
         FUZZ_CHECK(pus_subsystem_status_read(&reader, &status) == STATUS_OK);
-        FUZZ_CHECK(component.process.backlog_size > 0U ||
+        FUZZ_CHECK(pus_process_is_waiting(&component.process) ||
                    status.state == (uint8_t)subsystem_state(&component));
     }
     return STATUS_OK;

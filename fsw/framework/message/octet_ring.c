@@ -57,16 +57,27 @@ size_t octet_ring_room(const octet_ring_t* const ring)
 
 status_t octet_ring_put(octet_ring_t* const ring, const uint8_t* const octets, const size_t size)
 {
-    FSW_ASSERT((ring != NULL) && ((octets != NULL) || (size == 0U)) && (size <= BLOCK_MAX));
+    return octet_ring_put_parts(ring, NULL, 0U, octets, size);
+}
+
+status_t octet_ring_put_parts(octet_ring_t* const ring, const uint8_t* const head, const size_t head_size,
+                              const uint8_t* const octets, const size_t rest_size)
+{
+    const size_t size = head_size + rest_size;
+    FSW_ASSERT((ring != NULL) && ((head != NULL) || (head_size == 0U)) &&
+               ((octets != NULL) || (rest_size == 0U)) && (size <= BLOCK_MAX));
     if ((size + LENGTH_OCTETS) > (ring->capacity - ring->used)) {
         ring->refused++;
         return STATUS_FULL;
     }
     const uint32_t length = (uint32_t)size;
-    const size_t place =
+    size_t place =
         write_at(ring, wrapped(ring, ring->head + ring->used), (const uint8_t*)&length, LENGTH_OCTETS);
-    if (size > 0U) {
-        (void)write_at(ring, place, octets, size);
+    if (head_size > 0U) {
+        place = write_at(ring, place, head, head_size);
+    }
+    if (rest_size > 0U) {
+        (void)write_at(ring, place, octets, rest_size);
     }
     ring->used += LENGTH_OCTETS + size;
     ring->blocks++;

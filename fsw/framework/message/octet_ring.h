@@ -26,6 +26,9 @@ typedef struct { // All fields are private, except the counters.
 void octet_ring_init(octet_ring_t* ring, uint8_t* storage, size_t capacity);
 /// Append a block of 0..65535 octets. STATUS_OK, STATUS_FULL (counted).
 MUST_USE status_t octet_ring_put(octet_ring_t* ring, const uint8_t* octets, size_t size);
+/// The same with a block in two parts; a part of size 0 may be null.
+MUST_USE status_t octet_ring_put_parts(octet_ring_t* ring, const uint8_t* head, size_t head_size,
+                                       const uint8_t* octets, size_t size);
 /// Take the oldest block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (it does not fit `capacity`; dropped).
 MUST_USE status_t octet_ring_take(octet_ring_t* ring, uint8_t* octets, size_t capacity, size_t* out_size);
 /// The same in two parts: the first `head_size` octets of the block, or all it has, go to `head`, the rest to

@@ -54,6 +54,7 @@ void component_init(component_t* const component, const component_config_t* cons
     FSW_ASSERT(status == STATUS_OK);
     init_tickets(component);
     pus_process_init(&component->process, config->descriptor->apid, config->mission_epoch_s, &config->port);
+    pus_process_keep(&component->process, &component->rings);
     component_register_services(component);
 }
 
@@ -222,7 +223,7 @@ static uint64_t step_own_loop(component_t* const component)
         report_status(component);
         component->next_status_ns = next_on_grid(now_ns, STATUS_INTERVAL_NS);
     }
-    if (component->process.backlog_size > 0U) {
+    if (pus_process_is_waiting(&component->process)) {
         return next_on_grid(now_ns, component->period_ns);
     }
     return (is_cyclic(component) && (component->next_cycle_ns < component->next_status_ns))

@@ -52,18 +52,24 @@
 #define COMPONENT_OPTIONAL_SERVICES DESCRIPTOR_SERVICES_MAX ///< See optional_services.h.
 #define COMPONENT_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX  ///< Beside its own.
 #define COMPONENT_MAILBOX_OCTETS 12288U                     ///< From such a loop to the component's own.
-/// Room that the answers to any one request find there; what they need beside it the backlog has.
+/// Room that the answers to any one request find there; what they need beside it the process keeps.
 #define COMPONENT_MAILBOX_RESERVE 8192U
+#define COMPONENT_LOOP_KEPT 8192U
 #define COMPONENT_INBOX_OCTETS 4096U ///< Of requests to such a loop.
-#define COMPONENT_LOOP_REQUESTS 4U   ///< Performed in one cycle of such a loop, at most.
-#define COMPONENT_LOOP_HEADER 10U    ///< Of a report in a mailbox [octets].
-#define COMPONENT_LOOP_REPORTS 16U   ///< Taken from one mailbox in one step, at most.
+/// Application data of the longest of them: the identifiers of TC[20,1].
+#define COMPONENT_LOOP_REQUEST_MAX (1U + (4U * PUS_COUNT_MAX))
+#define COMPONENT_LOOP_REQUESTS 4U ///< Performed in one cycle of such a loop, at most.
+#define COMPONENT_LOOP_HEADER 10U  ///< Of a report in a mailbox [octets].
+#define COMPONENT_LOOP_REPORTS 16U ///< Taken from one mailbox in one step, at most.
 #define COMPONENT_NEVER UINT64_MAX
 #define COMPONENT_SUPERVISOR_APID 1U
 /// A subsystem that has not heard of the supervisor for this long considers it lost [ns].
 #define COMPONENT_SUPERVISOR_TIMEOUT_NS 3000000000ULL
 /// Cycles that a MEDIUM error waits for the supervisor's order.
 #define COMPONENT_MEDIUM_CYCLES 4U
+
+CAPACITY_CHECK(firm_ring_holds_ends_of_requests, (COMPONENT_TICKETS + 2U) <= 16U);
+CAPACITY_CHECK(firm_ring_holds_links, COMPONENT_LINKS <= 8U);
 
 /// Take back a record of a service. STATUS_OK; any other: the service cannot use it.
 typedef status_t (*component_restore_t)(void* self, uint32_t key, const uint8_t* octets, size_t size);
@@ -149,6 +155,7 @@ struct subsystem { // Private; component_t is another name. What most of the cod
     bool has_reload;     // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
     state_machine_t machine;
     pus_process_t process;
+    pus_rings_t rings; // What it keeps; the process of the loops has their mailboxes.
 
     component_config_t config;
     uint64_t period_ns;
@@ -193,7 +200,7 @@ struct subsystem { // Private; component_t is another name. What most of the cod
 
     osal_mutex_t loop_guard;
     component_loop_t loops[COMPONENT_LOOPS];
-    uint8_t loop_octets[COMPONENT_LOOP_HEADER + PUS_PACKET_MAX]; // What it puts in or takes out.
+    uint8_t loop_octets[COMPONENT_LOOP_HEADER + PUS_PACKET_MAX]; // What it takes out of a mailbox.
     uint32_t loop_reports_lost;
     // Of whichever loop is being stepped, and holds loop_guard: the other side of its services.
     component_loop_t* present_loop;
@@ -201,8 +208,9 @@ struct subsystem { // Private; component_t is another name. What most of the cod
     pus_test_t loop_test;
     pus_parameters_t loop_parameters;
     pus_service_t loop_services[2];
-    uint8_t loop_request[COMPONENT_INBOX_OCTETS];
-    uint8_t loop_report[COMPONENT_LOOP_HEADER + PUS_PACKET_MAX];
+    uint8_t loop_request[sizeof(pus_token_t) + COMPONENT_LOOP_REQUEST_MAX];
+    uint8_t loop_values[COMPONENT_SAMPLE_OCTETS];
+    uint8_t loop_kept[COMPONENT_LOOP_KEPT];
 
     component_link_t links[COMPONENT_LINKS];
     subsystem_link_totals_t closed_links; // Counters of links that are closed.

@@ -15,26 +15,24 @@ static void lock(osal_mutex_t* const mutex)
     (void)osal_mutex_lock(mutex); // A holder that dies takes this process with it.
 }
 
-/// What a loop has finished goes into its mailbox behind a header; `at` lies in the report of the component.
+/// What a loop has finished goes into its mailbox behind a header.
 static status_t put(component_t* const component, const uint16_t id, const uint64_t time_ns,
-                    const size_t size)
+                    const uint8_t* const octets, const size_t size)
 {
     component_loop_t* const loop = component->present_loop;
-    octets_put_u16(component->loop_report, id);
-    octets_put_u64(&component->loop_report[OFFSET_TIME], time_ns);
+    uint8_t header[COMPONENT_LOOP_HEADER];
+    octets_put_u16(header, id);
+    octets_put_u64(&header[OFFSET_TIME], time_ns);
     lock(&loop->mutex);
-    const status_t status =
-        octet_ring_put(&loop->mailbox, component->loop_report, COMPONENT_LOOP_HEADER + size);
+    const status_t status = octet_ring_put_parts(&loop->mailbox, header, sizeof header, octets, size);
     osal_mutex_unlock(&loop->mutex);
     return status;
 }
 
-/// The port of loop_process: reports without numbers yet. What has no room waits in its backlog.
+/// The port of loop_process: reports without numbers yet. What has no room the process keeps.
 static status_t put_report(void* const context, const uint8_t* const packet, const size_t size)
 {
-    component_t* const component = (component_t*)context;
-    (void)memcpy(&component->loop_report[COMPONENT_LOOP_HEADER], packet, size);
-    return put(component, REPORT, 0U, size);
+    return put((component_t*)context, REPORT, 0U, packet, size);
 }
 
 /// Values of housekeeping, which lie in place; what has no room is lost and counted.
@@ -42,8 +40,8 @@ static void put_housekeeping(void* const context, const uint16_t id, const uint6
                              const uint8_t* const values, const size_t size)
 {
     component_t* const component = (component_t*)context;
-    FSW_ASSERT((id != REPORT) && (values == &component->loop_report[COMPONENT_LOOP_HEADER]));
-    if (put(component, id, now_ns, size) != STATUS_OK) {
+    FSW_ASSERT(id != REPORT);
+    if (put(component, id, now_ns, values, size) != STATUS_OK) {
         lock(&component->present_loop->mutex);
         component->present_loop->lost++;
         osal_mutex_unlock(&component->present_loop->mutex);
@@ -74,13 +72,10 @@ static pus_reply_t take_request(void* const context, const pus_token_t* const to
     if (loop == NULL) {
         return pus_done();
     }
-    FSW_ASSERT(size <= PUS_TC_DATA_MAX);
-    (void)memcpy(component->loop_octets, token, sizeof *token);
-    if (size > 0U) {
-        (void)memcpy(&component->loop_octets[sizeof *token], data, size);
-    }
+    FSW_ASSERT(size <= COMPONENT_LOOP_REQUEST_MAX);
     lock(&loop->mutex);
-    const status_t status  = octet_ring_put(&loop->inbox, component->loop_octets, sizeof *token + size);
+    const status_t status =
+        octet_ring_put_parts(&loop->inbox, (const uint8_t*)token, sizeof *token, data, size);
     const uint32_t waiting = loop->inbox.blocks;
     osal_mutex_unlock(&loop->mutex);
     return (status == STATUS_OK) ? pus_started() : pus_refused(PUS_FAILURE_TABLE_FULL, waiting);
@@ -108,6 +103,7 @@ void component_init_loops(component_t* const component, const pus_parameter_port
     }
     pus_process_init(&component->loop_process, component->descriptor->apid, component->config.mission_epoch_s,
                      &port);
+    pus_process_keep_in_order(&component->loop_process, component->loop_kept, sizeof component->loop_kept);
     pus_test_init(&component->loop_test, NULL);
     pus_parameters_init(&component->loop_parameters, &read_only);
     if (component->parameters.definitions != NULL) {
@@ -217,10 +213,9 @@ void component_end_loops(component_t* const component)
 static void run_loop(component_t* const component, const uint8_t index, const uint64_t now_ns)
 {
     component_loop_t* const loop = &component->loops[index];
-    const pus_hk_outlet_t outlet = {.context = component,
-                                    .put     = put_housekeeping,
-                                    .values  = &component->loop_report[COMPONENT_LOOP_HEADER]};
-    component->present_loop      = loop;
+    const pus_hk_outlet_t outlet = {
+        .context = component, .put = put_housekeeping, .values = component->loop_values};
+    component->present_loop = loop;
     pus_hk_loop_step(&component->housekeeping, (uint8_t)(index + 1U), now_ns, loop->cycle, &outlet);
     for (unsigned i = 0U; (i < COMPONENT_LOOP_REQUESTS) && perform_one(component, loop, now_ns); i++) {
     }

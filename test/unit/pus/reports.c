@@ -36,6 +36,7 @@ void bench_start(void)
     bench.ack    = PUS_ACK_ALL;
     bench.source = TEST_SOURCE;
     pus_process_init(&bench.process, TEST_APID, TEST_EPOCH_S, &port);
+    pus_process_keep(&bench.process, &bench.rings);
     pus_dispatcher_init(&bench.dispatcher, &bench.process, bench.services, 1U);
 }
 

@@ -14,6 +14,7 @@
 /// The process under test, its port and what came out of it.
 typedef struct {
     pus_process_t process;
+    pus_rings_t rings;
     pus_dispatcher_t dispatcher;
     pus_service_t services[1];
     uint8_t ack;         ///< Of requests sent from now on; PUS_ACK_ALL after a reset.

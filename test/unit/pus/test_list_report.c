@@ -72,7 +72,7 @@ static void entries_go_over_as_many_packets_as_needed(void)
 static void what_is_lost_is_told(void)
 {
     begin(NULL, 0U);
-    bench.refusals = 100U; // The backlog takes two of three.
+    bench.refusals = 100U; // The process keeps two of three.
     for (unsigned i = 0U; i < 3U; i++) {
         (void)octet_write_space(pus_list_report_entry(&list, 3500U), 3500U);
     }

@@ -104,7 +104,7 @@ static void posted_reports_wait_and_keep_their_order(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, send(99U)); // Nothing overtakes.
     bench.refusals = 1U;
     TEST_ASSERT_EQUAL(STATUS_FULL, pus_process_flush(&bench.process));
-    TEST_ASSERT_EQUAL(STATUS_OK, post(3U)); // Sends the backlog first.
+    TEST_ASSERT_EQUAL(STATUS_OK, post(3U)); // Sends what is kept first.
     TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
     TEST_ASSERT_EQUAL_UINT64(3U, bench.count);
     for (size_t i = 0U; i < 3U; i++) {
@@ -115,34 +115,180 @@ static void posted_reports_wait_and_keep_their_order(void)
     }
 }
 
-static void a_full_backlog_loses_and_counts(void)
+/// Post a report of `size` octets of data; the port refuses it, and what is kept before it.
+static status_t post_refused(const uint8_t service, const uint8_t subtype, const uint16_t destination,
+                             const size_t size)
 {
-    const unsigned room = PUS_BACKLOG_SIZE / (2U + PUS_TM_MIN + 1U);
-    for (unsigned i = 0U; i < (room + 5U); i++) {
-        bench.refusals = 1U;
-        TEST_ASSERT_EQUAL((i < room) ? STATUS_OK : STATUS_EXHAUSTED, post((uint8_t)i));
-    }
-    TEST_ASSERT_EQUAL_UINT32(5U, bench.process.counters.lost);
-    TEST_ASSERT_EQUAL_UINT32(room, bench.process.counters.kept);
-    bench.refusals = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
-    TEST_ASSERT_EQUAL_UINT64(room, bench.count);
-    for (unsigned i = 0U; i < room; i++) {
-        TEST_ASSERT_EQUAL_UINT8((uint8_t)i, bench_report(i).data[0]);
+    static uint8_t data[PUS_TM_DATA_MAX];
+    octet_writer_t writer = begin(service, subtype, destination);
+    octet_write_octets(&writer, data, size);
+    bench.refusals        = 1U;
+    const status_t status = pus_tm_post(&bench.process, &writer);
+    bench.refusals        = 0U;
+    return status;
+}
+
+#define KEPT(size) (PUS_KEPT_PREFIX + PUS_TM_MIN + (size))
+
+static void a_full_ring_loses_counts_and_gives_its_room_back(void)
+{
+    const unsigned plain = (PUS_PLAIN_SIZE - PUS_ANSWER_ROOM) / KEPT(2U); // Nobody asked for them.
+    const unsigned firm  = PUS_FIRM_SIZE / KEPT(2U);
+    for (unsigned round = 1U; round <= 2U; round++) {
+        bench_clear();
+        for (unsigned i = 0U; i < (plain + 5U); i++) {
+            TEST_ASSERT_EQUAL((i < plain) ? STATUS_OK : STATUS_EXHAUSTED, post_refused(5U, 2U, 0U, 2U));
+        }
+        for (unsigned i = 0U; i < (firm + 3U); i++) {
+            TEST_ASSERT_EQUAL((i < firm) ? STATUS_OK : STATUS_EXHAUSTED, post_refused(5U, 4U, 0U, 2U));
+        }
+        TEST_ASSERT_EQUAL_UINT32(round * 8U, bench.process.counters.lost);
+        TEST_ASSERT_EQUAL_UINT32(round * 3U, bench.process.counters.lost_firm);
+        TEST_ASSERT_EQUAL_UINT32(round * (plain + firm), bench.process.counters.kept);
+        TEST_ASSERT_TRUE(pus_process_is_waiting(&bench.process));
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+        TEST_ASSERT_FALSE(pus_process_is_waiting(&bench.process));
+        TEST_ASSERT_EQUAL_UINT64(plain + firm, bench.count);
+        for (unsigned i = 0U; i < (plain + firm); i++) { // No gap, whatever was lost.
+            TEST_ASSERT_EQUAL_UINT16(((round - 1U) * (plain + firm)) + i, bench_report(i).sequence);
+        }
     }
 }
 
-static void the_largest_report_can_wait_too(void)
+static void a_firm_report_overtakes_and_each_class_keeps_its_order(void)
 {
-    static uint8_t data[PUS_TM_DATA_MAX];
-    memset(data, 0x5A, sizeof(data));
+    static const uint8_t expected[][2] = {{5, 4},   {1, 8}, {129, 2}, {130, 10},
+                                          {131, 2}, {5, 2}, {17, 2},  {5, 1}};
+    static const uint8_t order[]       = {5, 0, 6, 1, 7, 2, 3, 4};
+    for (unsigned i = 0U; i < 8U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, post_refused(expected[order[i]][0], expected[order[i]][1], 0U, 4U));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    for (unsigned i = 0U; i < 8U; i++) {
+        TEST_ASSERT_EQUAL_UINT8(expected[i][0], bench_report(i).service);
+        TEST_ASSERT_EQUAL_UINT8(expected[i][1], bench_report(i).subtype);
+        TEST_ASSERT_EQUAL_UINT16(i, bench_report(i).sequence);
+    }
+}
+
+static void the_end_of_a_request_follows_its_answer(void)
+{
+    static const uint8_t expected[][3] = {{5, 4, 0}, {1, 7, 2},  {5, 2, 0}, {17, 2, 1},
+                                          {1, 7, 1}, {20, 2, 1}, {1, 8, 1}};
+    static const uint8_t order[]       = {2, 3, 4, 0, 1, 5, 6};
+    for (unsigned i = 0U; i < 7U; i++) {
+        const uint8_t* const report = expected[order[i]];
+        TEST_ASSERT_EQUAL(STATUS_OK, post_refused(report[0], report[1], report[2], 4U));
+    }
+    bench.refusals        = 1U;
+    octet_writer_t writer = begin(1U, 7U, 1U);
+    TEST_ASSERT_EQUAL(STATUS_FULL, pus_tm_send(&bench.process, &writer));
+    TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    for (unsigned i = 0U; i < 7U; i++) {
+        TEST_ASSERT_EQUAL_UINT8(expected[i][0], bench_report(i).service);
+        TEST_ASSERT_EQUAL_UINT16(expected[i][2], bench_report(i).destination);
+    }
+    // A notice is no answer; and where an answer leaves no room beside it, the end goes first.
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(129U, 7U, 3U, 3U));
+    while (post_refused(20U, 2U, 4U, 1000U) == STATUS_OK) {
+    }
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(1U, 7U, 3U, 4U));
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(1U, 8U, 4U, 2000U));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL_UINT16(3U, bench_report(0U).destination);
+    TEST_ASSERT_EQUAL_UINT8(8U, bench_report(1U).subtype);
+    TEST_ASSERT_EQUAL_UINT8(129U, bench_report(2U).service);
+}
+
+static void one_ring_for_all_keeps_the_order(void)
+{
+    static uint8_t ring[256];
+    const pus_port_t port = bench_port();
+    pus_process_init(&bench.process, TEST_APID, TEST_EPOCH_S, &port);
+    pus_process_keep_in_order(&bench.process, ring, sizeof(ring));
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 1U, 4U));
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 2U, 0U, 4U));
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(1U, 7U, 1U, 4U));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, post_refused(20U, 2U, 1U, 256U - (4U * KEPT(0U)) - 11U));
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 1U, 256U - (4U * KEPT(0U)) - 12U));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL_UINT8(20U, bench_report(0U).service);
+    TEST_ASSERT_EQUAL_UINT8(5U, bench_report(1U).service);
+    TEST_ASSERT_EQUAL_UINT8(1U, bench_report(2U).service);
+}
+
+static void a_firm_report_does_not_wait_for_plain_ones(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 2U, 0U, 2U));
+    octet_writer_t writer = begin(5U, 4U, 0U);
+    octet_write_u16(&writer, 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_post(&bench.process, &writer)); // The port takes it now.
+    TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
+    TEST_ASSERT_EQUAL_UINT8(4U, bench_report(0U).subtype);
+    TEST_ASSERT_TRUE(pus_process_is_waiting(&bench.process));
+}
+
+static void bulk_is_never_kept(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, post_refused(3U, 25U, 0U, 2U));
+    TEST_ASSERT_FALSE(pus_process_is_waiting(&bench.process));
+    TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.lost);
+    TEST_ASSERT_EQUAL_UINT32(0U, bench.process.counters.kept);
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 2U, 0U, 2U));
+    bench.refusals        = 1U;
     octet_writer_t writer = begin(3U, 25U, 0U);
-    octet_write_octets(&writer, data, sizeof(data));
-    bench.refusals = 1U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_post(&bench.process, &writer));
+    TEST_ASSERT_EQUAL(STATUS_FULL, pus_tm_send(&bench.process, &writer)); // It overtakes nothing.
+    TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
+}
+
+static void a_process_without_rings_keeps_nothing(void)
+{
+    const pus_port_t port = bench_port();
+    pus_process_init(&bench.process, TEST_APID, TEST_EPOCH_S, &port);
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, post_refused(1U, 7U, 1U, 4U));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, post_refused(5U, 2U, 0U, 4U));
+    TEST_ASSERT_EQUAL_UINT32(2U, bench.process.counters.lost);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+}
+
+static void an_answer_has_room_whatever_nobody_asked_for(void)
+{
+    while (post_refused(5U, 2U, 0U, 2U) == STATUS_OK) {
+    }
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, post_refused(129U, 7U, PUS_USER_SUPERVISOR, 3U)); // LOW.
+    TEST_ASSERT_TRUE(pus_process_may_answer(&bench.process));
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 1U, PUS_TM_DATA_MAX));
+    TEST_ASSERT_FALSE(pus_process_may_answer(&bench.process));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_TRUE(pus_process_may_answer(&bench.process));
+}
+
+static void a_request_is_taken_in_as_long_as_its_verification_has_room(void)
+{
+    const size_t needed = PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS;
+    const size_t data   = PUS_FIRM_SIZE - needed - KEPT(0U); // So much room is left exactly.
+    TEST_ASSERT_TRUE(pus_process_has_firm_room(&bench.process));
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 4U, 0U, data));
+    TEST_ASSERT_TRUE(pus_process_may_answer(&bench.process));
+    TEST_ASSERT_TRUE(pus_process_has_firm_room(&bench.process));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 4U, 0U, data + 1U));
+    TEST_ASSERT_FALSE(pus_process_may_answer(&bench.process));
+    TEST_ASSERT_FALSE(pus_process_has_firm_room(&bench.process));
+    for (unsigned i = 0U; i < 8U; i++) { // The longest there is: a step that failed.
+        TEST_ASSERT_EQUAL(STATUS_OK, post_refused(1U, 6U, 1U, 4U + 2U + 8U));
+    }
+    TEST_ASSERT_TRUE(KEPT(4U + 2U + 8U) <= PUS_FIRM_REPORT);
+}
+
+static void the_largest_answer_can_wait_too(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 9U, PUS_TM_DATA_MAX));
     TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
     TEST_ASSERT_EQUAL_UINT64(PUS_PACKET_MAX, bench.sizes[0]);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(data, bench_report(0U).data, sizeof(data));
+    TEST_ASSERT_EQUAL_UINT64(PUS_TM_DATA_MAX, bench_report(0U).size);
 }
 
 static void what_does_not_fit_is_refused_whole(void)
@@ -235,8 +381,16 @@ int main(void)
     RUN_TEST(a_refused_report_leaves_no_gap);
     RUN_TEST(the_sequence_wraps_after_16384);
     RUN_TEST(posted_reports_wait_and_keep_their_order);
-    RUN_TEST(a_full_backlog_loses_and_counts);
-    RUN_TEST(the_largest_report_can_wait_too);
+    RUN_TEST(a_full_ring_loses_counts_and_gives_its_room_back);
+    RUN_TEST(a_firm_report_overtakes_and_each_class_keeps_its_order);
+    RUN_TEST(the_end_of_a_request_follows_its_answer);
+    RUN_TEST(one_ring_for_all_keeps_the_order);
+    RUN_TEST(a_firm_report_does_not_wait_for_plain_ones);
+    RUN_TEST(bulk_is_never_kept);
+    RUN_TEST(a_process_without_rings_keeps_nothing);
+    RUN_TEST(an_answer_has_room_whatever_nobody_asked_for);
+    RUN_TEST(a_request_is_taken_in_as_long_as_its_verification_has_room);
+    RUN_TEST(the_largest_answer_can_wait_too);
     RUN_TEST(what_does_not_fit_is_refused_whole);
     RUN_TEST(a_report_begun_in_another_is_sent_and_the_outer_is_refused);
     RUN_TEST(a_report_is_sent_once_and_can_be_cancelled);
