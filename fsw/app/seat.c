@@ -109,20 +109,33 @@ static bool link_name_route(void* const context, const uint16_t link, osal_socke
     return true;
 }
 
-/// Shared memory reaches only partners on the same node.
-static uint8_t methods_of_port(void* const context, const uint16_t port)
+/// Is it the link asked for (0: any) of this component's port?
+static bool is_link_of(const seat_t* const seat, const mission_link_t* const link, const uint16_t port,
+                       const uint16_t number)
 {
-    const seat_t* const seat = (const seat_t*)context;
-    uint8_t methods          = seat->run->link_methods;
+    const bool is_ours = ((link->producer_apid == seat->apid) && (link->producer_port == port)) ||
+                         ((link->consumer_apid == seat->apid) && (link->consumer_port == port));
+    return is_ours && ((number == 0U) || (number == link->number));
+}
+
+/// Shared memory reaches only partners on the same node.
+static uint8_t methods_of_port(void* const context, const uint16_t port, const uint16_t number)
+{
+    const seat_t* const seat    = (const seat_t*)context;
+    const uint8_t shared_memory = (uint8_t)(1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY);
+    bool has_partner            = false;
+    bool is_any_here            = false;
     for (uint16_t i = 0U; i < seat->mission->link_count; i++) {
         const mission_link_t* const link = &seat->mission->links[i];
-        const bool is_here = ((link->producer_apid == seat->apid) && (link->producer_port == port)) ||
-                             ((link->consumer_apid == seat->apid) && (link->consumer_port == port));
-        if (is_here && (node_of(seat, link->producer_apid) != node_of(seat, link->consumer_apid))) {
-            methods &= (uint8_t) ~(1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY);
+        if (is_link_of(seat, link, port, number)) {
+            has_partner = true;
+            is_any_here =
+                is_any_here || (node_of(seat, link->producer_apid) == node_of(seat, link->consumer_apid));
         }
     }
-    return methods;
+    const bool is_reached = is_any_here || !has_partner;
+    return is_reached ? seat->run->link_methods
+                      : (uint8_t)(seat->run->link_methods & (uint8_t)~shared_memory);
 }
 
 void seat_delivered(void* const context, const uint16_t to)

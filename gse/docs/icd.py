@@ -2,10 +2,12 @@
 """Interface control document from the descriptors: what is on the wire, octet by octet. A page per mission."""
 
 import icd_messages
+import layers
 from ground_dictionary import dictionary
 from page import escape, shell, table
 from source import STATES
 
+LINKS = "<p>One writer, any readers: a port that is provided may have several links, each opened, closed and lost by itself.</p>"
 TELECOMMANDS = {
     (3, 1): "create a housekeeping structure", (3, 3): "delete structures", (3, 5): "enable reports", (3, 6): "disable reports",
     (3, 27): "one-shot report", (3, 31): "modify the interval", (5, 5): "enable event reports", (5, 6): "disable event reports",
@@ -185,20 +187,30 @@ def permissions(content):
     return table(["telecommand", "", "selected", "to", "modes", "states"], rows)
 
 
+def link_drawing(links):
+    """The links as a drawing: a port that is provided and its readers, an arrow to each; dashed where it is not required."""
+    lines = ['digraph{rankdir=LR;bgcolor="transparent";node[shape=box,style="rounded,filled",color="#c9d0d8",fillcolor="#eaf1fa",'
+             'fontname="Helvetica",fontsize=11];edge[color="#9aa5b1",arrowsize=.6,fontname="Helvetica",fontsize=9]']
+    for link in links:
+        style = "solid" if link["required"] else "dashed"
+        lines.append(f'"{link["producer"]}"->"{link["consumer"]}"[label="{link["name"]}\\n{link["from"]}",style={style}]')
+    return layers.svg("\n".join([*lines, "}"]))
+
+
 def mission_page(loaded):
     """(file, title, HTML) of a mission."""
     content = dictionary(loaded)
     sizes = {name: item["size"] for name, item in content["types"].items()}
     file, title = f"icd-{content['mission']}.html", f"ICD of {content['mission']}"
     members = [[s["apid"], f'<a href="#{s["name"].lower()}">{s["name"]}</a>', mono(s["executable"]), "by itself" if s["autostart"] else "by telecommand"] for s in content["subsystems"]]
-    links = [[l["number"], mono(l["name"]), f"{l['producer']}, port {l['producer_port']}", f"{l['consumer']}, port {l['consumer_port']}", "yes" if l["required"] else "no"] for l in content["links"]]
+    links = [[l["number"], mono(l["name"]), f"{l['from']}, port {l['producer_port']}", f"{l['to']}, port {l['consumer_port']}", "yes" if l["required"] else "no"] for l in content["links"]]
     buses = [[mono(b["name"]), b["bit_rate"] // 1000, b["data_bit_rate"] // 1000 or ""] for b in content["buses"]]
     body = (
         f'<h1>{title}</h1><p class="sub">From the descriptors. Octets are big-endian; packets are CCSDS space packets with ECSS-E-ST-70-41C services. '
         f"Interface {mono(content['interface_hash'])}, configuration {mono(content['configuration_hash'])}; mission time 0 is {content['epoch_tai']} TAI; "
         f"ground port {content['ground']['address']}:{content['ground']['port']}.</p>"
         + '<h2 id="subsystems">Subsystems</h2>' + table(["APID", "subsystem", "executable", "comes up"], members, (0,))
-        + '<h2 id="links">Real-time links</h2>' + (table(["number", "link", "from", "to", "required"], links, (0,)) if links else "<p>None.</p>")
+        + '<h2 id="links">Real-time links</h2>' + (LINKS + link_drawing(content["links"]) + table(["number", "link", "from", "to", "required"], links, (0,)) if links else "<p>None.</p>")
         + '<h2 id="buses">Buses</h2>' + table(["bus", "kbit/s", "data phase kbit/s"], buses, (1, 2))
         + '<h2 id="permissions">Permissions</h2><p>What is not listed is denied, except reports, reads, TC[17,1] and requests downwards.</p>' + permissions(content)
         + "".join(subsystem_section(item, sizes) for item in content["subsystems"])

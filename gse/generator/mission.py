@@ -33,6 +33,7 @@ TABLE = {
     ("Mission", "Transports"): "messages links",
     ("Mission", "Ground"): "address! port! key",
 }
+PORT_LINKS = 4  # CAPACITY_PORT_LINKS of fsw/framework/base/capacities.h
 SUBSYSTEM_LINKS = 8  # CAPACITY_SUBSYSTEM_LINKS of fsw/framework/base/capacities.h
 REDUNDANT_BUS = "a bus of the mission that is not redundant itself and has one redundant bus"
 TIME_FORMATS = ("CUC", "CDS")
@@ -308,6 +309,16 @@ def _resolve_plan(mission, element):
         element.wrong("event", f"an event of severity {element.attributes['severity']} of that subsystem")
 
 
+def _check_room(mission, element, producer, consumer):
+    """One writer, any readers, and no more of them than the ends can hold."""
+    if producer is consumer:
+        element.wrong("to", "a port of another subsystem")
+    if any(link["to"] == element.attributes["to"] for link in mission.links):
+        element.wrong("to", "a port that no other link leads to")
+    if sum(link["from"] == element.attributes["from"] for link in mission.links) >= PORT_LINKS:
+        element.wrong("from", f"a port with at most {PORT_LINKS} links")
+
+
 def _resolve_link(mission, element):
     ends = []
     for attribute, provided in (("from", True), ("to", False)):
@@ -322,6 +333,7 @@ def _resolve_link(mission, element):
         element.fail(f"layouts of {element.attributes['from']} and {element.attributes['to']} differ")
     if not set(output.methods) & set(needed.methods):
         element.fail(f"{element.attributes['from']} and {element.attributes['to']} share no transfer method")
+    _check_room(mission, element, producer, consumer)
     for end in (producer, consumer):
         if sum(end.name in (link["producer"], link["consumer"]) for link in mission.links) == SUBSYSTEM_LINKS:
             element.fail(f"too many links of {end.name}, at most {SUBSYSTEM_LINKS}")
@@ -329,6 +341,8 @@ def _resolve_link(mission, element):
         {
             "name": element.attributes["name"],
             "number": len(mission.links) + 1,
+            "from": element.attributes["from"],
+            "to": element.attributes["to"],
             "producer": producer.name,
             "producer_apid": producer.apid,
             "producer_port": output.id,

@@ -199,6 +199,37 @@ def test_both_readers_agree_on_damaged_missions(probe, tmp_path, seed):
     compare(probe, "mission", paths)
 
 
+def test_both_readers_agree_on_who_reads_a_port_and_the_schema_on_who_writes_one(probe, tmp_path):
+    """The port of a mission with up to six readers, two writers for one port, and a port that reads its own subsystem."""
+    shutil.copytree(DESCRIPTORS / "subsystems", tmp_path / "subsystems")
+    (tmp_path / "missions").mkdir()
+    stick = (tmp_path / "subsystems" / "joystick.xml").read_text()
+    text, listed, links, paths = MISSION.read_text(), "", "", []
+    for number in range(1, 7):
+        (tmp_path / "subsystems" / f"s{number}.xml").write_text(stick.replace('name="JOYSTICK" id="17"', f'name="S{number}" id="{100 + number}"', 1))
+        listed += f'<Subsystem name="S{number}" id="{100 + number}" executable="joystick" descriptor="../subsystems/s{number}.xml"/>'
+    text = text.replace("</Subsystems>", listed + "</Subsystems>")
+
+    def write(name, more):
+        path = tmp_path / "missions" / f"{name}.xml"
+        path.write_text(text.replace("</Links>", more + "</Links>"))
+        paths.append(path)
+
+    for number in range(1, 7):
+        links += f'\n<Link name="L{number}" from="MANIPULATOR.ROBOT_STATE" to="S{number}.ROBOT_STATE"/>'
+        write(f"readers{number}", links)
+    write("writers", '<Link name="L" from="S1.HAND_POSITION" to="MANIPULATOR.HAND_POSITION"/>')
+    write("twice", links[: links.index("/>") + 2] * 2)
+    compare(probe, "mission", paths)
+    found = {path.stem: read_in_python("mission", path)[3] for path in paths}
+    assert [name for name, error in found.items() if not error] == ["readers1", "readers2", "readers3"]
+    assert 'from="MANIPULATOR.ROBOT_STATE" of <Link>: expected a port with at most 4 links' in found["readers4"]
+    assert 'to="MANIPULATOR.HAND_POSITION" of <Link>: expected a port that no other link leads to' in found["writers"]
+    command = ["xmllint", "--noout", "--nonet", "--schema", DESCRIPTORS / "schema" / "mission.xsd", tmp_path / "missions" / "writers.xml"]
+    told = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert told.returncode != 0 and "OneWriter" in told.stderr
+
+
 NESTED = """<?xml version="1.0" encoding="UTF-8"?>
 <Subsystem name="ARM" id="16">
   <Parameters>
@@ -425,3 +456,4 @@ def test_schema_and_generator_have_the_capacities_of_the_flight_software():
     lists = {"Subsystem": "SUBSYSTEMS", "Mode": "MODES", "User": "USERS", "Allow": "RULES", "Link": "LINKS", "Plan": "PLANS", "Bus": "BUSES"}
     assert {name: at_most[name] for name in lists} == {name: capacities[kind] for name, kind in lists.items()}
     assert mission_descriptor.SUBSYSTEM_LINKS == capacities["SUBSYSTEM_LINKS"]
+    assert mission_descriptor.PORT_LINKS == capacities["PORT_LINKS"]

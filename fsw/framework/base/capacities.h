@@ -9,12 +9,14 @@
 #define CAPACITY_SUBSYSTEMS 16U     ///< Of a mission, the supervisor and communication included.
 #define CAPACITY_LINKS 32U          ///< Real-time links of a mission.
 #define CAPACITY_SUBSYSTEM_LINKS 8U ///< Real-time links that one subsystem has a part in.
+#define CAPACITY_PORT_LINKS 4U      ///< Real-time links that begin at one port: its readers.
 #define CAPACITY_BUSES 8U           ///< CAN buses of a mission.
 #define CAPACITY_NODES 2U           ///< On-board computers.
 /// Who takes part in stepped time: every subsystem, the simulator, the operator, and a reserve of six.
 #define CAPACITY_PARTICIPANTS (CAPACITY_SUBSYSTEMS + 8U)
 
 /// Fails to compile where the condition does not hold; `name` says what must hold.
-#define CAPACITY_CHECK(name, condition) typedef char name[(condition) ? 1 : -1]
+#define CAPACITY_CHECK(name, condition)                                                                      \
+    typedef char name[(condition) ? 1 : -1] // NOLINT(bugprone-macro-parentheses): declares the name
 
 #endif // FSW_FRAMEWORK_BASE_CAPACITIES_H

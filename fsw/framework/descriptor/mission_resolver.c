@@ -163,6 +163,38 @@ static const mission_port_t* resolve_end(mission_builder_t* const builder, const
     return NULL;
 }
 
+/// Links among the first `count` whose end names the same port.
+static uint16_t links_of_port(const mission_builder_t* const builder, const uint16_t count,
+                              const unsigned end, const char* const words)
+{
+    uint16_t found = 0U;
+    for (uint16_t i = 0U; i < count; i++) {
+        found = (uint16_t)(found + ((strcmp(builder->link_words[i][end], words) == 0) ? 1U : 0U));
+    }
+    return found;
+}
+
+/// One writer, any readers, and no more of them than the ends can hold. The links before this one are
+/// resolved.
+static void check_room(mission_builder_t* const builder, const uint16_t index)
+{
+    source_t* const source           = &builder->source;
+    const mission_link_t* const link = &builder->mission->links[index];
+    const char* const* const words   = builder->link_words[index];
+    if (link->producer_apid == link->consumer_apid) {
+        mission_builder_refuse(source, link->line, "to", words[1],
+                               "Link>: expected a port of another subsystem");
+    }
+    if (links_of_port(builder, index, 1U, words[1]) > 0U) {
+        mission_builder_refuse(source, link->line, "to", words[1],
+                               "Link>: expected a port that no other link leads to");
+    }
+    if (links_of_port(builder, index, 0U, words[0]) >= MISSION_PORT_LINKS_MAX) {
+        mission_builder_refuse(source, link->line, "from", words[0],
+                               "Link>: expected a port with at most 4 links");
+    }
+}
+
 static void resolve_link(mission_builder_t* const builder, const uint16_t index)
 {
     source_t* const source               = &builder->source;
@@ -173,16 +205,16 @@ static void resolve_link(mission_builder_t* const builder, const uint16_t index)
     if ((producer == NULL) || (consumer == NULL)) {
         return;
     }
-    link->producer_port = producer->id;
-    link->consumer_port = consumer->id;
-    link->is_required   = consumer->is_required;
-    if ((producer == &unknown_port) || (consumer == &unknown_port)) {
-        return; // Nothing to compare.
-    }
-    if (producer->layout_hash != consumer->layout_hash) {
+    link->producer_port   = producer->id;
+    link->consumer_port   = consumer->id;
+    link->is_required     = consumer->is_required;
+    const bool is_unknown = (producer == &unknown_port) || (consumer == &unknown_port);
+    if (!is_unknown && (producer->layout_hash != consumer->layout_hash)) {
         source_fail(source, link->line, "the layouts of the two ports differ");
-    } else if ((producer->methods & consumer->methods) == 0U) {
+    } else if (!is_unknown && ((producer->methods & consumer->methods) == 0U)) {
         source_fail(source, link->line, "the two ports share no transfer method");
+    } else {
+        check_room(builder, index);
     }
 }
 

@@ -48,9 +48,9 @@ typedef struct {
     /// As udp_route, over TIPC. May be null: there is none.
     bool (*tipc_route)(void* context, uint16_t link, osal_socket_t** out_socket,
                        osal_tipc_name_t* out_consumer);
-    /// Methods by which every partner of a port can be reached: bit set of 1 << rtlink_method_t. May be null:
-    /// all.
-    uint8_t (*methods)(void* context, uint16_t port);
+    /// Methods by which the partner of a port can be reached over a link, or any of its partners (link 0):
+    /// bit set of 1 << rtlink_method_t. May be null: all.
+    uint8_t (*methods)(void* context, uint16_t port, uint16_t link);
 } link_resolver_t;
 
 typedef struct {

@@ -45,6 +45,7 @@
 #define COMPONENT_FUNCTIONAL 8U       ///< Functional reporting definitions.
 #define COMPONENT_SAMPLE_OCTETS 1024U ///< Values of one HK report.
 #define COMPONENT_LINKS CAPACITY_SUBSYSTEM_LINKS
+#define COMPONENT_PORT_LINKS CAPACITY_PORT_LINKS ///< Readers of one provided port.
 #define COMPONENT_TICKETS 8U    ///< Function commands under way; the last one only for a user on ground.
 #define COMPONENT_ARGUMENTS 96U ///< Arguments of all functions.
 #define COMPONENT_ARGUMENT_WORDS 64U

@@ -57,4 +57,17 @@ void component_close_links(component_t* component, uint8_t reason);
 /// True if every required port of the configuration has an open, fresh link.
 bool component_has_required_links(component_t* component, uint16_t* out_missing_port);
 
+/// component_link_table.c: a provided port has any readers, one slot for each of its links; a required port
+/// has one writer and one slot.
+/// Link of this number; null if there is none.
+component_link_t* component_link_numbered(component_t* component, uint16_t number);
+/// First link of a port; null if there is none.
+component_link_t* component_link_of(component_t* component, uint16_t port);
+/// First link of a port behind `previous` in the table (null: first of all); null if there is none.
+component_link_t* component_link_next(component_t* component, const component_link_t* previous,
+                                      uint16_t port);
+/// Where a link of this number and port goes: in place of the link that it replaces, else a free slot. Null:
+/// there is no room, or the number stands for a link of another port.
+component_link_t* component_link_slot(component_t* component, const descriptor_port_t* port, uint16_t number);
+
 #endif // FSW_FRAMEWORK_SUBSYSTEM_COMPONENT_INTERNAL_H

@@ -11,7 +11,9 @@
 
 // ---- Terms ----
 
-static uint8_t methods_of(const component_t* const component, const descriptor_port_t* const port)
+/// For one link of the port, or for any of its links (0).
+static uint8_t methods_of(const component_t* const component, const descriptor_port_t* const port,
+                          const uint16_t link)
 {
     uint8_t methods = 0U;
     for (uint8_t i = 0U; i < port->method_count; i++) {
@@ -21,18 +23,18 @@ static uint8_t methods_of(const component_t* const component, const descriptor_p
     }
     const link_resolver_t* const links = component->config.links;
     const bool is_limited              = (links != NULL) && (links->methods != NULL);
-    const uint8_t reaching             = is_limited ? links->methods(links->context, port->id) : 0xFFU;
+    const uint8_t reaching             = is_limited ? links->methods(links->context, port->id, link) : 0xFFU;
     return (uint8_t)(methods & component->config.link_methods & reaching);
 }
 
 static void describe_port(const component_t* const component, const descriptor_port_t* const port,
-                          rtlink_terms_t* const out_terms)
+                          const uint16_t link, rtlink_terms_t* const out_terms)
 {
     out_terms->layout_hash   = port->layout_hash;
     out_terms->layout_octets = port->octets;
     out_terms->order         = (uint8_t)rtlink_native_order();
     out_terms->period_us     = port->period_us;
-    out_terms->methods       = methods_of(component, port);
+    out_terms->methods       = methods_of(component, port, link);
     out_terms->decimation    = 1U;
     out_terms->max_age_us    = port->stale_us;
 }
@@ -74,36 +76,7 @@ static void read_terms(const pus_link_properties_t* const properties, rtlink_ter
     }
 }
 
-// ---- Table of links ----
-
-typedef enum {
-    BY_LINK, ///< In use, with this link id.
-    BY_PORT, ///< In use, with this port.
-    FREE
-} link_key_t;
-
-/// The first link like this; null if there is none.
-static component_link_t* find_link(component_t* const component, const link_key_t key, const uint16_t number)
-{
-    for (component_link_t* link = component->links; link < &component->links[COMPONENT_LINKS]; link++) {
-        if (link->is_used) {
-            const uint16_t its = (key == BY_LINK) ? link->link : link->port->id;
-            if ((key != FREE) && (its == number)) {
-                return link;
-            }
-        } else if (key == FREE) {
-            return link;
-        } else {
-            // Of no interest.
-        }
-    }
-    return NULL;
-}
-
-static component_link_t* link_by_port(component_t* const component, const uint16_t port)
-{
-    return find_link(component, BY_PORT, port);
-}
+// ---- States ----
 
 static void change_state(component_t* const component, component_link_t* const link, const link_state_t state,
                          const uint8_t cause)
@@ -161,7 +134,7 @@ static bool offer_link(void* const context, const uint16_t index, pus_link_offer
     for (uint16_t i = 0U; i < configuration->port_count; i++) {
         const descriptor_port_t* const port = &component->descriptor->ports[configuration->first_port + i];
         rtlink_terms_t terms;
-        describe_port(component, port, &terms);
+        describe_port(component, port, 0U, &terms);
         for (unsigned rest = terms.methods; rest != 0U; rest &= rest - 1U) { // One method after the other.
             if (left == 0U) {
                 terms.methods   = (uint8_t)(rest & (0U - rest));
@@ -265,11 +238,10 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
         verdict = RTLINK_REFUSED_PORT;
     }
     if (port != NULL) {
-        describe_port(component, port, &own);
+        describe_port(component, port, request->link, &own);
         supported = &own;
         verdict   = rtlink_negotiate(is_producer ? &own : &wanted, is_producer ? &wanted : &own, &agreed);
-        link      = link_by_port(component, port->id);
-        link      = (link != NULL) ? link : find_link(component, FREE, 0U);
+        link      = component_link_slot(component, port, request->link);
     }
     if ((verdict == RTLINK_ACCEPTED) && ((link == NULL) || (request->link == 0U))) {
         verdict = RTLINK_REFUSED_RESOURCE;
@@ -295,7 +267,7 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     (void)token;
     component_t* const component = (component_t*)context;
     component->now_ns            = now_ns;
-    component_link_t* const link = find_link(component, BY_LINK, open->link);
+    component_link_t* const link = component_link_numbered(component, open->link);
     if (link == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, open->link);
     }
@@ -336,7 +308,7 @@ static pus_reply_t close_requested(void* const context, const pus_link_close_t* 
     (void)token;
     component_t* const component = (component_t*)context;
     component->now_ns            = now_ns;
-    component_link_t* const link = find_link(component, BY_LINK, close->link);
+    component_link_t* const link = component_link_numbered(component, close->link);
     if (link == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, close->link);
     }
@@ -442,7 +414,7 @@ bool component_has_required_links(component_t* const component, uint16_t* const 
     }
     for (uint16_t i = 0U; i < configuration->port_count; i++) {
         const descriptor_port_t* const port = &component->descriptor->ports[configuration->first_port + i];
-        const component_link_t* const link  = link_by_port(component, port->id);
+        const component_link_t* const link  = component_link_of(component, port->id);
         const bool is_fresh = (link != NULL) && (link->state == LINK_OPEN) && link->consumer.has_sample;
         if (port->is_required && !is_fresh) {
             *out_missing_port = port->id;
@@ -486,33 +458,30 @@ static void swap_payload(const component_t* const component, const descriptor_po
     }
 }
 
-/// The open link of a port, from the side asked for. STATUS_OK, STATUS_NOT_FOUND (the configuration has no
-/// such port), STATUS_CLOSED.
-static status_t find_open(subsystem_t* const subsystem, const uint16_t port, const bool is_producer,
-                          component_link_t** const out_link)
+static bool has_port(const subsystem_t* const subsystem, const uint16_t port)
 {
-    component_link_t* const link = link_by_port(subsystem, port);
-    *out_link                    = link;
-    if ((subsystem->configuration == NULL) ||
-        (descriptor_find_port(subsystem->descriptor, subsystem->configuration, port) == NULL)) {
-        return STATUS_NOT_FOUND;
-    }
-    const bool is_open = (link != NULL) && (link->is_producer == is_producer) &&
-                         ((link->state == LINK_OPEN) || (link->state == LINK_STALE));
-    return is_open ? STATUS_OK : STATUS_CLOSED;
+    return (subsystem->configuration != NULL) &&
+           (descriptor_find_port(subsystem->descriptor, subsystem->configuration, port) != NULL);
+}
+
+static bool is_open_end(const component_link_t* const link, const bool is_producer)
+{
+    return (link->is_producer == is_producer) && ((link->state == LINK_OPEN) || (link->state == LINK_STALE));
 }
 
 status_t subsystem_link_read(subsystem_t* const subsystem, const uint16_t port, void* const payload,
                              const size_t size)
 {
     FSW_ASSERT((subsystem != NULL) && (payload != NULL));
-    component_link_t* link = NULL;
-    status_t status        = find_open(subsystem, port, false, &link);
-    if (status != STATUS_OK) {
-        return status;
+    component_link_t* const link = component_link_of(subsystem, port);
+    if (!has_port(subsystem, port)) {
+        return STATUS_NOT_FOUND;
+    }
+    if ((link == NULL) || !is_open_end(link, false)) {
+        return STATUS_CLOSED;
     }
     FSW_ASSERT(size == link->terms.layout_octets);
-    status = link_consumer_read(&link->consumer, subsystem->now_ns);
+    const status_t status = link_consumer_read(&link->consumer, subsystem->now_ns);
     if ((status == STATUS_OK) || (status == STATUS_STALE)) {
         (void)memcpy(payload, link->consumer.payload, size);
         if (link->terms.order != (uint8_t)rtlink_native_order()) {
@@ -524,13 +493,13 @@ status_t subsystem_link_read(subsystem_t* const subsystem, const uint16_t port, 
 
 state_t subsystem_link_peer_state(const subsystem_t* const subsystem, const uint16_t port)
 {
-    const component_link_t* const link = link_by_port((subsystem_t*)subsystem, port);
+    const component_link_t* const link = component_link_of((subsystem_t*)subsystem, port);
     return ((link != NULL) && link->consumer.has_sample) ? (state_t)link->consumer.peer_state : STATE_OFFLINE;
 }
 
 uint64_t subsystem_link_age_ns(const subsystem_t* const subsystem, const uint16_t port)
 {
-    const component_link_t* const link = link_by_port((subsystem_t*)subsystem, port);
+    const component_link_t* const link = component_link_of((subsystem_t*)subsystem, port);
     if ((link == NULL) || !link->consumer.has_sample) {
         return UINT64_MAX;
     }
@@ -542,15 +511,20 @@ status_t subsystem_link_write(subsystem_t* const subsystem, const uint16_t port,
                               const size_t size)
 {
     FSW_ASSERT((subsystem != NULL) && (payload != NULL));
-    component_link_t* link = NULL;
-    const status_t status  = find_open(subsystem, port, true, &link); // A producer's is never stale.
-    if (status != STATUS_OK) {
-        return status;
+    if (!has_port(subsystem, port)) {
+        return STATUS_NOT_FOUND;
     }
-    FSW_ASSERT(size == link->terms.layout_octets);
-    (void)link_producer_write(&link->producer, (uint8_t)subsystem->machine.state, subsystem->now_ns,
-                              (const uint8_t*)payload);
-    return STATUS_OK;
+    status_t status = STATUS_CLOSED;
+    for (component_link_t* link = component_link_of(subsystem, port); link != NULL;
+         link                   = component_link_next(subsystem, link, port)) {
+        if (is_open_end(link, true)) { // A producer's is never stale.
+            FSW_ASSERT(size == link->terms.layout_octets);
+            (void)link_producer_write(&link->producer, (uint8_t)subsystem->machine.state, subsystem->now_ns,
+                                      (const uint8_t*)payload);
+            status = STATUS_OK;
+        }
+    }
+    return status;
 }
 
 void subsystem_link_totals(const subsystem_t* const subsystem, subsystem_link_totals_t* const out_totals)

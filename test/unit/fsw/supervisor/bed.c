@@ -425,12 +425,11 @@ void bed_link_changed(unsigned member, uint16_t link, uint8_t previous, uint8_t 
 
 uint16_t bed_request_link(uint16_t link)
 {
+    static const pus_link_ends_t ends[] = {{ARM, 1U, HAND, 2U}, {HAND, 1U, ARM, 2U}, {ARM, 1U, LONE, 3U}};
     uint8_t data[64];
     octet_writer_t writer            = octet_writer(data, sizeof data);
     const pus_link_request_t request = {.transaction = 7U,
-                                        .ends        = (link == LINK_ARM_STATE)
-                                                           ? (pus_link_ends_t){ARM, 1U, HAND, 2U}
-                                                           : (pus_link_ends_t){HAND, 1U, ARM, 2U},
+                                        .ends        = ends[link - 1U],
                                         .properties  = {.layout_size = 8U, .period_us = 1000U, .depth = 1U}};
     pus_link_request_write(&writer, &request);
     return bed_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REQUEST, data, writer.position);

@@ -27,8 +27,9 @@
 #define ARM 16U
 #define HAND 17U
 #define LONE 18U
-#define LINK_ARM_STATE 1U ///< ARM port 1 -> HAND port 2.
-#define LINK_HAND_POS 2U  ///< HAND port 1 -> ARM port 2.
+#define LINK_ARM_STATE 1U  ///< ARM port 1 -> HAND port 2.
+#define LINK_HAND_POS 2U   ///< HAND port 1 -> ARM port 2.
+#define LINK_LONE_STATE 3U ///< ARM port 1 -> LONE port 3: a second reader.
 #define MODE_SAFE 0U
 #define MODE_NOMINAL 1U
 #define BED_USER 1U

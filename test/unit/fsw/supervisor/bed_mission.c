@@ -39,7 +39,11 @@ static const char lone_document[] =
     "<Subsystem name='LONE' id='18' samplingTime='1ms'><Parameters/>\n"
     "<Events><Event name='BROKEN' id='1' severity='HIGH'/><Event name='STRAIN' id='2' severity='MEDIUM'/>\n"
     "</Events><Functions/>\n"
-    "<Configuration name='ALONE' id='1' priority='10' samplingTime='1ms'/></Subsystem>\n";
+    "<Configuration name='ALONE' id='1' priority='10' samplingTime='1ms'/>\n"
+    "<Configuration name='LINKED' id='2' priority='10' samplingTime='1ms'><RTLinkService>\n"
+    "<Requires name='STATE' id='3' methods='SHARED_MEMORY' required='false'><ParamRef name='A' "
+    "type='DOUBLE'/>\n"
+    "</Requires></RTLinkService></Configuration></Subsystem>\n";
 
 // HIGH of HAND has a plan of its own, and ARM's BROKEN, whose number is that of the supervisor's
 // PROCESS_LOST; HIGH of the others is left to what is built in. MEDIUM of STRAIN of ARM and LONE has a plan,
@@ -66,6 +70,7 @@ static const char mission_document[] =
     "<Allow tc='129,1' select='OPERATIONAL' to='*' modes='NOMINAL' states='SAFE_OPERATIONAL'/>\n"
     "<Allow tc='129,3' select='LINKED' to='ARM' modes='NOMINAL' states='PRE_OPERATIONAL'/>\n"
     "<Allow tc='130,3' select='ARM_STATE' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
+    "<Allow tc='130,3' select='LONE_STATE' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='130,3' select='HAND_POS' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='130,6' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='8,1' select='MOVE' to='ARM' modes='NOMINAL' states='OPERATIONAL'/>\n"
@@ -86,7 +91,8 @@ static const char mission_document[] =
     "<Allow tc='131,6' to='SUPERVISOR' modes='SAFE NOMINAL' states='*'/>\n"
     "<Allow tc='131,7' to='SUPERVISOR' modes='SAFE NOMINAL' states='*'/></Permissions>\n"
     "<Links><Link name='ARM_STATE' from='ARM.STATE' to='HAND.STATE'/>\n"
-    "<Link name='HAND_POS' from='HAND.POS' to='ARM.POS'/></Links>\n"
+    "<Link name='HAND_POS' from='HAND.POS' to='ARM.POS'/>\n"
+    "<Link name='LONE_STATE' from='ARM.STATE' to='LONE.STATE'/></Links>\n"
     "<RecoveryPlans>\n"
     "<Plan name='HAND_DOWN' severity='HIGH' subsystem='HAND'>\n"
     "<Action do='MODE' mode='SAFE'/><Action do='STATE' target='NETWORK' state='OFFLINE' "

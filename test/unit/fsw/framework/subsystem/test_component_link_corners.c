@@ -5,10 +5,11 @@
 
 static uint8_t reaching; ///< What the resolver says.
 
-static uint8_t methods(void* context, uint16_t port)
+static uint8_t methods(void* context, uint16_t port, uint16_t link)
 {
     (void)context;
     (void)port;
+    (void)link;
     return reaching;
 }
 

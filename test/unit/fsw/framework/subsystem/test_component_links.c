@@ -100,11 +100,13 @@ static bool spoil(pus_link_request_t* request, unsigned what, bool is_producer)
 
 static void what_a_refusal_calls_supported_is_accepted(void)
 {
-    static const uint16_t ports[] = {PORT_IN, PORT_OUT};
+    static const uint16_t ports[]       = {PORT_IN, PORT_OUT};
+    static const char* const accepted[] = {"130.4 link 1 method 0 period 1000",
+                                           "130.4 link 2 method 0 period 1000"};
     bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
     for (unsigned i = 0U; i < 2U; i++) {
         for (unsigned what = 0U; what < 5U; what++) {
-            pus_link_request_t request = request_of(ports[i], 1U);
+            pus_link_request_t request = request_of(ports[i], (uint16_t)(i + 1U));
             if (!spoil(&request, what, ports[i] == PORT_OUT)) {
                 continue;
             }
@@ -115,7 +117,7 @@ static void what_a_refusal_calls_supported_is_accepted(void)
             request.properties = bed.supported;
             bed_forget();
             ask(&request);
-            TEST_ASSERT_TRUE_MESSAGE(bed_has("130.4 link 1 method 0 period 1000"), bed_look());
+            TEST_ASSERT_TRUE_MESSAGE(bed_has(accepted[i]), bed_look());
         }
     }
 }

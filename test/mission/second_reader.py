@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A mission with a port that feeds two readers: beside rokviss a second arm, SHADOW, which reads HAND_POSITION, too. It is
+the manipulator's code, compiled for a descriptor with a name and an id of its own; its two joints stand on test benches on a bus of theirs."""
+
+import shutil
+import subprocess
+import sys
+
+import flying
+
+sys.path.insert(0, str(flying.ROOT / "gse" / "generator"))
+
+import c_header
+import subsystem
+
+MEMBERS = ("JOYSTICK", "MANIPULATOR", "SHADOW")
+READERS = {"MANIPULATOR": "HAND_POSITION", "SHADOW": "SHADOWED"}
+LISTED = '    <Subsystem name="SHADOW" id="18" executable="shadow" descriptor="../subsystems/shadow.xml" restarts="5"/>\n'
+LINKED = '    <Link name="SHADOWED" from="JOYSTICK.HAND_POSITION" to="SHADOW.HAND_POSITION"/>\n'
+BENCH = "bench 0x11 joint-drive 10 0\nbench 0x12 joint-drive 10 0\n"
+
+
+def _link_all(source, place, but=()):
+    place.mkdir()
+    for entry in source.iterdir():
+        if entry.name not in but:
+            (place / entry.name).symlink_to(entry)
+
+
+def _descriptors(place):
+    """The descriptors with SHADOW in them; its own."""
+    shutil.copytree(flying.ROOT / "descriptors", place)
+    arm, shadow = place / "subsystems" / "manipulator.xml", place / "subsystems" / "shadow.xml"
+    text = arm.read_text(encoding="utf-8").replace('name="MANIPULATOR" id="16"', 'name="SHADOW" id="18"', 1)
+    text = text.replace('bus="robot" redundantBus="robot-b"', 'bus="bench"')
+    shadow.write_text("\n".join(line for line in text.split("\n") if "<Supply " not in line and 'object="0x2000:03"' not in line), encoding="utf-8")
+    mission = place / "missions" / "rokviss.xml"
+    text = mission.read_text(encoding="utf-8")
+    for after, more in (("  </Subsystems>", LISTED), ("  </Links>", LINKED), ("  </Buses>", '    <Bus name="bench" bitRate="1000000" dataBitRate="5000000"/>\n')):
+        text = text.replace(after, more + after)
+    for old, new in (('select="TELEPRESENCE" to="MANIPULATOR"', 'select="TELEPRESENCE" to="SHADOW"'),):
+        rule = next(line for line in text.split("\n") if old in line)
+        text = text.replace(rule, rule + "\n" + rule.replace(old, new))
+    for rule in [line for line in text.split("\n") if 'select="HAND_POSITION" to="SUPERVISOR"' in line]:
+        text = text.replace(rule, rule + "\n" + rule.replace("HAND_POSITION", "SHADOWED"))
+    mission.write_text(text.replace('name="rokviss"', 'name="shadow"', 1), encoding="utf-8")
+    mission.rename(mission.with_name("shadow.xml"))
+    return shadow
+
+
+def _compile(place, descriptor):
+    """The manipulator's sources with the ids of another descriptor under the same names."""
+    model = subsystem.load(descriptor)
+    model.name = "MANIPULATOR"
+    names = place / "build" / "shadow" / "generated"
+    names.mkdir(parents=True)
+    (names / "manipulator_descriptor.h").write_text(c_header.header(model, descriptor.name), encoding="utf-8")
+    sources = [*flying.ROOT.glob("fsw/app/manipulator_*.c"), *flying.ROOT.glob("fsw/subsystems/manipulator/*.c")]
+    libraries = [path for kind in ("fsw", "osal", "pus") for path in sorted(flying.ROOT.glob(f"build/lib/lib{kind}_*.a"))]
+    libraries.append(flying.ROOT / "build" / "lib" / "libpus.a")
+    command = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-O1", f"-I{names.parent}", f"-I{flying.ROOT}", f"-I{flying.ROOT / 'build'}", "-o",
+               place / "build" / "bin" / "shadow", *sources, "-Wl,--start-group", *libraries, "-Wl,--end-group", "-lexpat", "-llua5.4", "-lpthread", "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def build(place):
+    """A folder that is otherwise the project's, with this mission in it."""
+    place.mkdir(parents=True)
+    descriptor = _descriptors(place / "descriptors")
+    _link_all(flying.ROOT / "sim", place / "sim", ("equipment",))
+    (place / "sim" / "equipment").mkdir()
+    (place / "sim" / "equipment" / "shadow.txt").write_text(BENCH, encoding="ascii")
+    shutil.copytree(flying.ROOT / "gse", place / "gse", ignore=shutil.ignore_patterns("__pycache__"))
+    (place / "pus").symlink_to(flying.ROOT / "pus")
+    _link_all(flying.ROOT / "build", place / "build", ("bin", "generated", "test"))
+    shutil.copytree(flying.BIN, place / "build" / "bin")
+    _compile(place, descriptor)
+    command = [sys.executable, place / "gse" / "generator" / "generate.py", "--mission", place / "descriptors" / "missions" / "shadow.xml",
+               "--out", place / "build" / "generated"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return place
+
+
+def fly(place, folder, scenario, *options):
+    """Fly a scenario in it, as processes, to its end."""
+    return flying.fly(folder, "--mission", "shadow", "--scenario", scenario, *options, root=place)

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One port with two readers in flight: whatever becomes of one reader, the other does not lose a sample."""
+
+import struct
+
+import flying
+import pytest
+import second_reader
+
+CYCLE_NS = 500_000
+TOGETHER_NS = 600_000_000  # Looks of one closing or one death are not further apart.
+FIRST_DEATH_NS = 3_100_000_000
+ROW = struct.Struct(">HBHHHH21xIIIII")
+LOOK_NS = 100_000_000  # The members tell one after the other.
+APIDS = {"MANIPULATOR": 16, "JOYSTICK": 17, "SHADOW": 18}
+LINKS = {2: "MANIPULATOR", 3: "SHADOW"}  # by their number in the mission
+
+
+@pytest.fixture(scope="module")
+def house(hangar):
+    return second_reader.build(hangar / "shadow")
+
+
+def _lists(flight):
+    """Each TM[130,9] of a member as (time_ns, apid, {link: (state, sent, received, lost, late)})."""
+    found = []
+    for time_ns, direction, raw in flight.packets:
+        apid = struct.unpack(">H", raw[:2])[0] & 0x7FF
+        if direction == "TM" and raw[7:9] == b"\x82\x09" and apid != 1:
+            rows = {row[0]: (row[1], *row[6:10]) for row in ROW.iter_unpack(raw[23:-2])}
+            found.append((time_ns, apid, rows))
+    return found
+
+
+def _up(at):
+    """All three in PRE_OPERATIONAL, both links open."""
+    lines = [f"{at} operator state {name} PRE_OPERATIONAL" for name in second_reader.MEMBERS]
+    lines += [f"{at} operator config {name} TELEPRESENCE" for name in second_reader.MEMBERS]
+    return lines + [f"{at} operator link open {link}" for link in second_reader.READERS.values()]
+
+
+def _closing(at):
+    """Each reader's link closed and opened again, with a look at all before, between and after."""
+    lines = [f"{at} operator link list"]
+    for reader, link in second_reader.READERS.items():
+        lines += [f"{at} operator link close {link}", f"{at + 0.2} operator link list", f"{at + 0.2} operator link open {link}", f"{at + 0.4} operator link list"]
+        at += 0.5
+    return lines
+
+
+def _dying(at):
+    """Each reader killed, with a look at all before, and after while the network waits for its recovery plan; then all again."""
+    lines = []
+    for reader in second_reader.READERS:
+        lines += [f"{at} operator link list", f"{at + 0.1} fault kill {reader.lower()}", f"{at + 0.3} operator link list", *_up(at + 1.5)]
+        at += 2.5
+    return [*lines, f"{at} operator link list", f"{at + 0.1} operator shutdown"]
+
+
+def _fly(house, folder, links):
+    folder.mkdir()
+    scenario = flying.write_scenario(folder / "readers.scn", *_up(0.0), *_closing(1.0), *_dying(3.0))
+    flight = second_reader.fly(house, folder / "run", scenario, "--links", links)
+    assert "ended by signal 9" in flight.output, flight.told()  # A death fails a run, and here nothing else does.
+    assert "FAILED" not in flight.console, flight.told()
+    return flight
+
+
+def _stretches(told, number, reader):
+    """What a reader took of its link between two looks at it, with the other link away or not: (end_ns, samples, cycles, is_away)."""
+    other = next(link for link in LINKS if link != number)
+    mine = [(time_ns, rows[number][2]) for time_ns, apid, rows in told if apid == APIDS[reader] and number in rows]
+    theirs = [(time_ns, other in rows) for time_ns, apid, rows in told if apid == APIDS["JOYSTICK"]]
+    for (before_ns, before), (after_ns, after) in zip(mine, mine[1:]):
+        if after >= before and after_ns - before_ns <= TOGETHER_NS:  # else opened anew in between
+            is_away = any(not is_there for at_ns, is_there in theirs if before_ns <= at_ns <= after_ns + LOOK_NS)
+            yield after_ns, after - before, (after_ns - before_ns) // CYCLE_NS, is_away
+
+
+def _epochs(flight):
+    """Of every TC[130,6] that a reader got."""
+    return [raw[13:17] for _, direction, raw in flight.packets if direction == "TC" and raw[7:9] == b"\x82\x06" and raw[0] & 7 == 0 and raw[1] in (16, 18)]
+
+
+@pytest.mark.parametrize("links", ["shm", "udp"])
+def test_a_reader_that_closes_dies_and_comes_again_costs_the_other_nothing(house, folder, links):
+    flight = _fly(house, folder, links)
+    told = _lists(flight)
+    for time_ns, apid, rows in told:
+        for number, (_, _, _, lost, late) in rows.items():
+            assert lost == 0, f"link {number} at {time_ns / 1e9} s of {apid}"
+            assert late == 0 or time_ns > FIRST_DEATH_NS, f"link {number} at {time_ns / 1e9} s of {apid}"
+    for number, reader in LINKS.items():
+        stretches = list(_stretches(told, number, reader))
+        for end_ns, samples, cycles, _ in stretches:
+            assert abs(samples - cycles) <= 1, f"{reader}: {samples} samples in {cycles} cycles before {end_ns / 1e9} s"
+        assert sum(is_away for *_, is_away in stretches) >= 2, "while the other was closed, and while it was dead"
+    opened = _epochs(flight)
+    assert len(opened) == len(set(opened)) >= 8, "each opening has an epoch of its own"
+    flying.assert_clean(flight)

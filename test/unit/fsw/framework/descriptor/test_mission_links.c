@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+// One writer, any readers: what a mission may link, and where it says that it may not.
+#include "fsw/framework/descriptor/descriptor.h"
+#include "osal/include/osal/file.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define READERS 9U
+#define FIRST_LINK_LINE 3U
+#define HUB 100U
+
+static descriptor_loader_t loader;
+static subsystem_descriptor_t scratch;
+static mission_descriptor_t mission;
+static char folder[] = "/tmp/mission_links.XXXXXX";
+static char path[64];
+static char document[8192];
+static size_t length;
+
+static const char* path_of(const char* name)
+{
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    return path;
+}
+
+static void begin(void)
+{
+    length      = 0U;
+    document[0] = '\0';
+}
+
+static void add(const char* words)
+{
+    TEST_ASSERT_LESS_THAN_UINT64(sizeof document - length, strlen(words));
+    (void)strcpy(&document[length], words);
+    length += strlen(words);
+}
+
+static void write_file(const char* name)
+{
+    osal_file_t file;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create(&file, path_of(name)));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, document, length));
+    osal_file_close(&file);
+}
+
+static void add_ports(const char* kind, const char* name, unsigned count, unsigned first_id)
+{
+    for (unsigned i = 1U; i <= count; i++) {
+        char port[160];
+        (void)snprintf(port, sizeof port,
+                       "<%s name='%s%u' id='%u' methods='UDP'%s><ParamRef name='A' type='DOUBLE'/></%s>",
+                       kind, name, i, first_id + i, (kind[0] == 'R') ? " required='false'" : "", kind);
+        add(port);
+    }
+}
+
+static void write_subsystem(const char* name, unsigned id, unsigned provided, unsigned required)
+{
+    char words[128];
+    begin();
+    (void)snprintf(words, sizeof words,
+                   "<Subsystem name='%s' id='%u'>"
+                   "<Configuration name='C' id='1' priority='1' samplingTime='1ms'><RTLinkService>",
+                   name, id);
+    add(words);
+    add_ports("Provides", "P", provided, 0U);
+    add_ports("Requires", "Q", required, 20U);
+    add("</RTLinkService></Configuration></Subsystem>");
+    (void)snprintf(words, sizeof words, "%s.xml", name);
+    write_file(words);
+}
+
+void setUp(void)
+{
+    descriptor_loader_init(&loader);
+    write_subsystem("HUB", HUB, 3U, READERS);
+    for (unsigned i = 1U; i <= READERS; i++) {
+        char name[8];
+        (void)snprintf(name, sizeof name, "R%u", i);
+        write_subsystem(name, i, 2U, 2U);
+    }
+}
+
+void tearDown(void)
+{
+}
+
+typedef struct {
+    const char* from;
+    const char* to;
+} link_t;
+
+/// A mission of the hub, nine others and these links, one a line; as the hub reads it if `is_own`, else
+/// whole.
+static status_t load(const link_t* links, size_t count, bool is_own)
+{
+    char words[128];
+    begin();
+    add("<Mission name='m' epoch='2026-06-01T12:00:00' power='1'><Subsystems>"
+        "<Subsystem name='HUB' id='100' executable='hub' descriptor='HUB.xml'/>");
+    for (unsigned i = 1U; i <= READERS; i++) {
+        (void)snprintf(words, sizeof words,
+                       "<Subsystem name='R%u' id='%u' executable='r' descriptor='R%u.xml'/>", i, i, i);
+        add(words);
+    }
+    add("</Subsystems><Modes><Mode name='A' id='0' initial='true'/></Modes>\n<Permissions/><Links>\n");
+    for (size_t i = 0U; i < count; i++) {
+        (void)snprintf(words, sizeof words, "<Link name='L%u' from='%s' to='%s'/>\n", (unsigned)i + 1U,
+                       links[i].from, links[i].to);
+        add(words);
+    }
+    add("</Links><Ground address='127.0.0.1' port='10015'/></Mission>");
+    write_file("m.xml");
+    return descriptor_load_mission(&loader, path_of("m.xml"), is_own ? HUB : MISSION_ANY_TARGET,
+                                   is_own ? NULL : &mission_whole, &mission, &scratch);
+}
+
+static void expect_loaded(const link_t* links, size_t count)
+{
+    for (unsigned own = 0U; own < 2U; own++) {
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, load(links, count, own != 0U), descriptor_error(&loader));
+        TEST_ASSERT_EQUAL(count, mission.link_count);
+    }
+}
+
+/// The last one is refused, in its line, by who reads the whole mission and, if `by_all`, by its subsystems.
+static void expect_refused(const link_t* links, size_t count, bool by_all, const char* says)
+{
+    char expected[200];
+    (void)snprintf(expected, sizeof expected, "m.xml:%u: %s", FIRST_LINK_LINE + (unsigned)count - 1U, says);
+    for (unsigned own = 0U; own < (by_all ? 2U : 1U); own++) {
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, load(links, count, own != 0U), says);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), expected), descriptor_error(&loader));
+    }
+    expect_loaded(links, count - 1U);
+}
+
+static void a_provided_port_has_four_readers_and_no_more(void)
+{
+    static const link_t links[] = {{"HUB.P1", "R1.Q1"},
+                                   {"HUB.P1", "R2.Q1"},
+                                   {"HUB.P1", "R3.Q1"},
+                                   {"HUB.P1", "R4.Q1"},
+                                   {"HUB.P1", "R5.Q1"}};
+    expect_refused(links, 5U, true, "from=\"HUB.P1\" of <Link>: expected a port with at most 4 links");
+}
+
+static void one_subsystem_reads_a_port_twice_by_two_ports(void)
+{
+    static const link_t links[] = {{"HUB.P1", "R1.Q1"}, {"HUB.P1", "R1.Q2"}};
+    expect_loaded(links, 2U);
+}
+
+static void a_subsystem_has_eight_links_and_no_more(void)
+{
+    static const link_t out[] = {{"HUB.P1", "R1.Q1"}, {"HUB.P1", "R2.Q1"}, {"HUB.P1", "R3.Q1"},
+                                 {"HUB.P1", "R4.Q1"}, {"HUB.P2", "R5.Q1"}, {"HUB.P2", "R6.Q1"},
+                                 {"HUB.P2", "R7.Q1"}, {"HUB.P2", "R8.Q1"}, {"HUB.P3", "R9.Q1"}};
+    expect_refused(out, 9U, false, "too many links of HUB, at most 8");
+    static const link_t in[] = {{"R1.P1", "HUB.Q1"}, {"R2.P1", "HUB.Q2"}, {"R3.P1", "HUB.Q3"},
+                                {"R4.P1", "HUB.Q4"}, {"HUB.P1", "R5.Q1"}, {"HUB.P1", "R6.Q1"},
+                                {"HUB.P2", "R7.Q1"}, {"HUB.P2", "R8.Q1"}, {"R9.P1", "HUB.Q9"}};
+    expect_refused(in, 9U, false, "too many links of HUB, at most 8");
+}
+
+static void a_required_port_has_one_writer(void)
+{
+    static const link_t links[] = {{"R1.P1", "HUB.Q1"}, {"R2.P1", "HUB.Q2"}, {"R3.P1", "HUB.Q1"}};
+    expect_refused(links, 3U, true, "to=\"HUB.Q1\" of <Link>: expected a port that no other link leads to");
+}
+
+static void nobody_reads_himself(void)
+{
+    static const link_t links[] = {{"HUB.P1", "HUB.Q1"}};
+    expect_refused(links, 1U, true, "to=\"HUB.Q1\" of <Link>: expected a port of another subsystem");
+}
+
+int main(void)
+{
+    if (mkdtemp(folder) == NULL) {
+        return 1;
+    }
+    UNITY_BEGIN();
+    RUN_TEST(a_provided_port_has_four_readers_and_no_more);
+    RUN_TEST(one_subsystem_reads_a_port_twice_by_two_ports);
+    RUN_TEST(a_subsystem_has_eight_links_and_no_more);
+    RUN_TEST(a_required_port_has_one_writer);
+    RUN_TEST(nobody_reads_himself);
+    for (unsigned i = 0U; i <= READERS; i++) {
+        char name[16];
+        (void)snprintf(name, sizeof name, (i == 0U) ? "HUB.xml" : "R%u.xml", i);
+        (void)unlink(path_of(name));
+    }
+    (void)unlink(path_of("m.xml"));
+    (void)rmdir(folder);
+    return UNITY_END();
+}

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// A port with two readers: one network of three members, each link with a session, an epoch and an end of
+// its own.
+#include "fsw/supervisor/supervisor.h"
+
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static void bring_third_reader(void)
+{
+    (void)bed_request_link(LINK_LONE_STATE);
+    bed_run(5U);
+    (void)bed_open_link(LINK_LONE_STATE);
+    bed_run(5U);
+    TEST_ASSERT_EQUAL(3U, bed.supervisor.graph.count);
+}
+
+void setUp(void)
+{
+    bed_open_up();
+    bed_place(BED_LONE, STATE_PRE_OPERATIONAL);
+    bed_link_up(STATE_PRE_OPERATIONAL);
+    bring_third_reader();
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static void a_second_reader_leaves_the_first_alone(void)
+{
+    TEST_ASSERT_TRUE(bed_has("16 TC 130.6 000300000003")); // An epoch of its own.
+    TEST_ASSERT_TRUE(bed_has("18 TC 130.6 000300000003"));
+    TEST_ASSERT_FALSE(bed_has("17 TC 130."));
+    TEST_ASSERT_FALSE(bed_has("130.7"));
+}
+
+static void the_network_has_all_readers(void)
+{
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
+    bed_run(2U);
+    // One network, number 16, of 16, 17 and 18, links 1, 2 and 3.
+    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "G 131.11 0001001000030010001100120003000100020003"));
+}
+
+static void a_reader_that_closes_takes_only_its_own_link_along(void)
+{
+    bed_forget();
+    bed_link_changed(BED_LONE, LINK_LONE_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    bed_run(3U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 00030A"));
+    TEST_ASSERT_FALSE(bed_has("17 TC"));
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+    bed_forget();
+    bring_third_reader();
+    TEST_ASSERT_TRUE(bed_has("16 TC 130.6 000300000004")); // Another epoch.
+    TEST_ASSERT_FALSE(bed_has("17 TC 130."));
+}
+
+static void the_first_reader_may_go_and_the_second_stays(void)
+{
+    bed_forget();
+    (void)bed_close_link(LINK_ARM_STATE);
+    bed_run(5U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 0001"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 0001"));
+    TEST_ASSERT_FALSE(bed_has("130.7 0003"));
+    TEST_ASSERT_NOT_NULL(link_graph_find(&bed.supervisor.graph, LINK_LONE_STATE));
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+}
+
+static void a_reader_that_dies_fails_its_network_and_loses_only_its_own_link(void)
+{
+    bed_forget();
+    bed.members[BED_LONE].is_running = false;
+    bed_run(3U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 06")); // The network: both others, by way of the writer.
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 00030A"));
+    TEST_ASSERT_FALSE(bed_has("17 TC 130.7"));
+    TEST_ASSERT_FALSE(bed_has("16 TC 130.7 0001"));
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+}
+
+static void a_writer_that_dies_closes_every_reader(void)
+{
+    bed_forget();
+    bed.members[BED_ARM].is_running = false;
+    bed_run(3U);
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06"));
+    TEST_ASSERT_TRUE(bed_has("18 TC 129.1 06"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 00010A"));
+    TEST_ASSERT_TRUE(bed_has("18 TC 130.7 00030A"));
+    TEST_ASSERT_EQUAL(0U, bed.supervisor.graph.count);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_second_reader_leaves_the_first_alone);
+    RUN_TEST(the_network_has_all_readers);
+    RUN_TEST(a_reader_that_closes_takes_only_its_own_link_along);
+    RUN_TEST(the_first_reader_may_go_and_the_second_stays);
+    RUN_TEST(a_reader_that_dies_fails_its_network_and_loses_only_its_own_link);
+    RUN_TEST(a_writer_that_dies_closes_every_reader);
+    return UNITY_END();
+}
