@@ -118,7 +118,8 @@ void member_take_in(member_t* const member, const uint64_t now_ns)
     uint16_t from   = 0U;
     size_t size     = 0U;
     status_t status = STATUS_OK;
-    while (status != STATUS_EMPTY) {
+    message_take_control(&member->seat->endpoint); // Credit comes in whether or not requests may.
+    while ((status != STATUS_EMPTY) && component_may_accept(&member->component)) {
         status =
             message_receive(&member->seat->endpoint, &from, member->packet, sizeof member->packet, &size);
         if ((status == STATUS_OK) && (size > 0U)) {

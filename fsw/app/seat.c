@@ -157,7 +157,9 @@ static void link_delivered(void* const context, const uint16_t link)
 static status_t send_up(void* const context, const uint8_t* const packet, const size_t size)
 {
     seat_t* const seat = (seat_t*)context;
-    return message_send(&seat->endpoint, 1U, packet, size);
+    return (pus_class_of(packet, size) == PUS_CLASS_FIRM)
+               ? message_send(&seat->endpoint, 1U, packet, size)
+               : message_send_plain(&seat->endpoint, 1U, packet, size);
 }
 
 CAPACITY_CHECK(peers_fit, MESSAGE_PEERS_MAX >= (MISSION_SUBSYSTEMS_MAX - 1U));

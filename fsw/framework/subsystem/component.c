@@ -63,6 +63,15 @@ pus_process_t* component_process(component_t* const component)
     return &component->process;
 }
 
+bool component_may_accept(component_t* const component)
+{
+    FSW_ASSERT(component != NULL);
+    if (!pus_process_may_answer(&component->process)) {
+        (void)pus_process_flush(&component->process); // The port may take it by now.
+    }
+    return pus_process_may_answer(&component->process);
+}
+
 void component_accept(component_t* const component, const uint8_t* const packet, const size_t size,
                       const uint64_t now_ns)
 {

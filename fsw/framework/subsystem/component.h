@@ -3,8 +3,11 @@
 ///
 ///     static component_t component;
 ///     component_init(&component, &config);
-///     for (;;) { wait; component_accept(...) for each packet that came; wake = component_step(&component,
-///     now); }
+///     for (;;) {
+///         wait;
+///         while (component_may_accept(&component) && (a packet has come)) { component_accept(...); }
+///         wake = component_step(&component, now);
+///     }
 ///
 /// A configuration may have further loops for services, each with its own rate and priority (<Loop> of the
 /// descriptor): they sample the housekeeping structures that name them, and perform the requests of the
@@ -221,6 +224,10 @@ typedef struct subsystem component_t;
 
 /// OFFLINE, services registered. The configuration is copied.
 void component_init(component_t* component, const component_config_t* config);
+/// True if a request may be taken in: whatever it reports has room. While it is false packets stay with
+/// whoever carries them, so that their senders wait; that is over with a later step, and lasts as long as
+/// the port refuses what the component has to say.
+bool component_may_accept(component_t* component);
 /// Take in one packet (request or report). Nothing about it is trusted.
 void component_accept(component_t* component, const uint8_t* packet, size_t size, uint64_t now_ns);
 /// Take in one request that may be longer than a packet, as ST[13] has put it together.

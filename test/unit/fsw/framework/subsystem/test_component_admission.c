@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// While the port refuses, requests are taken in as long as all that they report has room, and none is lost.
+#include "pus/tailoring.h"
+#include "test/unit/fsw/framework/subsystem/bed.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void setUp(void)
+{
+    bed_open(NULL);
+    bed_forget();
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+static unsigned count_lines(const char* const lines, const char* const text)
+{
+    unsigned found = 0U;
+    for (const char* at = strstr(lines, text); at != NULL; at = strstr(at + 1, text)) {
+        found++;
+    }
+    return found;
+}
+
+static uint32_t reports_lost(void)
+{
+    subsystem_health_t health;
+    subsystem_health(&bed.component, &health);
+    return health.reports_lost;
+}
+
+/// Requests of one kind until no more is taken in; how many were.
+static unsigned fill(const uint8_t service, const uint8_t subtype, const void* const data, const size_t size)
+{
+    unsigned taken = 0U;
+    while (component_may_accept(&bed.component) && (taken < 1000U)) {
+        (void)bed_command(service, subtype, data, size);
+        taken++;
+    }
+    return taken;
+}
+
+static void what_is_taken_in_is_answered_to_its_end(void)
+{
+    for (unsigned round = 0U; round < 3U; round++) { // The room is given back.
+        bed.is_port_closed   = true;
+        const unsigned taken = fill(PUS_SERVICE_TEST, 1U, NULL, 0U);
+        TEST_ASSERT_TRUE((taken >= 8U) && (taken < 1000U));
+        bed.is_port_closed = false;
+        TEST_ASSERT_TRUE(component_may_accept(&bed.component));
+        const char* const lines = bed_look();
+        TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.1 #"));
+        TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.3 #"));
+        TEST_ASSERT_EQUAL(taken, count_lines(lines, "17.2"));
+        TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.7 #"));
+    }
+    TEST_ASSERT_EQUAL(0U, reports_lost());
+}
+
+static void a_high_event_and_its_transition_have_room_behind_them(void)
+{
+    (void)bed_state(STATE_PRE_OPERATIONAL);
+    bed_run(40U);
+    bed_forget();
+    bed.is_port_closed = true;
+    for (unsigned i = 0U; i < 10000U; i++) {
+        (void)subsystem_raise(&bed.component, BED_NOTE, NULL, 0U);
+    }
+    (void)fill(PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)subsystem_raise(&bed.component, BED_BROKEN, (const uint8_t*)"\0\7", 2U);
+    bed.is_port_closed = false;
+    bed_run(1U);
+    const char* const lines = bed_look();
+    TEST_ASSERT_NOT_NULL(strstr(lines, "5.4 event 1 aux 0007"));
+    TEST_ASSERT_NOT_NULL(strstr(lines, "129.2 "));
+    TEST_ASSERT_TRUE(strstr(lines, "5.4 event 1") < strstr(lines, "5.2 event 3"));
+    TEST_ASSERT_EQUAL(0U, bed.component.process.counters.lost_firm);
+}
+
+static void events_that_wait_keep_no_request_out(void)
+{
+    bed.is_port_closed = true;
+    for (unsigned i = 0U; i < 10000U; i++) {
+        (void)subsystem_raise(&bed.component, BED_NOTE, NULL, 0U);
+    }
+    TEST_ASSERT_TRUE(component_may_accept(&bed.component));
+}
+
+static void of_many_refused_instructions_the_first_and_their_number_are_told(void)
+{
+    uint8_t ids[1U + (2U * PUS_COUNT_MAX)] = {PUS_COUNT_MAX};
+    ids[2]                                 = BED_NOTE; // One that is known.
+    for (unsigned i = 1U; i < PUS_COUNT_MAX; i++) {
+        ids[1U + (2U * i)] = 0x7FU;
+    }
+    bed.is_port_closed   = true;
+    const unsigned taken = fill(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids);
+    TEST_ASSERT_TRUE(taken >= 1U);
+    bed.is_port_closed = false;
+    bed_run(1U);
+    const char* const lines = bed_look();
+    TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.8 #"));
+    TEST_ASSERT_EQUAL(taken, count_lines(lines, " 0407 FE\n"));
+    const unsigned told = count_lines(lines, "1.4 #");
+    TEST_ASSERT_TRUE((told >= taken) && (told < 254U));
+    TEST_ASSERT_EQUAL((254U * taken) - told, reports_lost());
+    bed_forget();
+    (void)bed_command(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids); // All of them, where the port takes them.
+    TEST_ASSERT_EQUAL(254U, count_lines(bed_look(), "1.4 #"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(what_is_taken_in_is_answered_to_its_end);
+    RUN_TEST(a_high_event_and_its_transition_have_room_behind_them);
+    RUN_TEST(events_that_wait_keep_no_request_out);
+    RUN_TEST(of_many_refused_instructions_the_first_and_their_number_are_told);
+    return UNITY_END();
+}
