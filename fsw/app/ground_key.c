@@ -7,8 +7,8 @@
 
 #include <string.h>
 
-#define HEX_OCTETS (2U * SDLS_KEY_OCTETS)
-#define CONTENT_MAX (HEX_OCTETS + 2U) ///< One more than a key can have, so that a longer one is seen.
+#define HEX_OCTETS 64U
+#define CONTENT_MAX 66U ///< One more than a key can have, so that a longer one is seen.
 #define PATH_MAX_OCTETS 256U
 
 static bool fail(char error[GROUND_KEY_ERROR_MAX], const char* const path, const char* const ending,

@@ -31,7 +31,7 @@ void sdls_wipe(void* const secret, const size_t size)
 
 static void take_check(struct gcm_aes256_ctx* const cipher, uint8_t out_check[SESSION_MARK_CHECK])
 {
-    static const uint8_t unused[GCM_IV_SIZE] = {0}; // Sessions begin with 1.
+    static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0}; // Sessions begin with 1.
     gcm_aes256_set_iv(cipher, sizeof unused, unused);
     gcm_aes256_digest(cipher, SESSION_MARK_CHECK, out_check);
 }
@@ -85,7 +85,7 @@ static bool is_authentic(sdls_receiver_t* const self, sdls_session_t* const sess
                          const uint8_t* const octets, const size_t content)
 {
     uint8_t mac[SDLS_MAC_OCTETS];
-    gcm_aes256_set_iv(&self->cipher, GCM_IV_SIZE, &octets[VECTOR_OFFSET]);
+    gcm_aes256_set_iv(&self->cipher, SDLS_VECTOR_OCTETS, &octets[VECTOR_OFFSET]);
     gcm_aes256_update(&self->cipher, SDLS_CLEAR_OCTETS, octets);
     gcm_aes256_decrypt(&self->cipher, content, &session->packet[session->held], &octets[SDLS_CLEAR_OCTETS]);
     gcm_aes256_digest(&self->cipher, sizeof mac, mac);

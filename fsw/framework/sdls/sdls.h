@@ -29,6 +29,7 @@
 #define SDLS_SPACECRAFT 1U
 #define SDLS_SPI 1U
 #define SDLS_KEY_OCTETS 32U
+#define SDLS_VECTOR_OCTETS 12U
 #define SDLS_MAC_OCTETS 16U
 #define SDLS_HEADER_OCTETS 5U
 #define SDLS_CLEAR_OCTETS 20U ///< In front of the ciphertext: authenticated only.

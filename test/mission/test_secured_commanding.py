@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Authenticated commanding in flight: who has the key commands; forged, replayed, changed, cut and reordered frames do nothing, whether
+they come before or after a restart of communication or of the whole mission."""
+
+import contextlib
+import os
+import random
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+
+import flying
+import pytest
+from hirosco_gse import packets, sdls
+from spacepackets.ecss import PusTc, PusTm
+
+LIVE = ("--time", "real", "--scenario", "none")
+SUCCESS, FAILED, USAGE, NO_LINK, TIMED_OUT = range(5)
+OTHER_USER = 2
+SUPERVISOR, COMMUNICATION = 1, 2
+REASONS = ("NO_FRAME", "UNKNOWN_SPI", "FORGED", "REPLAYED", "BAD_PARTS", "NOT_KEPT")
+SEED = 1
+
+
+@pytest.fixture
+def key(tmp_path):
+    """A key and its marks, made by the command."""
+    path = tmp_path / "ground.key"
+    done = subprocess.run([sys.executable, flying.ROOT / "gse/gse", "key", "make", path], capture_output=True, text=True, check=True)
+    assert path.read_text(encoding="ascii").strip() not in done.stdout
+    return path
+
+
+def _ping(count):
+    return bytes(PusTc(service=17, subservice=1, apid=SUPERVISOR, seq_count=count, source_id=OTHER_USER, app_data=b"").pack())
+
+
+def _pings(flight):
+    """Sequence counts of the pings of the other user that the supervisor was given."""
+    found = [packets.parse(raw) for _, direction, raw in flight.packets if direction == "TC"]
+    return [packet.sequence for packet in found if packet.message == (17, 1) and packet.user == OTHER_USER]
+
+
+def _counters(flight, key):
+    """Parameter SECURITY of COMMUNICATION, read with the key."""
+    done = flying.gse(flight, "--key", key, "get", "COMMUNICATION.SECURITY")
+    assert done.returncode == SUCCESS, done
+    return {name: int(value) for name, value in re.findall(r"\b([A-Z_]+): (\d+)", done.stdout)}
+
+
+def _is_up(flight, key):
+    return lambda: flying.gse(flight, "--key", key, "ping", "all").returncode == SUCCESS
+
+
+def _throw(port, octets):
+    """Send on a connection of its own, and wait until it is ended, or, if all was read, end it; what came back."""
+    heard = b""
+    with contextlib.suppress(ConnectionError), flying.connect(port) as stream:
+        stream.sendall(octets)
+        stream.shutdown(socket.SHUT_WR)
+        while part := stream.recv(65536):
+            heard += part
+    return heard
+
+
+class Tap:
+    """A proxy on the way to the spacecraft that keeps what goes up."""
+
+    def __init__(self, port):
+        self.heard = []
+        self._target = port
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.port = self._server.getsockname()[1]
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self):
+        while True:
+            try:
+                client, _ = self._server.accept()
+            except OSError:
+                return
+            craft = flying.connect(self._target)
+            for source, sink in ((client, craft), (craft, client)):
+                threading.Thread(target=self._carry, args=(source, sink, source is client), daemon=True).start()
+
+    def _carry(self, source, sink, is_up):
+        kept = bytearray()
+        if is_up:
+            self.heard.append(kept)
+        with contextlib.suppress(OSError):
+            while part := source.recv(65536):
+                kept += part
+                sink.sendall(part)
+        for stream in (source, sink):
+            with contextlib.suppress(OSError):
+                stream.shutdown(socket.SHUT_RDWR)
+
+    def close(self):
+        self._server.close()
+
+
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_the_operator_of_a_scenario_has_the_key(folder, key, form):
+    """Stepped time stays what it is: the same octets on the buses with the key, twice, and without."""
+    folder.mkdir()
+    flights = [flying.fly(folder / str(i), "--scenario", "commissioning", "--form", form, *options)
+               for i, options in enumerate((("--key", key), ("--key", key), ()))]
+    for flight in flights:
+        assert flight.code == 0, flight.told()
+        assert flight.facts["reproducible"] is True
+    for name in flying.BUS_LOGS:
+        assert flights[0].octets(name) == flights[1].octets(name) == flights[2].octets(name)
+    assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
+    secrets = {key.read_bytes().strip(), sdls.read_key(key)}
+    for path in flights[0].folder.rglob("*"):
+        assert not path.is_file() or not any(secret in path.read_bytes() for secret in secrets), f"{path} holds the key"
+
+
+def test_only_who_has_the_key_commands(folder, key):
+    """Also through the gateway, which speaks for programs without keys."""
+    flight = flying.start(folder, *LIVE, "--key", key)
+    try:
+        flying.wait_until(_is_up(flight, key), "everybody alive")
+        assert flying.gse(flight, "ping", "SUPERVISOR").returncode in (NO_LINK, TIMED_OUT), "no key"
+        before = _counters(flight, key)
+        assert before["IS_ON"] == 1 and before["NO_FRAME"] == 1
+        with _gateway(flight, key) as port, flying.connect(port) as stream:
+            stream.sendall(_ping(7)[:5])
+            stream.sendall(_ping(7)[5:] + _ping(8))
+            assert _answers(stream, 8) == [(1, 1), (1, 3), (17, 2), (1, 7)] * 2
+        assert flying.gse(flight, "--key", key, "shutdown").returncode == SUCCESS
+        flight.wait()
+        assert flight.code == 0, flight.told()
+        assert _pings(flight) == [7, 8]
+        flying.assert_clean(flight)
+    finally:
+        flight.abandon()
+
+
+def _answers(stream, count):
+    stream.settimeout(flying.MOMENT_S)
+    splitter, found = packets.Splitter(), []
+    while len(found) < count:
+        for raw in splitter.feed(stream.recv(65536)):
+            report = PusTm.unpack(raw, timestamp_len=8)
+            if report.pus_tm_sec_header.dest_id == OTHER_USER:
+                found.append((report.service, report.subservice))
+    return found
+
+
+@contextlib.contextmanager
+def _gateway(flight, key):
+    words = [sys.executable, flying.ROOT / "gse/gse", "--port", str(flight.port()), "--key", key, "gateway", "--listen", str(flying.free_port())]
+    process = subprocess.Popen(list(map(str, words)), stdout=subprocess.PIPE, text=True)
+    try:
+        yield int(re.search(r"packets at 127\.0\.0\.1:(\d+)", process.stdout.readline()).group(1))
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(flying.MOMENT_S)
+
+
+def _hostile(chance, tape, key):
+    """One attack as octets for a connection of its own: of three frames at most, since then it is ended."""
+    genuine = chance.choice(tape)
+    kind = chance.randrange(6)
+    if kind == 0:  # Replay of a whole connection, or of the end of one.
+        return genuine[chance.choice((0, genuine[3] + 1 + 256 * (genuine[2] & 3))) :]
+    if kind == 1:  # Another key.
+        cipher = sdls._cipher(chance.randbytes(32))
+        return b"".join(sdls.frame(cipher, 10**6, count, sdls.WHOLE, _ping(99)) for count in range(3))
+    octets = bytearray(genuine)
+    if kind == 2:  # Flipped bits; the session is one that would be accepted.
+        for _ in range(chance.randrange(1, 5)):
+            octets[chance.randrange(len(octets))] ^= 1 << chance.randrange(8)
+        octets[12:16] = chance.choice((bytes(octets[12:16]), (10**6).to_bytes(4, "big")))
+    elif kind == 3:  # Cut.
+        del octets[chance.randrange(1, len(octets)) :]
+    elif kind == 4:  # Packets as they are, or nothing at all.
+        return chance.choice((_ping(99), chance.randbytes(chance.randrange(1, 2000))))
+    else:  # With the key, but not in order.
+        cipher = sdls._cipher(sdls.read_key(key))
+        return b"".join(sdls.frame(cipher, 10**6, count, sdls.WHOLE, _ping(99)) for count in (1, 2, chance.randrange(3, 2**32)))
+    return bytes(octets)
+
+
+def _attack(flight, key, tape, chance, times):
+    for _ in range(times):
+        _throw(flight.port(), _hostile(chance, tape, key))
+    for octets in tape:
+        _throw(flight.port(), octets)
+
+
+def test_attackers_are_refused_over_restarts(folder, key):
+    """What was recorded on the link is worth nothing: at once, after communication has died, and in the next flight."""
+    folder.mkdir()
+    chance, tape = random.Random(SEED), []
+    for number in range(2):
+        flight = flying.start(folder / str(number), *LIVE, "--key", key)
+        try:
+            flying.wait_until(_is_up(flight, key), "everybody alive")
+            if tape:
+                _attack(flight, key, tape, chance, 20)
+            tap = Tap(flight.port())
+            with contextlib.closing(tap), _gateway_through(tap, key) as port, flying.connect(port) as stream:
+                stream.sendall(_ping(1) + _ping(2))
+                assert len(_answers(stream, 8)) == 8
+            tape += [bytes(octets) for octets in tap.heard if octets]
+            assert len(tape) == number + 1
+            _attack(flight, key, tape, chance, 100)
+            told = _counters(flight, key)
+            assert told["FORGED"] > 10 and told["REPLAYED"] > 10 and told["NO_FRAME"] > 10
+            os.kill(flight.children()["communication"], signal.SIGKILL)
+            flying.wait_until(_is_up(flight, key), "communication is back")
+            _attack(flight, key, tape, chance, 20)
+            assert _counters(flight, key)["REPLAYED"] >= len(tape)
+            assert flying.gse(flight, "--key", key, "shutdown").returncode == SUCCESS
+            flight.wait()
+            assert _pings(flight) == [1, 2], "those of the operator, each once"
+            events = [packets.parse(raw) for _, direction, raw in flight.packets if direction == "TM" and raw[7] == 5]
+            told = [packet for packet in events if packet.apid == COMMUNICATION and packet.data[:2] == b"\0\x14"]
+            assert told, "TC_NOT_AUTHENTIC"
+        finally:
+            flight.abandon()
+
+
+@contextlib.contextmanager
+def _gateway_through(tap, key):
+    class Way:  # What _gateway needs of a flight.
+        @staticmethod
+        def port():
+            return tap.port
+
+    with _gateway(Way, key) as port:
+        yield port
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda path: path.chmod(0o640), "chmod 600"),
+        (lambda path: path.unlink(), "gse key make"),
+        (lambda path: path.write_text("not a key", encoding="ascii"), "expected 32 octets or 64 hexadecimal digits"),
+        (lambda path: path.with_name("ground.key.received").unlink(), "gse key make"),
+        (lambda path: path.with_name("ground.key.received").write_bytes(bytes(544)), "damaged, or of another key"),
+    ],
+)
+def test_a_key_that_cannot_be_used_stops_the_run(folder, key, spoil, words):
+    spoil(key)
+    done = flying.refuse("run", "--out", folder, "--key", key)
+    assert done.returncode == 1
+    assert str(key) in done.stdout + done.stderr
+    assert words in done.stdout + done.stderr
+    assert not (folder / "run.json").exists()
