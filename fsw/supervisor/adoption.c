@@ -332,7 +332,7 @@ void adoption_begin(supervisor_t* const supervisor)
     const vitals_limits_t limits = {.mission = supervisor->mission, .now_ns = UINT64_MAX};
     const vitals_rings_t rings   = rings_of(supervisor);
     supervisor->lives            = 1U;
-    supervisor->log_begin        = (supervisor_log_begin_t){supervisor->mission->log_strategy, 1U};
+    supervisor->log_begin        = (supervisor_log_begin_t){(uint8_t)supervisor->mission->log_strategy, 1U};
     if (supervisor->config.vitals == NULL) {
         return;
     }

@@ -36,7 +36,7 @@ static volatile sig_atomic_t stop_descriptor = -1;
 
 // --- In the child, between fork and exec: async-signal-safe calls only ---------------------------------
 
-static bool limit_to(int resource, uint64_t most)
+static bool limit_to(unsigned resource, uint64_t most)
 {
     struct rlimit limit = {0, 0};
     if (getrlimit(resource, &limit) != 0) {

@@ -182,6 +182,17 @@ def seeds_of_ground():
     yield record(5, argument=2) + record(0, ping * 3) + record(4) + record(8, argument=5) + record(6, bytes(99), 1) + record(7)
 
 
+def seeds_of_sdls():
+    """What the target seals: session, count, segment header, content. A frame as it is has to be refused."""
+    def sealed(session, count, part, kind=1, connection=0):
+        return record(kind, bytes([session, count, part]) + b"content", connection)
+
+    yield sealed(1, 0, 0xC0) + sealed(1, 1, 0x40) + sealed(1, 2, 0x00) + sealed(1, 3, 0x80) + sealed(1, 3, 0x80)
+    yield sealed(1, 0, 0xC0) + sealed(2, 0, 0xC0, 1, 1) + sealed(1, 1, 0xC0) + sealed(1, 0, 0xC0, 3) + sealed(3, 0, 0xC0, 3) + sealed(4, 0, 0xC0, 5)
+    yield sealed(1, 0, 0xC0, 9) + sealed(1, 0, 0xC0, 17) + sealed(1, 0, 0xC0) + record(1, bytes([1, 1, 0x40]) + bytes(988))
+    yield record(0, struct.pack(">HHBBHIII", 0x2001, 36, 0, 0xC0, 1, 0, 1, 0) + bytes(17)) + record(0, packet(16, True, 17, 1, b""))
+
+
 def seeds_of_socketcand():
     begun = record(0, b"< open robot >< rawmode >")
     yield begun + record(0, b"< send 123 2 a b >") + record(3, argument=10) + can(2, 0x321, 1, 2, 3) + record(3, argument=9)
@@ -217,7 +228,7 @@ VECTORS = {
     "eds": lambda: files("descriptors/devices/*.eds"), "flow_stream": seeds_of_streams, "link_frame": seeds_of_links, "message": seeds_of_messages,
     "mission_descriptor": lambda: files("descriptors/missions/*.xml"), "packet": seeds_of_packets,
     "packet_archive": seeds_of_archive, "pusdump": seeds_of_dump, "reload": seeds_of_reload,
-    "scenario": lambda: files("sim/scenarios/*.scn"), "socketcand": seeds_of_socketcand,
+    "sdls": seeds_of_sdls, "scenario": lambda: files("sim/scenarios/*.scn"), "socketcand": seeds_of_socketcand,
     "subsystem": seeds_of_subsystem, "subsystem_descriptor": lambda: files("descriptors/subsystems/*.xml"),
     "supervisor": seeds_of_supervisor, "text": seeds_of_text, "udp_carrier": seeds_of_datagrams,
     "xml": lambda: files("descriptors/*/*.xml"),
