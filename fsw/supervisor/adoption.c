@@ -273,7 +273,7 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     state->interface_hash      = supervisor->mission->interface_hash;
     state->now_ns              = supervisor->now_ns;
     state->log_number          = supervisor->log.next_number;
-    state->log_strategy        = (uint8_t)supervisor->log.strategy;
+    state->log_strategy        = (uint8_t)supervisor->log.wanted;
     state->is_log_failure_told = truth(supervisor->is_log_failure_told);
     state->lives               = supervisor->lives;
     state->mode                = supervisor->mode;

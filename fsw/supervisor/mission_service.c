@@ -32,7 +32,7 @@ static pus_reply_t select_log(void* const context, const uint8_t strategy, const
     supervisor->is_log_failure_told       = false;
     const pus_log_transition_t transition = {.previous     = previous,
                                              .strategy     = strategy,
-                                             .first_record = supervisor->log.next_number,
+                                             .first_record = supervisor->log.first_number,
                                              .code         = PUS_FAILURE_NONE};
     (void)pus_log_transition_report(component_process(&supervisor->component), &transition, now_ns);
     return pus_done();

@@ -6,14 +6,25 @@
 
 #define NO_PACKETS_LIMIT (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
 
-/// A packet log that fails is told once, until a strategy is selected again.
-static void log_status(supervisor_t* const supervisor, const status_t status)
+/// The ring has taken the place of what is selected, or gives it back: told once each.
+static void tell_log(supervisor_t* const supervisor)
 {
-    if ((status != STATUS_OK) && !supervisor->is_log_failure_told) {
-        supervisor->is_log_failure_told = true;
-        const uint8_t strategy          = (uint8_t)supervisor->log.strategy;
-        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_LOG_FAILED, &strategy, 1U);
+    const packet_log_t* const log         = &supervisor->log;
+    const bool has_failed                 = (log->strategy != log->wanted);
+    const uint8_t wanted                  = (uint8_t)log->wanted;
+    const pus_log_transition_t transition = {.previous     = has_failed ? wanted : (uint8_t)PACKET_LOG_RING,
+                                             .strategy     = (uint8_t)log->strategy,
+                                             .first_record = log->first_number,
+                                             .code         = has_failed ? PUS_FAILURE_IO : PUS_FAILURE_NONE};
+    if (has_failed == supervisor->is_log_failure_told) {
+        return;
     }
+    supervisor->is_log_failure_told = has_failed;
+    if (has_failed) {
+        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_LOG_FAILED, &wanted, 1U);
+    }
+    (void)pus_log_transition_report(component_process(&supervisor->component), &transition,
+                                    supervisor->now_ns);
 }
 
 /// A request longer than a packet is in the log already, in parts.
@@ -21,13 +32,14 @@ static void log_packet(supervisor_t* const supervisor, const uint8_t* const pack
 {
     if (size <= PUS_PACKET_MAX) {
         const bool is_tc = pus_packet_is_tc(packet, size);
-        log_status(supervisor, packet_log_append(&supervisor->log, supervisor->now_ns, is_tc, packet, size));
+        packet_log_append(&supervisor->log, supervisor->now_ns, is_tc, packet, size);
     }
 }
 
 void router_flush_log(supervisor_t* const supervisor)
 {
-    log_status(supervisor, packet_log_flush(&supervisor->log));
+    packet_log_step(&supervisor->log, supervisor->now_ns);
+    tell_log(supervisor);
 }
 
 /// Send what may get lost: the endpoint counts it.

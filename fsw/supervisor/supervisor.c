@@ -133,9 +133,9 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     pending_init(&supervisor->own);
     init_component(supervisor);
     adoption_begin(supervisor);
-    const status_t status =
-        packet_log_open(&supervisor->log, config->log_folder,
-                        (packet_log_strategy_t)supervisor->log_begin.strategy, supervisor->log_begin.number);
+    const status_t status = packet_log_open(&supervisor->log, config->log_folder,
+                                            (packet_log_strategy_t)supervisor->log_begin.strategy,
+                                            supervisor->log_begin.number, config->mission->log_ring_records);
     onboard_restore(supervisor); // What it has to tell is logged.
     return status;
 }

@@ -35,6 +35,7 @@ TABLE = {
 }
 PORT_LINKS = 4  # CAPACITY_PORT_LINKS of fsw/framework/base/capacities.h
 SUBSYSTEM_LINKS = 8  # CAPACITY_SUBSYSTEM_LINKS of fsw/framework/base/capacities.h
+RING_RECORDS = 15000  # CAPACITY_RING_RECORDS
 REDUNDANT_BUS = "a bus of the mission that is not redundant itself and has one redundant bus"
 TIME_FORMATS = ("CUC", "CDS")
 LOOPBACK = "127.0.0.1"  # The ground's port is open to this machine only.
@@ -171,7 +172,7 @@ def _buses(_, container):
 
 def _packet_log(_, element):
     element.word("strategy", STRATEGIES)
-    element.unsigned("ringRecords", 16, 1000000)
+    element.unsigned("ringRecords", 16, RING_RECORDS)
 
 
 def _transports(_, element):

@@ -141,6 +141,29 @@ status_t osal_file_resize(osal_file_t* file, uint64_t size)
     return (result == 0) ? STATUS_OK : file_status_of_write(errno);
 }
 
+status_t osal_file_reserve(osal_file_t* file, uint64_t size)
+{
+    FSW_ASSERT(file != NULL);
+    if (size > (uint64_t)INT64_MAX) {
+        return STATUS_FULL;
+    }
+    int error = 0;
+    do {
+        error = posix_fallocate(file->descriptor, 0, (off_t)size);
+    } while (error == EINTR);
+    if ((error == EOPNOTSUPP) || (error == EINVAL)) {
+        return STATUS_UNSUPPORTED;
+    }
+    return (error == 0) ? STATUS_OK : file_status_of_write(error);
+}
+
+bool osal_file_is_named(const osal_file_t* file)
+{
+    FSW_ASSERT(file != NULL);
+    struct stat about;
+    return (fstat(file->descriptor, &about) == 0) && (about.st_nlink > 0U);
+}
+
 status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size)
 {
     FSW_ASSERT((file != NULL) && ((octets != NULL) || (capacity == 0U)) && (out_size != NULL));

@@ -457,3 +457,4 @@ def test_schema_and_generator_have_the_capacities_of_the_flight_software():
     assert {name: at_most[name] for name in lists} == {name: capacities[kind] for name, kind in lists.items()}
     assert mission_descriptor.SUBSYSTEM_LINKS == capacities["SUBSYSTEM_LINKS"]
     assert mission_descriptor.PORT_LINKS == capacities["PORT_LINKS"]
+    assert mission_descriptor.RING_RECORDS == capacities["RING_RECORDS"]

@@ -6,12 +6,13 @@
 #ifndef FSW_FRAMEWORK_BASE_CAPACITIES_H
 #define FSW_FRAMEWORK_BASE_CAPACITIES_H
 
-#define CAPACITY_SUBSYSTEMS 16U     ///< Of a mission, the supervisor and communication included.
-#define CAPACITY_LINKS 32U          ///< Real-time links of a mission.
-#define CAPACITY_SUBSYSTEM_LINKS 8U ///< Real-time links that one subsystem has a part in.
-#define CAPACITY_PORT_LINKS 4U      ///< Real-time links that begin at one port: its readers.
-#define CAPACITY_BUSES 8U           ///< CAN buses of a mission.
-#define CAPACITY_NODES 2U           ///< On-board computers.
+#define CAPACITY_SUBSYSTEMS 16U      ///< Of a mission, the supervisor and communication included.
+#define CAPACITY_LINKS 32U           ///< Real-time links of a mission.
+#define CAPACITY_SUBSYSTEM_LINKS 8U  ///< Real-time links that one subsystem has a part in.
+#define CAPACITY_PORT_LINKS 4U       ///< Real-time links that begin at one port: its readers.
+#define CAPACITY_BUSES 8U            ///< CAN buses of a mission.
+#define CAPACITY_NODES 2U            ///< On-board computers.
+#define CAPACITY_RING_RECORDS 15000U ///< Of the packet log in memory.
 /// Who takes part in stepped time: every subsystem, the simulator, the operator, and a reserve of six.
 #define CAPACITY_PARTICIPANTS (CAPACITY_SUBSYSTEMS + 8U)
 

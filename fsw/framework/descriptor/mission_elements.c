@@ -163,7 +163,7 @@ static const source_attribute_t packet_log_attributes[] = {
     {.name      = "ringRecords",
      .form      = SOURCE_UNSIGNED,
      .low       = 16U,
-     .high      = 1000000U,
+     .high      = CAPACITY_RING_RECORDS,
      .otherwise = RING_RECORDS,
      SOURCE_TO(mission_descriptor_t, log_ring_records)},
 };

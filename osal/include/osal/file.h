@@ -44,6 +44,12 @@ MUST_USE status_t osal_file_write_at(osal_file_t* file, uint64_t offset, const v
 MUST_USE status_t osal_file_size(osal_file_t* file, uint64_t* out_size);
 /// Cut, or extend with zeros. STATUS_OK, STATUS_FULL (no space, or beyond what a file can have), STATUS_IO.
 MUST_USE status_t osal_file_resize(osal_file_t* file, uint64_t size);
+/// Have room on the disk for the first `size` octets, so that writing there finds it; the size of the file
+/// grows to it. STATUS_OK, STATUS_FULL (no space, or beyond what a file can have), STATUS_UNSUPPORTED (this
+/// file system cannot tell), STATUS_IO.
+MUST_USE status_t osal_file_reserve(osal_file_t* file, uint64_t size);
+/// True while a name leads to the file: what is written to one without is lost when it is closed.
+bool osal_file_is_named(const osal_file_t* file);
 /// Keep others who ask for the same from the file until it is closed. STATUS_OK, STATUS_BUSY (somebody has
 /// it), STATUS_IO.
 MUST_USE status_t osal_file_lock(osal_file_t* file);

@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/wait.h>
@@ -307,6 +308,45 @@ static void test_no_privilege_is_denied(void)
     TEST_ASSERT_EQUAL(0, how);
 }
 
+static void test_room_that_is_reserved_is_there(void)
+{
+    osal_file_t file;
+    uint64_t size = 0U;
+    struct rlimit limit;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_reserve(&file, 10000U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_size(&file, &size));
+    TEST_ASSERT_EQUAL_UINT64(10000U, size);
+    struct stat about;
+    TEST_ASSERT_EQUAL(0, stat(path, &about));
+    TEST_ASSERT_TRUE((about.st_blocks * 512) >= 10000);
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_file_reserve(&file, UINT64_MAX));
+    TEST_ASSERT_EQUAL(0, getrlimit(RLIMIT_FSIZE, &limit));
+    const rlim_t before = limit.rlim_cur;
+    limit.rlim_cur      = 20000U;
+    (void)signal(SIGXFSZ, SIG_IGN);
+    TEST_ASSERT_EQUAL(0, setrlimit(RLIMIT_FSIZE, &limit));
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_file_reserve(&file, 30000U));
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_file_write_at(&file, 20000U, "x", 1U));
+    limit.rlim_cur = before;
+    TEST_ASSERT_EQUAL(0, setrlimit(RLIMIT_FSIZE, &limit));
+    osal_file_close(&file);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, "/dev/null"));
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_file_reserve(&file, 1U));
+    osal_file_close(&file);
+}
+
+static void test_file_without_a_name_is_known(void)
+{
+    osal_file_t file;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_append(&file, path));
+    TEST_ASSERT_TRUE(osal_file_is_named(&file));
+    TEST_ASSERT_EQUAL(0, unlink(path));
+    TEST_ASSERT_FALSE(osal_file_is_named(&file));
+    osal_file_close(&file);
+    TEST_ASSERT_FALSE(osal_file_is_named(&file));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -322,6 +362,8 @@ int main(void)
     RUN_TEST(test_full_disk_is_a_status);
     RUN_TEST(test_short_and_interrupted_writes_are_completed);
     RUN_TEST(test_folders_with_parents);
+    RUN_TEST(test_room_that_is_reserved_is_there);
+    RUN_TEST(test_file_without_a_name_is_known);
     RUN_TEST(test_no_privilege_is_denied);
     return UNITY_END();
 }

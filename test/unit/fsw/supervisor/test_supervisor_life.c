@@ -269,7 +269,7 @@ static void strategies_that_are_none_are_refused(void)
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, bed.supervisor.log.strategy);
 }
 
-static void a_log_that_fails_is_told_once(void)
+static void a_log_that_fails_is_told_once_and_goes_on_in_the_ring(void)
 {
     char path[160];
     bed_open_up();
@@ -277,12 +277,29 @@ static void a_log_that_fails_is_told_once(void)
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
     select_log(PACKET_LOG_SQLITE);
     bed_run(300U);
-    TEST_ASSERT_EQUAL(1U, count_lines(bed_look(), "G 5.4 000801")); // LOG_FAILED, strategy 1.
+    const char* const told = bed_look();
+    TEST_ASSERT_EQUAL(1U, count_lines(told, "G 5.4 000801")); // LOG_FAILED, strategy 1.
+    TEST_ASSERT_EQUAL(1U, count_lines(told, "G 131.4 0103")); // The ring in its place,
+    TEST_ASSERT_NOT_NULL(strstr(told, "0404"));               // because of PUS_FAILURE_IO.
+    TEST_ASSERT_EQUAL(0U, bed.supervisor.log.failures);
     select_log(PACKET_LOG_ASCII);
-    TEST_ASSERT_TRUE(bed_has("G 131.4 0100"));
-    TEST_ASSERT_TRUE(bed.supervisor.log.failures > 0U);
+    TEST_ASSERT_TRUE(bed_has("G 131.4 0300"));
+}
+
+static void a_log_that_can_be_written_again_is_told(void)
+{
+    char path[160];
+    bed_open_up();
+    (void)snprintf(path, sizeof path, "%s/packets.spool", bed_folder());
+    TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
     select_log(PACKET_LOG_SQLITE);
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "1.8 #2 0404"));
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_RING, bed.supervisor.log.strategy);
+    TEST_ASSERT_EQUAL(0, unlink(path));
+    bed_run(1500U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, bed.supervisor.log.strategy);
+    TEST_ASSERT_EQUAL(1U, count_lines(bed_look(), "G 131.4 0301")); // By itself, one second later.
+    TEST_ASSERT_EQUAL(0U, bed.supervisor.log.failures);
 }
 
 // ---- Tables and processes ----
@@ -421,7 +438,8 @@ int main(void)
     RUN_TEST(modes_are_set_and_told);
     RUN_TEST(the_log_is_switched_at_a_record);
     RUN_TEST(strategies_that_are_none_are_refused);
-    RUN_TEST(a_log_that_fails_is_told_once);
+    RUN_TEST(a_log_that_fails_is_told_once_and_goes_on_in_the_ring);
+    RUN_TEST(a_log_that_can_be_written_again_is_told);
     RUN_TEST(subsystems_are_listed);
     RUN_TEST(processes_are_stopped_and_started);
     RUN_TEST(what_may_not_be_started_or_stopped_stays);
