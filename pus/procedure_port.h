@@ -65,8 +65,10 @@ typedef struct {
     /// *out_call is PUS_CALL_FAILED; the slot stays free), STATUS_EXHAUSTED (no memory; the same).
     status_t (*start)(void* context, uint16_t slot, const char* name, const uint8_t* code, size_t size,
                       const uint8_t* arguments, size_t arguments_size, pus_call_t* out_call);
-    /// Give a slot that runs a new budget [instructions]; what it has used too much is taken off.
+    /// Give a slot that runs a new budget [units of the engine]; what it has used too much is taken off.
     void (*grant)(void* context, uint16_t slot, uint32_t budget);
+    /// What a slot has really used since it was given its budget; it may be more.
+    uint32_t (*used)(void* context, uint16_t slot);
     /// Go on until the procedure calls. `answer` is that to its last call.
     void (*run)(void* context, uint16_t slot, const pus_answer_t* answer, pus_call_t* out_call);
     /// End a procedure where it is; nothing of it runs any more. The slot is free.

@@ -7,7 +7,9 @@
 /// Running    TC[18,3] ends when the procedure does: TM[1,5] for each step, where asked; TM[1,7]; or TM[1,8]
 ///            PUS_FAILURE_PROCEDURE with the line of the error, or PUS_FAILURE_ABORTED when it was stopped or
 ///            aborted. A program that cannot be begun fails in the same way. Each cycle a running procedure
-///            gets a budget of instructions, and one of calls that others notice.
+///            gets a budget of the engine's units, and one of calls that others notice. What one has used
+///            beyond its budget in a cycle, those behind it have less: all together have budgets *
+///            procedures.
 /// Holding    A procedure is stopped or suspended where a step begins: the next one (step id 0) or the one
 ///            named; a held one is stopped at once. It is aborted anywhere. TC[18,14] and [18,15] hold it
 ///            where the next step begins. While it is held, its waiting goes on.
@@ -135,7 +137,7 @@ typedef struct {
     pus_procedure_t* procedures;
     pus_procedure_run_t* runs;    ///< One for each slot of the engine.
     uint16_t capacity;            ///< Of `procedures`, 1..16383.
-    uint32_t budget;              ///< Instructions a procedure has in a cycle,
+    uint32_t budget;              ///< Units of the engine a procedure has in a cycle,
     uint16_t calls;               ///< and steps, events and requests, >= 1; the next one waits a cycle.
     uint64_t cycle_ns;            ///< [ns], >= 1.
     uint32_t verification_cycles; ///< Time limit of a request that is waited for.

@@ -326,7 +326,8 @@ static bool is_noticed(const pus_call_kind_t kind)
     return (kind == PUS_CALL_STEP) || (kind == PUS_CALL_EVENT) || (kind == PUS_CALL_SEND);
 }
 
-static void step_run(pus_procedures_t* const self, const uint16_t slot)
+/// Step the procedure in a slot, with a budget of `share` at most. Returns what it has used.
+static uint32_t step_run(pus_procedures_t* const self, const uint16_t slot, const uint32_t share)
 {
     const pus_procedure_port_t* const engine = &self->config.engine;
     pus_procedure_run_t* const run           = &self->config.runs[slot];
@@ -334,32 +335,36 @@ static void step_run(pus_procedures_t* const self, const uint16_t slot)
     if (run->waiting != PUS_WAITS_NOT) {
         look(self, procedure, run);
     }
-    bool goes_on   = (run->waiting == PUS_WAITS_NOT) && !run->is_held;
-    uint16_t calls = 0U;
+    const bool runs = (run->waiting == PUS_WAITS_NOT) && !run->is_held && (share > 0U);
+    bool goes_on    = runs;
+    uint16_t calls  = 0U;
     if (goes_on) {
-        engine->grant(engine->context, slot, self->config.budget);
+        engine->grant(engine->context, slot, share);
     }
     while (goes_on) {
         engine->run(engine->context, slot, &run->answer, &run->call);
         calls   = (uint16_t)(calls + (is_noticed(run->call.kind) ? 1U : 0U));
         goes_on = perform(self, procedure, run) && (calls < self->config.calls);
     }
+    return runs ? engine->used(engine->context, slot) : 0U;
 }
 
 void pus_procedures_step(pus_procedures_t* const self, const uint64_t now_ns, const uint32_t cycle)
 {
     FSW_ASSERT(self != NULL);
     const pus_persistence_t* const store = self->config.persistence;
+    const uint32_t budget                = self->config.budget;
+    uint32_t excess                      = 0U; // What was used too much in this cycle: the others have less.
     bool unloads                         = false;
     self->cycle += (uint32_t)(cycle - self->last_cycle);
     self->last_cycle = cycle;
     self->now_ns     = now_ns;
     for (uint16_t slot = 0U; slot < self->config.engine.slots; slot++) {
         if (self->config.runs[slot].procedure != PUS_PROCEDURE_NONE) {
-            if (self->config.runs[slot].unloads) {
-                unloads = true;
-            }
-            step_run(self, slot);
+            const uint32_t share = (excess < budget) ? (budget - excess) : 0U;
+            unloads              = unloads || self->config.runs[slot].unloads;
+            const uint32_t used  = step_run(self, slot, share);
+            excess               = (excess - (budget - share)) + ((used > share) ? (used - share) : 0U);
         }
     }
     if (unloads && (store != NULL)) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/base/octets.h"
+#include "fsw/procedures/procedure_cost.h"
 #include "fsw/procedures/procedure_sandbox.h"
 
 #include <lua5.4/lauxlib.h>
@@ -9,6 +10,8 @@
 #define APID_MAX 2046
 #define OCTET_MAX 255
 #define STEP_MAX 65535
+#define CALL_PRICE 64U  // Of a call of the host, and what it does.
+#define OCTETS_READ 20U // Octets of arguments that are looked at for a unit.
 
 void procedure_push_value(lua_State* const state, const value_type_t type, const uint64_t bits)
 {
@@ -84,7 +87,14 @@ static int answered(lua_State* const state, const int status, const lua_KContext
 
 static int ask(lua_State* const state, const pus_call_kind_t kind)
 {
-    procedure_slot_of(state)->call.kind = kind;
+    procedure_slot_t* const slot = procedure_slot_of(state);
+    const int count              = lua_gettop(state);
+    uint64_t octets              = 0U;
+    for (int i = 1; i <= count; i++) {
+        octets += (lua_type(state, i) == LUA_TSTRING) ? lua_rawlen(state, i) : 1U;
+    }
+    procedure_charge(slot, CALL_PRICE + (octets / OCTETS_READ));
+    slot->call.kind = kind;
     return lua_yieldk(state, 0, 0, answered);
 }
 

@@ -2,14 +2,18 @@
 #include "fsw/procedures/procedure_engine.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "fsw/procedures/procedure_cost.h"
 #include "fsw/procedures/procedure_sandbox.h"
 
 #include <lua5.4/lauxlib.h>
 #include <string.h>
 
-#define OCTETS_PER_UNIT 16U // Memory taken that costs as much as an instruction.
-#define REFUSAL_COST 2000U  // Of memory that is not there: the interpreter has looked for it everywhere.
 #define CHUNK_NAME_MAX 32U
+#define SHORTEST 40U // Texts up to this size are shared and cost nothing beyond the instruction [octets].
+// Garbage is collected in small steps: pause and speed [percent], log2 of the step's size.
+#define COLLECTOR_PAUSE 200
+#define COLLECTOR_SPEED 100
+#define COLLECTOR_STEP 8
 
 /// What a procedure is begun with.
 typedef struct {
@@ -33,6 +37,30 @@ void procedure_engine_init(procedure_engine_t* const engine, procedure_slot_t* c
     }
 }
 
+static void note_stack(procedure_slot_t* const slot, const void* const stack, const size_t size)
+{
+    slot->stack      = stack;
+    slot->stack_size = (size > slot->stack_size) ? (uint32_t)size : slot->stack_size;
+}
+
+/// Find out where the procedure's stack lies and how large it is. It is the list made with the thread; when
+/// it changes its size, it is made anew, copied and given back. `result` is null where `block` is given back.
+static void follow_stack(procedure_slot_t* const slot, const void* const block, const size_t before,
+                         const void* const result, const size_t after)
+{
+    if ((block == NULL) && (before == 0U)) {
+        slot->list      = result;
+        slot->list_size = after;
+        if (slot->is_making_thread) {
+            note_stack(slot, result, after);
+        }
+    } else if ((block != NULL) && (block == slot->stack)) {
+        note_stack(slot, (result != NULL) ? result : slot->list, (result != NULL) ? after : slot->list_size);
+    } else {
+        // Another object.
+    }
+}
+
 /// The interpreter's only way to memory.
 static void* allocate(void* const context, void* const block, const size_t before, const size_t after)
 {
@@ -40,8 +68,13 @@ static void* allocate(void* const context, void* const block, const size_t befor
     void* result                 = NULL;
     if (after == 0U) {
         if (block != NULL) {
+            follow_stack(slot, block, before, NULL, 0U);
             procedure_heap_give(&slot->heap, block, before);
         }
+        return NULL;
+    }
+    if (!procedure_may_take(slot, block, before, after)) {
+        procedure_charge_collection(slot);
         return NULL;
     }
     if (block == NULL) {
@@ -49,20 +82,13 @@ static void* allocate(void* const context, void* const block, const size_t befor
     } else {
         result = procedure_heap_resize(&slot->heap, block, before, after);
     }
-    slot->spent += (result != NULL) ? (uint32_t)(after / OCTETS_PER_UNIT) : REFUSAL_COST;
-    return result;
-}
-
-/// Called every PROCEDURE_CHUNK instructions.
-static void look_at_budget(lua_State* const state, lua_Debug* const record)
-{
-    (void)record;
-    procedure_slot_t* const slot = procedure_slot_of(state);
-    slot->spent += PROCEDURE_CHUNK;
-    if (slot->spent >= slot->budget) {
-        slot->call.kind = PUS_CALL_PAUSED;
-        (void)lua_yield(state, 0);
+    if (result == NULL) {
+        procedure_charge_collection(slot);
+        return NULL;
     }
+    slot->is_too_long = false;
+    follow_stack(slot, block, before, result, after);
+    return result;
 }
 
 /// Everything that may fail for lack of memory, protected: sandbox, thread, code and arguments.
@@ -72,15 +98,18 @@ static int prepare(lua_State* const state)
     procedure_slot_t* const slot       = procedure_slot_of(state);
     char name[CHUNK_NAME_MAX]          = {'='};
     (void)strncat(name, beginning->name, sizeof name - 2U);
+    (void)lua_gc(state, LUA_GCINC, COLLECTOR_PAUSE, COLLECTOR_SPEED, COLLECTOR_STEP);
     procedure_sandbox_open(state);
+    slot->is_making_thread  = true;
     lua_State* const thread = lua_newthread(state);
+    slot->is_making_thread  = false;
     lua_setfield(state, LUA_REGISTRYINDEX, "procedure"); // Else it would be collected.
     if (luaL_loadbufferx(state, (const char*)beginning->code, beginning->size, name, "t") != LUA_OK) {
         return lua_error(state);
     }
     lua_xmove(state, thread, 1);
     procedure_push_values(thread, beginning->arguments, beginning->arguments_size);
-    lua_sethook(thread, look_at_budget, LUA_MASKCOUNT, (int)PROCEDURE_CHUNK);
+    lua_sethook(thread, procedure_cost_hook, LUA_MASKCOUNT, 1);
     slot->thread = thread;
     return 0;
 }
@@ -102,9 +131,12 @@ static uint32_t line_of(const char* const text)
 /// The procedure is over, by the error on top of the stack of `state`.
 static void fail(procedure_slot_t* const slot, lua_State* const state)
 {
-    const bool is_text     = lua_type(state, -1) == LUA_TSTRING;
-    const char* const text = is_text ? lua_tostring(state, -1) : "error that is not a text";
-    slot->text[0]          = '\0';
+    const bool is_text = lua_type(state, -1) == LUA_TSTRING;
+    const char* text   = is_text ? lua_tostring(state, -1) : "error that is not a text";
+    if (slot->is_too_long) {
+        text = "text too long";
+    }
+    slot->text[0] = '\0';
     (void)strncat(slot->text, text, sizeof slot->text - 1U);
     slot->is_running = false;
     slot->call = (pus_call_t){.kind = PUS_CALL_FAILED, .number = line_of(slot->text), .text = slot->text};
@@ -117,6 +149,19 @@ static procedure_slot_t* slot_at(void* const context, const uint16_t index)
     return &engine->slots[index];
 }
 
+/// True if the code has a NUL or says one in a text: `\0`, `\x00`, `\u{0}`.
+static bool may_have_nul(const uint8_t* const code, const size_t size)
+{
+    bool may = false;
+    for (size_t i = 0U; i < size; i++) {
+        const bool is_escape = (code[i] == (uint8_t)'\\') && ((i + 1U) < size);
+        const uint8_t kind   = is_escape ? code[i + 1U] : 0U;
+        may =
+            may || (code[i] == 0U) || (is_escape && ((kind == 0x30U) || (kind == 0x75U) || (kind == 0x78U)));
+    }
+    return may;
+}
+
 static status_t start(void* const context, const uint16_t index, const char* const name,
                       const uint8_t* const code, const size_t size, const uint8_t* const arguments,
                       const size_t arguments_size, pus_call_t* const out_call)
@@ -125,8 +170,17 @@ static status_t start(void* const context, const uint16_t index, const char* con
     FSW_ASSERT(!slot->is_running && (name != NULL) && (code != NULL) && (arguments != NULL));
     beginning_t beginning = {name, code, size, arguments, arguments_size};
     procedure_heap_init(&slot->heap, slot->memory, slot->memory_size, slot->map);
-    slot->spent            = 0U;
-    slot->budget           = 0U;
+    slot->thread           = NULL;
+    slot->stack            = NULL;
+    slot->list             = NULL;
+    slot->stack_size       = 0U;
+    slot->longest          = SHORTEST;
+    slot->nodes            = 0U;
+    slot->largest          = 0U;
+    slot->code_size        = (uint32_t)size;
+    slot->has_nul          = may_have_nul(code, size);
+    slot->is_too_long      = false;
+    slot->is_making_thread = false;
     lua_State* const state = lua_newstate(allocate, slot);
     if (state == NULL) {
         *out_call = (pus_call_t){.kind = PUS_CALL_FAILED, .text = "not enough memory"};
@@ -142,7 +196,10 @@ static status_t start(void* const context, const uint16_t index, const char* con
         return (status == LUA_ERRMEM) ? STATUS_EXHAUSTED : STATUS_INVALID;
     }
     slot->is_running = true;
-    slot->spent      = 0U;
+    slot->spent      = 0U; // What a start costs is bounded by the size of the code.
+    slot->budget     = 0U;
+    slot->used       = 0U;
+    slot->grace      = 0U;
     return STATUS_OK;
 }
 
@@ -151,6 +208,13 @@ static void grant(void* const context, const uint16_t index, const uint32_t budg
     procedure_slot_t* const slot = slot_at(context, index);
     slot->spent                  = (slot->spent > slot->budget) ? (slot->spent - slot->budget) : 0U;
     slot->budget                 = budget;
+    slot->used                   = 0U;
+    slot->grace                  = 0U;
+}
+
+static uint32_t used(void* const context, const uint16_t index)
+{
+    return slot_at(context, index)->used;
 }
 
 static void run(void* const context, const uint16_t index, const pus_answer_t* const answer,
@@ -158,6 +222,10 @@ static void run(void* const context, const uint16_t index, const pus_answer_t* c
 {
     procedure_slot_t* const slot = slot_at(context, index);
     FSW_ASSERT(slot->is_running && (answer != NULL) && (out_call != NULL));
+    if ((slot->spent > slot->budget) && (slot->call.kind == PUS_CALL_PAUSED)) {
+        *out_call = slot->call; // This budget does not cover its debt.
+        return;
+    }
     lua_State* const thread = slot->thread;
     const int arguments     = (lua_status(thread) == LUA_OK) ? (lua_gettop(thread) - 1) : 0; // First run.
     int results             = 0;
@@ -183,5 +251,5 @@ static void kill(void* const context, const uint16_t index)
 pus_procedure_port_t procedure_engine_port(procedure_engine_t* const engine)
 {
     FSW_ASSERT(engine != NULL);
-    return (pus_procedure_port_t){engine, engine->count, start, grant, run, kill};
+    return (pus_procedure_port_t){engine, engine->count, start, grant, used, run, kill};
 }

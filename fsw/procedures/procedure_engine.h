@@ -21,9 +21,11 @@
 /// the order of the keys (numbers, texts, truth values), so that the same code and answers give the same
 /// calls each time.
 ///
-/// Budgets  Instructions are counted every PROCEDURE_CHUNK; memory taken counts too, so that a chunk of
-///          expensive ones costs what it takes. A procedure is stopped between any two of its instructions,
-///          also where it has caught errors; no function of the library runs on without them.
+/// Budgets  Instructions, calls of the library and memory have prices (procedure_cost.h) that do not depend
+///          on a clock. A procedure goes on only as long as its budget has paid for what it does next, also
+///          where it has caught errors; what one call touches is bounded, and a call beyond it is an error.
+/// Bounds   A text has 4096 octets at most; a list 1024 values; a table 256 other keys. Metatables are copied
+///          when they are set: __index and __newindex lead on through 16 tables at most.
 /// Memory   All is in the slot's arena; beyond it the procedure gets an error. It is not freed piece by piece
 ///          at the end but forgotten: nothing of a procedure runs after its end.
 /// Ownership The caller places engine, slots and arenas. Context: one loop; not shared.
@@ -33,11 +35,10 @@
 #include "fsw/procedures/procedure_heap.h"
 #include "pus/procedure_port.h"
 
-#define PROCEDURE_CHUNK 64U         ///< Instructions between two looks at the budget.
-#define PROCEDURE_TEXT_MAX 96U      ///< Of an error, with its NUL [octets].
-#define PROCEDURE_DATA_MAX 1024U    ///< Of a request it sends [octets].
-#define PROCEDURE_NAME_MAX 64U      ///< Of a parameter, with its NUL [octets].
-#define PROCEDURE_STRING_MAX 32768U ///< Longest text that rep and concat make [octets].
+#define PROCEDURE_TEXT_MAX 96U     ///< Of an error, with its NUL [octets].
+#define PROCEDURE_DATA_MAX 1024U   ///< Of a request it sends [octets].
+#define PROCEDURE_NAME_MAX 64U     ///< Of a parameter, with its NUL [octets].
+#define PROCEDURE_STRING_MAX 4096U ///< Longest text [octets].
 
 typedef struct { // Private.
     bool is_running;
@@ -48,7 +49,21 @@ typedef struct { // Private.
     size_t memory_size;
     uint8_t* map;
     uint32_t budget;
-    uint32_t spent;
+    uint32_t spent; // Of the budget; beyond it is a debt to the next one.
+    uint32_t used;  // Since the last grant.
+    uint32_t grace; // Lists made since the last grant that were no larger than one before.
+    // The worst that this procedure has ever had; prices depend on them.
+    uint32_t longest;    // Text [octets].
+    uint32_t nodes;      // Keys in a table.
+    uint32_t largest;    // List [octets].
+    uint32_t stack_size; // [octets]
+    const void* stack;
+    const void* list; // Taken last,
+    size_t list_size; // and its size.
+    uint32_t code_size;
+    bool is_making_thread;
+    bool has_nul;     // A text may have a NUL in it.
+    bool is_too_long; // A text was refused.
     pus_call_t call;
     pus_answer_t answer;
     uint8_t data[PROCEDURE_DATA_MAX];

@@ -2,13 +2,19 @@
 #include "fsw/procedures/procedure_sandbox.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "fsw/procedures/procedure_cost.h"
 
 #include <lua5.4/lauxlib.h>
 #include <lua5.4/lualib.h>
 #include <string.h>
 
-#define UNPACK_MAX 250 // Values that `unpack` returns.
-#define KEY_COST 8U    // Of putting a key into its order [instructions].
+#define UNPACK_MAX 250      // Values that `unpack` returns.
+#define KEY_PRICE 4U        // Of taking a key from a table, and of comparing two,
+#define TEXT_COMPARED 512U  // where a unit compares so many octets.
+#define METATABLE_PRICE 40U // Of copying one.
+#define NUMBER_PRICE 18U    // Of making a number a text.
+#define PIECE_PRICE 2U      // Of a text that is put into another.
+#define PIECES 4U           // Texts that a unit repeats.
 
 procedure_slot_t* procedure_slot_of(lua_State* const state)
 {
@@ -27,10 +33,10 @@ void procedure_slot_bind(lua_State* const state, procedure_slot_t* const slot)
 // Functions of the language in a form that neither calls back into the procedure, nor runs on without its
 // instructions, nor shows addresses.
 
-static int to_text(lua_State* const state)
+static int make_text(lua_State* const state, const int status, const lua_KContext context)
 {
-    luaL_checkany(state, 1);
-    lua_settop(state, 1);
+    (void)status;
+    (void)context;
     switch (lua_type(state, 1)) {
     case LUA_TNUMBER:
     case LUA_TSTRING:
@@ -46,44 +52,107 @@ static int to_text(lua_State* const state)
     return 1;
 }
 
+static int to_text(lua_State* const state)
+{
+    luaL_checkany(state, 1);
+    lua_settop(state, 1);
+    return procedure_pay(state, NUMBER_PRICE, make_text, 0);
+}
+
+/// Copy what a metatable (index 2) says into one that nobody else can change: so that no finalizer, closer or
+/// weak table comes in later, and no chain is longer than when it was checked. Index 3 and 4: functions that
+/// lead on to the tables of __index and __newindex, or nil.
+static void copy_metatable(lua_State* const state)
+{
+    static const char* const events[] = {"__metatable", "__call", "__concat", "__len", "__eq",   "__lt",
+                                         "__le",        "__add",  "__sub",    "__mul", "__mod",  "__pow",
+                                         "__div",       "__idiv", "__band",   "__bor", "__bxor", "__shl",
+                                         "__shr",       "__unm",  "__bnot"};
+    lua_newtable(state);
+    for (size_t i = 0U; i < (sizeof events / sizeof events[0]); i++) {
+        lua_pushstring(state, events[i]);
+        lua_pushvalue(state, -1);
+        if (lua_rawget(state, 2) != LUA_TNIL) {
+            lua_rawset(state, -3);
+        } else {
+            lua_pop(state, 2);
+        }
+    }
+    lua_pushvalue(state, 3);
+    lua_setfield(state, -2, "__index");
+    lua_pushvalue(state, 4);
+    lua_setfield(state, -2, "__newindex");
+    lua_pushvalue(state, 2);
+    lua_rawseti(state, -2, 1); // For get_metatable.
+}
+
+static int put_metatable(lua_State* const state, const int status, const lua_KContext context)
+{
+    (void)status;
+    (void)context;
+    if (lua_type(state, 2) == LUA_TTABLE) {
+        copy_metatable(state);
+    } else {
+        lua_pushnil(state);
+    }
+    (void)lua_setmetatable(state, 1);
+    lua_settop(state, 1);
+    return 1;
+}
+
 /// Finalizers and closers run where no budget holds, and weak tables show when memory is collected.
 static int set_metatable(lua_State* const state)
 {
     static const char* const refused[] = {"__gc", "__close", "__mode"};
     luaL_checktype(state, 1, LUA_TTABLE);
     luaL_argexpected(state, lua_isnoneornil(state, 2) || lua_istable(state, 2), 2, "nil or table");
-    lua_settop(state, 2);
+    lua_settop(state, 4);
     if (luaL_getmetafield(state, 1, "__metatable") != LUA_TNIL) {
         return luaL_error(state, "metatable is protected");
     }
-    for (size_t i = 0U; lua_istable(state, 2) && (i < (sizeof refused / sizeof refused[0])); i++) {
+    for (size_t i = 0U; (lua_type(state, 2) == LUA_TTABLE) && (i < (sizeof refused / sizeof refused[0]));
+         i++) {
         lua_pushstring(state, refused[i]);
         if (lua_rawget(state, 2) != LUA_TNIL) {
             return luaL_error(state, "%s is not allowed", refused[i]);
         }
         lua_pop(state, 1);
     }
-    (void)lua_setmetatable(state, 1);
+    if (lua_type(state, 2) == LUA_TTABLE) {
+        lua_pushliteral(state, "__call");
+        const int type = lua_rawget(state, 2);
+        luaL_argcheck(state, (type == LUA_TNIL) || (type == LUA_TFUNCTION), 2, "__call is no function");
+        lua_pop(state, 1);
+    }
+    return procedure_pay(state, METATABLE_PRICE, put_metatable, 0);
+}
+
+static int get_metatable(lua_State* const state)
+{
+    luaL_checkany(state, 1);
+    procedure_charge(procedure_slot_of(state), KEY_PRICE);
+    if (lua_getmetatable(state, 1) == 0) {
+        lua_pushnil(state);
+        return 1;
+    }
+    lua_pushliteral(state, "__metatable");
+    if (lua_rawget(state, -2) == LUA_TNIL) {
+        lua_pop(state, 1);
+        (void)lua_rawgeti(state, -1, 1);
+    }
     return 1;
 }
 
-static int repeat(lua_State* const state)
+static int make_repeated(lua_State* const state, const int status, const lua_KContext context)
 {
-    size_t size             = 0U;
-    size_t between          = 0U;
-    const char* const text  = luaL_checklstring(state, 1, &size);
-    const lua_Integer count = luaL_checkinteger(state, 2);
-    const char* const glue  = luaL_optlstring(state, 3, "", &between);
+    (void)status;
+    size_t size            = 0U;
+    size_t between         = 0U;
+    const char* const text = luaL_checklstring(state, 1, &size);
+    const char* const glue = luaL_optlstring(state, 3, "", &between);
     luaL_Buffer buffer;
-    if ((count <= 0) || ((size + between) == 0U)) {
-        lua_pushliteral(state, "");
-        return 1;
-    }
-    if ((size + between) > (PROCEDURE_STRING_MAX / (lua_Unsigned)count)) {
-        return luaL_error(state, "resulting string too large");
-    }
     luaL_buffinit(state, &buffer);
-    for (lua_Integer i = 0; i < count; i++) {
+    for (lua_KContext i = 0; i < context; i++) {
         luaL_addlstring(&buffer, glue, (i == 0) ? 0U : between);
         luaL_addlstring(&buffer, text, size);
     }
@@ -91,57 +160,89 @@ static int repeat(lua_State* const state)
     return 1;
 }
 
-/// True if a format has a conversion of this letter.
-static bool converts(const char* format, const char letter)
+static int repeat(lua_State* const state)
 {
-    for (format = strchr(format, (int)'%'); format != NULL; format = strchr(format, (int)'%')) {
-        format += 1U + strspn(&format[1], "-+ #0123456789.");
-        if (*format == letter) {
-            return true;
-        }
-        format += (*format != '\0') ? 1U : 0U;
+    size_t size             = 0U;
+    size_t between          = 0U;
+    const lua_Integer count = luaL_checkinteger(state, 2);
+    (void)luaL_checklstring(state, 1, &size);
+    (void)luaL_optlstring(state, 3, "", &between);
+    if ((count <= 0) || ((size + between) == 0U)) {
+        lua_pushliteral(state, "");
+        return 1;
     }
-    return false;
+    if ((size + between) > (PROCEDURE_STRING_MAX / (lua_Unsigned)count)) {
+        return luaL_error(state, "resulting string too large");
+    }
+    return procedure_pay(state, KEY_PRICE + ((lua_Unsigned)count / PIECES), make_repeated,
+                         (lua_KContext)count);
 }
 
-/// The library's format, as upvalue, for what shows no address.
-static int format(lua_State* const state)
+/// What `concat` goes through.
+typedef struct {
+    const char* glue;
+    size_t between;
+    lua_Integer first;
+    lua_Integer last;
+} pieces_t;
+
+static pieces_t pieces_of(lua_State* const state)
 {
-    const int count = lua_gettop(state);
-    luaL_argcheck(state, !converts(luaL_checkstring(state, 1), 'p'), 1, "no addresses");
-    for (int i = 2; i <= count; i++) {
-        luaL_argexpected(state, lua_type(state, i) <= LUA_TSTRING, i, "nil, boolean, number or string");
+    pieces_t pieces;
+    luaL_checktype(state, 1, LUA_TTABLE);
+    pieces.glue  = luaL_optlstring(state, 2, "", &pieces.between);
+    pieces.first = luaL_optinteger(state, 3, 1);
+    pieces.last  = luaL_optinteger(state, 4, (lua_Integer)lua_rawlen(state, 1));
+    return pieces;
+}
+
+static int join(lua_State* const state, const int status, const lua_KContext context)
+{
+    (void)status;
+    (void)context;
+    const pieces_t pieces = pieces_of(state);
+    luaL_Buffer buffer;
+    luaL_buffinit(state, &buffer);
+    for (lua_Integer i = pieces.first; i <= pieces.last; i++) {
+        (void)lua_rawgeti(state, 1, i);
+        luaL_addvalue(&buffer);
+        luaL_addlstring(&buffer, pieces.glue, (i == pieces.last) ? 0U : pieces.between);
     }
-    lua_pushvalue(state, lua_upvalueindex(1));
-    lua_insert(state, 1);
-    lua_call(state, count, 1);
+    luaL_pushresult(&buffer);
     return 1;
 }
 
 static int concatenate(lua_State* const state)
 {
-    size_t between = 0U;
-    luaL_Buffer buffer;
-    luaL_checktype(state, 1, LUA_TTABLE);
-    const char* const glue  = luaL_optlstring(state, 2, "", &between);
-    const lua_Integer first = luaL_optinteger(state, 3, 1);
-    const lua_Integer last  = luaL_optinteger(state, 4, (lua_Integer)lua_rawlen(state, 1));
-    size_t total            = 0U;
-    luaL_buffinit(state, &buffer);
-    for (lua_Integer i = first; i <= last; i++) {
+    procedure_slot_t* const slot = procedure_slot_of(state);
+    const pieces_t pieces        = pieces_of(state);
+    size_t total                 = 0U;
+    uint32_t price               = KEY_PRICE;
+    for (lua_Integer i = pieces.first; i <= pieces.last; i++) {
         const int type = lua_rawgeti(state, 1, i);
         if ((type != LUA_TSTRING) && (type != LUA_TNUMBER)) {
             return luaL_error(state, "invalid value in table for 'concat'");
         }
-        total += lua_rawlen(state, -1) + between;
+        total += pieces.between + ((type == LUA_TSTRING) ? lua_rawlen(state, -1) : 1U);
         if (total > PROCEDURE_STRING_MAX) {
             return luaL_error(state, "resulting string too large");
         }
-        luaL_addvalue(&buffer);
-        luaL_addlstring(&buffer, glue, (i == last) ? 0U : between);
+        price += (type == LUA_TNUMBER) ? NUMBER_PRICE : PIECE_PRICE;
+        procedure_charge(slot, 1U + procedure_price_of_key(slot));
+        lua_pop(state, 1);
     }
-    luaL_pushresult(&buffer);
-    return 1;
+    return procedure_pay(state, price, join, 0);
+}
+
+static int push_list(lua_State* const state, const int status, const lua_KContext context)
+{
+    (void)status;
+    const lua_Integer first = luaL_optinteger(state, 2, 1);
+    luaL_checkstack(state, UNPACK_MAX, NULL);
+    for (lua_KContext i = 0; i < context; i++) {
+        (void)lua_rawgeti(state, 1, first + (lua_Integer)i);
+    }
+    return (int)context;
 }
 
 static int unpack(lua_State* const state)
@@ -155,12 +256,9 @@ static int unpack(lua_State* const state)
     if (((lua_Unsigned)last - (lua_Unsigned)first) >= (lua_Unsigned)UNPACK_MAX) {
         return luaL_error(state, "too many results to unpack");
     }
-    luaL_checkstack(state, UNPACK_MAX, NULL);
-    const int count = (int)(last - first) + 1;
-    for (int i = 0; i < count; i++) {
-        (void)lua_rawgeti(state, 1, first + i);
-    }
-    return count;
+    const lua_KContext count = (lua_KContext)(last - first) + 1;
+    const uint64_t each      = 1U + procedure_price_of_key(procedure_slot_of(state));
+    return procedure_pay(state, KEY_PRICE + ((uint64_t)count * each), push_list, count);
 }
 
 // `pairs` in the order of the keys.
@@ -220,8 +318,20 @@ static void exchange(lua_State* const state, const lua_Integer one, const lua_In
     lua_rawseti(state, 2, other);
 }
 
+static void charge_keys(lua_State* const state, const uint32_t keys)
+{
+    procedure_slot_t* const slot = procedure_slot_of(state);
+    const uint32_t each          = KEY_PRICE + procedure_price_of_key(slot) + (slot->longest / TEXT_COMPARED);
+    procedure_charge(slot, (uint64_t)keys * each);
+}
+
+/// Let a key sink to its place in the heap. It is charged for the whole way, whatever the order of the keys
+/// is: that of text keys in a table depends on the interpreter's hash seed.
 static void sink(lua_State* const state, lua_Integer place, const lua_Integer count)
 {
+    for (lua_Integer level = 2 * place; level <= count; level *= 2) {
+        charge_keys(state, 2U);
+    }
     for (lua_Integer child = 2 * place; child <= count; child = 2 * place) {
         if ((child < count) && is_before(state, child, child + 1)) {
             child++;
@@ -234,23 +344,12 @@ static void sink(lua_State* const state, lua_Integer place, const lua_Integer co
     }
 }
 
-static void sort_keys(lua_State* const state, const lua_Integer count)
-{
-    for (lua_Integer i = count / 2; i >= 1; i--) {
-        sink(state, i, count);
-    }
-    for (lua_Integer left = count; left > 1; left--) {
-        exchange(state, 1, left);
-        sink(state, 1, left - 1);
-    }
-    procedure_slot_of(state)->spent += (uint32_t)count * KEY_COST;
-}
-
 /// Upvalues: list of keys, table, keys passed.
 static int next_pair(lua_State* const state)
 {
     lua_Integer place = lua_tointeger(state, lua_upvalueindex(3));
     do {
+        charge_keys(state, 1U);
         lua_settop(state, 0);
         place++;
         if (lua_rawgeti(state, lua_upvalueindex(1), place) == LUA_TNIL) {
@@ -263,13 +362,37 @@ static int next_pair(lua_State* const state)
     return 2;
 }
 
-static int pairs(lua_State* const state)
+/// Sort the keys in the list at index 2, from step `next` on: first a heap of them, then its largest, one by
+/// one. Then the iterator.
+static int sort_on(lua_State* const state, const int status, const lua_KContext next)
 {
-    luaL_checktype(state, 1, LUA_TTABLE);
-    lua_settop(state, 1);
-    lua_newtable(state);
-    lua_Integer count = 0;
-    lua_pushnil(state);
+    (void)status;
+    const lua_Integer count = (lua_Integer)lua_rawlen(state, 2);
+    const lua_Integer heap  = count / 2;
+    for (lua_Integer step = (lua_Integer)next; step < (heap + count - 1); step++) {
+        if (procedure_must_wait(state)) {
+            return lua_yieldk(state, 0, (lua_KContext)step, sort_on);
+        }
+        if (step < heap) {
+            sink(state, heap - step, count);
+        } else {
+            const lua_Integer left = count - (step - heap);
+            exchange(state, 1, left);
+            sink(state, 1, left - 1);
+        }
+    }
+    lua_pushvalue(state, 1);
+    lua_pushinteger(state, 0);
+    lua_pushcclosure(state, next_pair, 3);
+    return 1;
+}
+
+/// Copy the keys of the table at index 1 into the list at index 2, from the one behind that on top of the
+/// stack on. `are_sorted`: so far, and numbers, whose order in a table is always the same.
+static int collect(lua_State* const state, const int status, lua_KContext are_sorted)
+{
+    (void)status;
+    lua_Integer count = (lua_Integer)lua_rawlen(state, 2);
     while (lua_next(state, 1) != 0) {
         lua_pop(state, 1);
         if (rank_of(state, -1) < 0) {
@@ -278,27 +401,29 @@ static int pairs(lua_State* const state)
         count++;
         lua_pushvalue(state, -1);
         lua_rawseti(state, 2, count);
+        are_sorted = ((are_sorted != 0) && (lua_type(state, -1) == LUA_TNUMBER) &&
+                      ((count == 1) || is_before(state, count - 1, count)))
+                         ? 1
+                         : 0;
+        charge_keys(state, 2U);
+        if (procedure_must_wait(state)) {
+            return lua_yieldk(state, 0, are_sorted, collect);
+        }
     }
-    sort_keys(state, count);
-    lua_pushvalue(state, 1);
-    lua_pushinteger(state, 0);
-    lua_pushcclosure(state, next_pair, 3);
-    return 1;
+    const lua_Integer steps = (count / 2) + count - 1;
+    return sort_on(state, LUA_OK, (are_sorted != 0) ? (lua_KContext)steps : 0);
+}
+
+static int pairs(lua_State* const state)
+{
+    luaL_checktype(state, 1, LUA_TTABLE);
+    lua_settop(state, 1);
+    lua_newtable(state);
+    lua_pushnil(state);
+    return collect(state, LUA_OK, 1);
 }
 
 // The sandbox.
-
-/// Copy what `names` lists from the table on top of the stack into the one below it, and pop it.
-static void copy(lua_State* const state, const char* const* names)
-{
-    for (; *names != NULL; names++) {
-        lua_pushstring(state, *names);
-        lua_pushvalue(state, -1);
-        (void)lua_rawget(state, -3);
-        lua_rawset(state, -4);
-    }
-    lua_pop(state, 1);
-}
 
 /// Texts have methods but no arithmetic, which would call back.
 static void protect_strings(lua_State* const state)
@@ -315,14 +440,9 @@ static void protect_strings(lua_State* const state)
 
 static void open_strings(lua_State* const state)
 {
-    static const char* const names[] = {"byte",    "char", "len",    "lower", "pack", "packsize",
-                                        "reverse", "sub",  "unpack", "upper", NULL};
     lua_newtable(state);
     luaL_requiref(state, LUA_STRLIBNAME, luaopen_string, 0);
-    (void)lua_getfield(state, -1, "format");
-    lua_pushcclosure(state, format, 1);
-    lua_setfield(state, -3, "format");
-    copy(state, names);
+    procedure_library_copy(state, PROCEDURE_STRINGS);
     lua_pushcfunction(state, repeat);
     lua_setfield(state, -2, "rep");
     protect_strings(state);
@@ -331,24 +451,22 @@ static void open_strings(lua_State* const state)
 
 static void open_base(lua_State* const state)
 {
-    static const char* const names[]  = {"assert", "error",  "getmetatable", "pcall",    "rawequal", "rawget",
-                                         "rawlen", "rawset", "select",       "tonumber", "type",     NULL};
-    static const luaL_Reg functions[] = {
-        {"pairs", pairs}, {"setmetatable", set_metatable}, {"tostring", to_text}, {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"pairs", pairs},
+                                         {"getmetatable", get_metatable},
+                                         {"setmetatable", set_metatable},
+                                         {"tostring", to_text},
+                                         {NULL, NULL}};
     luaL_requiref(state, LUA_GNAME, luaopen_base, 0);
-    copy(state, names);
+    procedure_library_copy(state, PROCEDURE_BASE);
     luaL_setfuncs(state, functions, 0);
 }
 
 static void open_rest(lua_State* const state)
 {
-    static const char* const names[]  = {"abs",        "ceil", "floor",      "fmod", "huge", "max",
-                                         "maxinteger", "min",  "mininteger", "modf", "pi",   "sqrt",
-                                         "tointeger",  "type", "ult",        NULL};
     static const luaL_Reg functions[] = {{"concat", concatenate}, {"unpack", unpack}, {NULL, NULL}};
     lua_newtable(state);
     luaL_requiref(state, LUA_MATHLIBNAME, luaopen_math, 0);
-    copy(state, names);
+    procedure_library_copy(state, PROCEDURE_MATH);
     lua_setfield(state, -2, LUA_MATHLIBNAME);
     lua_newtable(state);
     luaL_setfuncs(state, functions, 0);

@@ -14,6 +14,14 @@ void procedure_slot_bind(lua_State* state, procedure_slot_t* slot);
 void procedure_sandbox_open(lua_State* state);
 /// Calls to the host (procedure_calls.c): into the table on top of the stack.
 void procedure_calls_open(lua_State* state);
+/// Functions of the interpreter's library that are used as they are, each with a price (procedure_library.c).
+typedef enum {
+    PROCEDURE_BASE,
+    PROCEDURE_STRINGS,
+    PROCEDURE_MATH
+} procedure_library_t;
+/// Copy them from the table on top of the stack into the one below it, and pop it.
+void procedure_library_copy(lua_State* state, procedure_library_t library);
 /// Lines of the library's part in Lua, ended by null; it is run with the globals as its argument.
 const char* const* procedure_prelude(void);
 /// Push the values of `octets` (PUS_ANSWER_VALUES). May raise an error.

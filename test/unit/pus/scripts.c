@@ -33,6 +33,13 @@ static void grant(void* const context, const uint16_t slot, const uint32_t budge
     TEST_ASSERT_EQUAL_PTR(&scripts, context);
     TEST_ASSERT_TRUE(scripts.slots[slot].is_running);
     scripts.slots[slot].budget += budget;
+    scripts.slots[slot].last = budget;
+}
+
+static uint32_t used(void* const context, const uint16_t slot)
+{
+    (void)context;
+    return scripts.slots[slot].uses;
 }
 
 static void run(void* const context, const uint16_t slot, const pus_answer_t* const answer,
@@ -141,7 +148,7 @@ static void begin(void)
     const pus_port_t port                = {.context = &scripts, .send = take_request};
     const pus_procedures_config_t config = {
         .process             = &bench.process,
-        .engine              = {&scripts, SCRIPT_SLOTS, start, grant, run, kill},
+        .engine              = {&scripts, SCRIPT_SLOTS, start, grant, used, run, kill},
         .requester           = &scripts.requester,
         .telemetry           = {&scripts, read_value, read_named},
         .events              = {.context = &scripts, .is_known = is_known, .raise = raise_event},

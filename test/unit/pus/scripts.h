@@ -27,7 +27,9 @@ typedef struct {
         size_t next;
         pus_call_t calls[SCRIPT_CALLS];
         pus_answer_t answer; ///< To the last call.
-        uint32_t budget;
+        uint32_t budget;     ///< All that it was granted.
+        uint32_t last;       ///< Budget granted last.
+        uint32_t uses;       ///< What it uses in each cycle.
         bool is_running;
     } slots[SCRIPT_SLOTS];
     uint8_t arguments[64]; ///< Of the last start,

@@ -116,6 +116,33 @@ static void activation_is_refused_where_it_makes_no_sense(void)
     expect_refused(3U, "C", body, 2U, PUS_FAILURE_TABLE_FULL, SCRIPT_SLOTS);
 }
 
+/// A cycle has the budgets of those that run, all together.
+static void what_one_uses_too_much_the_next_has_not(void)
+{
+    script_loaded("B", 1U, 'x');
+    script_activated("ABCD", 0U);
+    script_activated("B", 0U);
+    for (unsigned i = 0U; i < 6U; i++) {
+        script_call(0U, PUS_CALL_PAUSED, 0U);
+        script_call(1U, PUS_CALL_PAUSED, 0U);
+    }
+    scripts.slots[0].uses = 100U;
+    scripts_step(1U);
+    TEST_ASSERT_EQUAL_UINT32(100U, scripts.slots[0].last);
+    TEST_ASSERT_EQUAL_UINT32(100U, scripts.slots[1].last);
+    scripts.slots[0].uses = 130U;
+    scripts_step(1U);
+    TEST_ASSERT_EQUAL_UINT32(70U, scripts.slots[1].last);
+    scripts.slots[0].uses = 1000U;
+    scripts.slots[1].last = 0U;
+    scripts_step(1U);
+    TEST_ASSERT_EQUAL_UINT32(0U, scripts.slots[1].last); // Not even begun.
+    scripts.slots[0].uses = 0U;                          // What is not used is not saved for others.
+    scripts_step(1U);
+    TEST_ASSERT_EQUAL_UINT32(100U, scripts.slots[0].last);
+    TEST_ASSERT_EQUAL_UINT32(100U, scripts.slots[1].last);
+}
+
 static void it_is_held_where_the_next_step_begins(void)
 {
     script_activated("ABCD", PUS_OBSERVE_PROCEDURE);
@@ -545,6 +572,7 @@ int main(void)
     RUN_TEST(errors_are_told_at_every_level);
     RUN_TEST(a_long_text_is_cut);
     RUN_TEST(activation_is_refused_where_it_makes_no_sense);
+    RUN_TEST(what_one_uses_too_much_the_next_has_not);
     RUN_TEST(it_is_held_where_the_next_step_begins);
     RUN_TEST(it_is_held_and_stopped_at_the_step_named);
     RUN_TEST(a_held_one_is_stopped_at_once);

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/procedures/procedure_cost.h"
+
+#include "fsw/procedures/procedure_sandbox.h"
+
+#include <lua5.4/lauxlib.h>
+#include <string.h>
+
+#define OBJECT_HEAD 24U      // Of a text in the interpreter [octets].
+#define NODE_OCTETS 24U      // Of a key and its value in a table.
+#define SHORT_TEXT 40U       // Longer ones are not shared: each is made and hashed anew.
+#define OPERATION_MASK 0x7FU // Of an instruction.
+#define OPERANDS_SHIFT 16U   // Of OP_CONCAT: how many values.
+#define OPERANDS_MASK 0xFFU
+#define OPERATIONS 83U
+
+// Prices [units].
+#define OCTETS_HASHED 20U    // A unit hashes so many octets,
+#define OCTETS_READ 24U      // or reads so many of a number's text,
+#define OCTETS_COMPARED 512U // or compares so many,
+#define NULS_COMPARED 4U     // but only so many if they may be NUL: the C library compares text by text.
+#define NODES_SEARCHED 12U   // or looks at so many keys that collide.
+#define PAIRS_SEARCHED 24ULL // Each among all: half of them, on average.
+#define NODES_LENGTH 3U      // The length of a table searches several times.
+#define STACK_MOVED 768U     // A unit moves so many octets of a stack.
+#define OPERAND 14U          // A number made a text.
+#define OBJECT 2U            // Taken, and found to be garbage later.
+#define OCTETS_TAKEN 32U
+#define COLLECTION_OCTETS 256U // In use.
+#define PRICE_MAX (1U << 20U)  // So that no sum overflows.
+
+/// What the price of an operation depends on, beside its base.
+typedef enum {
+    PLAIN,
+    KEY,       // Keys that collide.
+    LENGTH,    // The same, for the length of a table.
+    ORDER,     // Two texts.
+    EQUALITY,  // Two long texts.
+    STACK,     // As many values as there are.
+    OPERANDS,  // Values joined to a text.
+    CONVERSION // Texts that are numbers.
+} dependence_t;
+
+typedef struct {
+    uint8_t base;
+    uint8_t on; // dependence_t.
+} price_t;
+
+/// By operation code of Lua 5.4.
+static const price_t prices[OPERATIONS] = {{1, PLAIN},    {1, PLAIN},  {1, PLAIN},
+                                           {1, PLAIN},    {1, PLAIN},  {1, PLAIN}, // MOVE .. LOADFALSE
+                                           {1, PLAIN},    {1, PLAIN},  {4, PLAIN},
+                                           {1, PLAIN},    {1, PLAIN},  {2, PLAIN}, // LFALSESKIP .. GETTABUP
+                                           {2, KEY},      {2, KEY},    {2, PLAIN},
+                                           {2, PLAIN},    {2, KEY},    {2, KEY}, // GETTABLE .. SETI
+                                           {2, PLAIN},    {6, PLAIN},  {2, PLAIN},
+                                           {1, PLAIN},    {1, PLAIN},  {1, PLAIN}, // SETFIELD .. SUBK
+                                           {1, PLAIN},    {4, PLAIN},  {4, PLAIN},
+                                           {1, PLAIN},    {2, PLAIN},  {1, PLAIN}, // MULK .. BANDK
+                                           {1, PLAIN},    {1, PLAIN},  {1, PLAIN},
+                                           {1, PLAIN},    {1, PLAIN},  {1, PLAIN}, // BORK .. SUB
+                                           {1, PLAIN},    {4, PLAIN},  {4, PLAIN},
+                                           {1, PLAIN},    {2, PLAIN},  {1, PLAIN}, // MUL .. BAND
+                                           {1, PLAIN},    {1, PLAIN},  {1, PLAIN},
+                                           {1, PLAIN},    {2, PLAIN},  {2, PLAIN}, // BOR .. MMBINI
+                                           {2, PLAIN},    {1, PLAIN},  {1, PLAIN},
+                                           {1, PLAIN},    {2, LENGTH}, {6, OPERANDS}, // MMBINK .. CONCAT
+                                           {2, PLAIN},    {2, PLAIN},  {1, PLAIN},
+                                           {1, EQUALITY}, {1, ORDER},  {1, ORDER}, // CLOSE .. LE
+                                           {1, EQUALITY}, {1, PLAIN},  {1, PLAIN},
+                                           {1, PLAIN},    {1, PLAIN},  {1, PLAIN}, // EQK .. GEI
+                                           {1, PLAIN},    {1, PLAIN},  {3, STACK},
+                                           {3, STACK},    {3, STACK},  {2, PLAIN}, // TEST .. RETURN0
+                                           {2, PLAIN},    {1, PLAIN},  {3, CONVERSION},
+                                           {1, PLAIN},    {3, STACK},  {1, PLAIN}, // RETURN1 .. TFORLOOP
+                                           {4, STACK},    {6, PLAIN},  {3, STACK},
+                                           {2, STACK},    {1, PLAIN}}; // SETLIST .. EXTRAARG
+
+/// The head of the interpreter's record of a call, where its program counter lies.
+typedef struct {
+    void* function;
+    void* top;
+    void* previous;
+    void* next;
+    const uint32_t* counter; // Behind the instruction.
+} call_head_t;
+
+static uint32_t instruction_of(const lua_Debug* const record)
+{
+    call_head_t head;
+    (void)memcpy(&head, record->i_ci, sizeof head);
+    return head.counter[-1];
+}
+
+uint32_t procedure_price_of_key(const procedure_slot_t* const slot)
+{
+    return slot->nodes / NODES_SEARCHED;
+}
+
+static uint32_t price_of(const procedure_slot_t* const slot, const uint32_t instruction)
+{
+    const uint32_t operation = instruction & OPERATION_MASK;
+    if (operation >= OPERATIONS) {
+        return PROCEDURE_ACT_MAX;
+    }
+    const uint32_t base = prices[operation].base;
+    switch ((dependence_t)prices[operation].on) {
+    case KEY:
+        return base + procedure_price_of_key(slot);
+    case LENGTH:
+        return base + (slot->nodes / NODES_LENGTH);
+    case ORDER:
+        return base + (slot->longest / (slot->has_nul ? NULS_COMPARED : OCTETS_COMPARED));
+    case EQUALITY:
+        return base + (slot->longest / OCTETS_COMPARED);
+    case STACK:
+        return base + (slot->stack_size / STACK_MOVED);
+    case OPERANDS:
+        return base + (OPERAND * ((instruction >> OPERANDS_SHIFT) & OPERANDS_MASK)) +
+               (slot->longest / OCTETS_COMPARED);
+    case CONVERSION:
+        return base + (2U * (slot->longest / OCTETS_READ));
+    case PLAIN:
+    default:
+        return base;
+    }
+}
+
+void procedure_charge(procedure_slot_t* const slot, const uint64_t price)
+{
+    const uint32_t units = (price < PRICE_MAX) ? (uint32_t)price : PRICE_MAX;
+    slot->spent += units;
+    slot->used += units;
+}
+
+bool procedure_must_wait(lua_State* const state)
+{
+    procedure_slot_t* const slot = procedure_slot_of(state);
+    const bool must              = (slot->spent > slot->budget) && (lua_isyieldable(state) != 0);
+    if (must) {
+        slot->call.kind = PUS_CALL_PAUSED;
+    }
+    return must;
+}
+
+void procedure_cost_hook(lua_State* const state, lua_Debug* const record)
+{
+    procedure_slot_t* const slot = procedure_slot_of(state);
+    procedure_charge(slot, price_of(slot, instruction_of(record)));
+    if (procedure_must_wait(state)) {
+        (void)lua_yield(state, 0); // The instruction is done, paid for, when there is a budget again.
+    }
+}
+
+int procedure_pay(lua_State* const state, const uint64_t price, const lua_KFunction body,
+                  const lua_KContext context)
+{
+    if (price > PROCEDURE_ACT_MAX) {
+        return luaL_error(state, "too much in one call");
+    }
+    procedure_charge(procedure_slot_of(state), price);
+    return procedure_must_wait(state) ? lua_yieldk(state, 0, context, body) : body(state, LUA_OK, context);
+}
+
+void procedure_note_text(lua_State* const state, const int index)
+{
+    procedure_slot_t* const slot = procedure_slot_of(state);
+    if (!slot->has_nul && (lua_type(state, index) == LUA_TSTRING)) {
+        size_t size            = 0U;
+        const char* const text = lua_tolstring(state, index, &size);
+        slot->has_nul          = (size > 0U) && (memchr(text, 0, size) != NULL);
+    }
+}
+
+// Memory.
+
+/// A table with other keys than numbers in sequence has a list of a power of two of them.
+static uint32_t nodes_in(const size_t size)
+{
+    const size_t nodes = size / NODE_OCTETS;
+    return (((size % NODE_OCTETS) == 0U) && ((nodes & (nodes - 1U)) == 0U)) ? (uint32_t)nodes : 0U;
+}
+
+/// A table's list, a stack, a function's list: filled anew, and where keys collide, each is searched for.
+static void charge_list(procedure_slot_t* const slot, const size_t size, const uint32_t nodes)
+{
+    const uint64_t price = (size / OCTETS_TAKEN) + (((uint64_t)nodes * nodes) / PAIRS_SEARCHED) + OBJECT;
+    if (size > slot->largest) {
+        slot->largest = (uint32_t)size;
+        procedure_charge(slot, price);
+    } else {
+        slot->used += (uint32_t)price;
+        slot->grace += (uint32_t)price;
+        slot->spent += (slot->grace > PROCEDURE_GRACE) ? (uint32_t)price : 0U;
+    }
+    slot->nodes = (nodes > slot->nodes) ? nodes : slot->nodes;
+}
+
+static bool may_take_text(procedure_slot_t* const slot, const size_t size)
+{
+    const uint32_t length = (size > OBJECT_HEAD) ? (uint32_t)(size - OBJECT_HEAD - 1U) : 0U;
+    if (length > PROCEDURE_STRING_MAX) {
+        slot->is_too_long = true;
+        return false;
+    }
+    if (length > SHORT_TEXT) {
+        procedure_charge(slot, OBJECT + (length / OCTETS_HASHED));
+        slot->longest = (length > slot->longest) ? length : slot->longest;
+    }
+    return true;
+}
+
+/// A function refers to variables outside of it; each is searched for among those that others refer to.
+static void charge_function(procedure_slot_t* const slot, const size_t size)
+{
+    const uint64_t variables = size / sizeof(void*);
+    procedure_charge(slot, OBJECT + ((variables * variables) / PAIRS_SEARCHED));
+}
+
+/// A list of values or a stack of a procedure that runs.
+static bool may_take_list(procedure_slot_t* const slot, const void* const block, const size_t before,
+                          const size_t after)
+{
+    const uint32_t nodes = nodes_in(after);
+    if ((after > PROCEDURE_LIST_MAX) || (nodes > PROCEDURE_NODES_MAX)) {
+        return false;
+    }
+    if ((block == NULL) || (after > before)) {
+        charge_list(slot, after, nodes);
+    }
+    return true;
+}
+
+bool procedure_may_take(procedure_slot_t* const slot, const void* const block, const size_t before,
+                        const size_t after)
+{
+    if (block == NULL) {
+        switch (before) { // The kind of object.
+        case LUA_TSTRING:
+            return may_take_text(slot, after);
+        case LUA_TFUNCTION:
+            charge_function(slot, after);
+            return true;
+        case 0U:
+            break;
+        default:
+            procedure_charge(slot, OBJECT);
+            return true;
+        }
+    }
+    // While the code is being read, lists are as long as the code is.
+    return (slot->thread == NULL) || may_take_list(slot, block, before, after);
+}
+
+void procedure_charge_collection(procedure_slot_t* const slot)
+{
+    procedure_charge(slot, slot->heap.used / COLLECTION_OCTETS);
+}

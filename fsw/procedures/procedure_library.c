@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// Functions of the interpreter's library that neither call back into the procedure nor show addresses. Each
+// is called through `priced`, which charges for what the arguments make it do, at worst, before it is done.
+#include "fsw/procedures/procedure_cost.h"
+#include "fsw/procedures/procedure_sandbox.h"
+
+#include <lua5.4/lauxlib.h>
+#include <string.h>
+
+#define OCTETS_READ 20U   // Of a text that may be taken for a number.
+#define CODE_SEARCHED 16U // Octets of code that an error's text may need looking at, for a unit.
+// Conversions of `format`.
+#define ANY_CONVERSION 20U
+#define FLOAT_CONVERSION 80U
+#define LONG_CONVERSION 400U // %f of a large number has 400 digits.
+#define QUOTED 2U            // Units for an octet.
+#define ROWS_MAX 32U         // Functions of a library.
+#define LENGTH_SEARCHES 8U   // For the end of a table.
+#define FLAGS "-+ \0430123456789."
+
+/// What a price has beside its base and the arguments.
+typedef enum {
+    NOTHING,
+    KEY,     // A key is found in a table.
+    LENGTH,  // The end of one.
+    ERROR,   // An error may be caught, whose text was made from the code.
+    TEXT,    // Makes a text that may have a NUL.
+    RANGE,   // Gives an octet for each place from the second argument to the third.
+    TEMPLATE // Is `format`.
+} extra_t;
+
+typedef struct {
+    const char* name;
+    uint8_t base;
+    uint8_t first;     // Octets of the first argument, a text, that cost a unit; 0: it is not read.
+    uint8_t arguments; // Arguments that cost a unit; 0: they cost nothing.
+    uint8_t extra;     // extra_t.
+} row_t;
+
+static const row_t base_rows[] = {{"assert", 3, 0, 8, NOTHING},    {"error", 20, 16, 0, NOTHING},
+                                  {"pcall", 20, 0, 8, ERROR},      {"rawequal", 3, 0, 0, NOTHING},
+                                  {"rawget", 3, 0, 0, KEY},        {"rawlen", 3, 0, 0, LENGTH},
+                                  {"rawset", 3, 0, 0, KEY},        {"select", 3, OCTETS_READ, 8, NOTHING},
+                                  {"tonumber", 5, 12, 0, NOTHING}, {"type", 2, 0, 0, NOTHING},
+                                  {NULL, 0, 0, 0, NOTHING}};
+
+static const row_t string_rows[] = {
+    {"byte", 3, 0, 0, RANGE},       {"char", 4, OCTETS_READ, 4, TEXT}, {"format", 5, 8, 0, TEMPLATE},
+    {"len", 2, 0, 0, NOTHING},      {"lower", 4, 40, 0, NOTHING},      {"pack", 6, 2, 1, TEXT},
+    {"packsize", 6, 4, 0, NOTHING}, {"reverse", 4, 40, 0, NOTHING},    {"sub", 4, 0, 0, NOTHING},
+    {"unpack", 6, 2, 0, NOTHING},   {"upper", 4, 40, 0, NOTHING},      {NULL, 0, 0, 0, NOTHING}};
+
+static const row_t math_rows[] = {
+    {"abs", 3, OCTETS_READ, 0, NOTHING},       {"ceil", 3, OCTETS_READ, 0, NOTHING},
+    {"floor", 3, OCTETS_READ, 0, NOTHING},     {"fmod", 6, OCTETS_READ, 0, NOTHING},
+    {"max", 3, OCTETS_READ, 1, NOTHING},       {"min", 3, OCTETS_READ, 1, NOTHING},
+    {"modf", 5, OCTETS_READ, 0, NOTHING},      {"sqrt", 3, OCTETS_READ, 0, NOTHING},
+    {"tointeger", 3, OCTETS_READ, 0, NOTHING}, {"type", 2, 0, 0, NOTHING},
+    {"ult", 3, OCTETS_READ, 0, NOTHING},       {NULL, 0, 0, 0, NOTHING}};
+
+static const row_t* const libraries[] = {base_rows, string_rows, math_rows};
+
+static uint64_t octets_at(lua_State* const state, const int index)
+{
+    return (lua_type(state, index) == LUA_TSTRING) ? (uint64_t)lua_rawlen(state, index) : 0U;
+}
+
+/// Price of a format's conversions. An address may not be shown.
+static uint64_t price_of_template(lua_State* const state)
+{
+    const int count    = lua_gettop(state);
+    const char* format = luaL_checkstring(state, 1);
+    uint64_t octets    = 0U;
+    uint64_t price     = 0U;
+    for (int i = 2; i <= count; i++) {
+        luaL_argexpected(state, lua_type(state, i) <= LUA_TSTRING, i, "nil, boolean, number or string");
+        octets += octets_at(state, i);
+    }
+    for (format = strchr(format, (int)'%'); format != NULL; format = strchr(format, (int)'%')) {
+        format += 1U + strspn(&format[1], FLAGS);
+        luaL_argcheck(state, *format != 'p', 1, "no addresses");
+        if ((*format == 'f') || (*format == 'F')) {
+            price += LONG_CONVERSION;
+        } else if (strchr("aAeEgG", (int)*format) != NULL) {
+            price += FLOAT_CONVERSION;
+        } else if (*format == 'q') {
+            price += ANY_CONVERSION + (QUOTED * octets);
+        } else {
+            price += ANY_CONVERSION;
+        }
+        format += (*format != '\0') ? 1U : 0U;
+    }
+    return price;
+}
+
+static uint64_t price_of_range(lua_State* const state)
+{
+    const uint64_t size     = octets_at(state, 1);
+    const lua_Integer first = luaL_optinteger(state, 2, 1);
+    const lua_Integer last  = luaL_optinteger(state, 3, first);
+    return (first == last) ? 0U : (size / 4U);
+}
+
+static uint64_t price_of(lua_State* const state, const row_t* const row)
+{
+    const procedure_slot_t* const slot = procedure_slot_of(state);
+    const int count                    = lua_gettop(state);
+    uint64_t price                     = row->base;
+    price += (row->first > 0U) ? (octets_at(state, 1) / row->first) : 0U;
+    price += (row->arguments > 0U) ? ((uint64_t)count / row->arguments) : 0U;
+    for (int i = 2; i <= count; i++) {
+        price += octets_at(state, i) / OCTETS_READ;
+    }
+    switch ((extra_t)row->extra) {
+    case KEY:
+        return price + procedure_price_of_key(slot);
+    case LENGTH:
+        return price + ((uint64_t)procedure_price_of_key(slot) * LENGTH_SEARCHES);
+    case ERROR:
+        return price + (slot->code_size / CODE_SEARCHED);
+    case RANGE:
+        return price + price_of_range(state);
+    case TEMPLATE:
+        return price + price_of_template(state);
+    case TEXT:
+    case NOTHING:
+    default:
+        return price;
+    }
+}
+
+/// Upvalues of `priced`: the function, its row.
+static const row_t* row_of(lua_State* const state)
+{
+    const uint32_t place = (uint32_t)lua_tointeger(state, lua_upvalueindex(2));
+    return &libraries[place / ROWS_MAX][place % ROWS_MAX];
+}
+
+static int call(lua_State* const state, const int status, const lua_KContext context)
+{
+    (void)status;
+    (void)context;
+    const uint8_t extra          = row_of(state)->extra;
+    const lua_CFunction function = lua_tocfunction(state, lua_upvalueindex(1));
+    const int results            = function(state);
+    if ((extra == (uint8_t)TEXT) || (extra == (uint8_t)TEMPLATE)) {
+        procedure_note_text(state, -1);
+    }
+    return results;
+}
+
+static int priced(lua_State* const state)
+{
+    return procedure_pay(state, price_of(state, row_of(state)), call, 0);
+}
+
+void procedure_library_copy(lua_State* const state, const procedure_library_t library)
+{
+    static const char* const constants[] = {"huge", "maxinteger", "mininteger", "pi"};
+    const row_t* const rows              = libraries[library];
+    for (uint32_t i = 0U; rows[i].name != NULL; i++) {
+        (void)lua_getfield(state, -1, rows[i].name);
+        lua_pushinteger(state, ((lua_Integer)library * (lua_Integer)ROWS_MAX) + (lua_Integer)i);
+        lua_pushcclosure(state, priced, 2);
+        lua_setfield(state, -3, rows[i].name);
+    }
+    for (size_t i = 0U; (library == PROCEDURE_MATH) && (i < (sizeof constants / sizeof constants[0])); i++) {
+        (void)lua_getfield(state, -1, constants[i]);
+        lua_setfield(state, -3, constants[i]);
+    }
+    lua_pop(state, 1);
+}
