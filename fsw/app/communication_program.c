@@ -24,7 +24,7 @@ static void sent(void* const context, const uint16_t peer_port, const uint32_t o
     const unsigned operator= run_operator(seat->run);
     if ((seat->clock.mode == OSAL_CLOCK_STEPPED) &&
         (osal_calendar_stream_port(seat->clock.calendar, operator) == peer_port)) {
-        osal_clock_deliver(&seat->clock, operator, 0U, octets);
+        osal_clock_deliver(&seat->clock, operator, OSAL_CALENDAR_ANY_LIFE, 0U, octets);
     }
 }
 
@@ -102,7 +102,13 @@ bool communication_open(seat_t* const seat, program_t* const out_program)
     secure(&storage, seat->run->key);
     member_begin(&storage.member, communication_callbacks(), &storage.communication,
                  (component_services_t){&storage.services, communication_add_services});
-    *out_program =
-        (program_t){&storage, step, sockets_of, member_link_datagram, NULL, &storage.member.component};
+    *out_program = (program_t){.self          = &storage,
+                               .step          = step,
+                               .sockets       = sockets_of,
+                               .link_datagram = member_link_datagram,
+                               .close         = member_close,
+                               .component     = &storage.member.component,
+                               .storage       = &storage,
+                               .size          = sizeof storage};
     return true;
 }

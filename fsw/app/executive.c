@@ -174,6 +174,7 @@ static status_t loop(const char* const executable, const program_t* const progra
         seat_pump(seat, osal_clock_messages_due(&seat->clock), program->link_datagram, program->self);
         wake_ns = program->step(program->self, osal_clock_now_ns(&seat->clock),
                                 osal_clock_octets_due(&seat->clock));
+        run_block_beat(seat->run, seat->component, osal_clock_now_ns(&seat->clock), wake_ns);
         follow_priority(executable, program, &priority);
     }
 }
@@ -208,9 +209,7 @@ int executive_main(const int argument_count, char* const arguments[], const char
     note_attributes(executable);
     const status_t status = loop(executable, &program);
     loop_tasks_stop(&storage.loop_tasks);
-    if (program.close != NULL) {
-        program.close(program.self);
-    }
+    program.close(program.self);
     if (storage.is_foreign) {
         foreign_leave(&storage.foreign);
     }

@@ -118,7 +118,8 @@ status_t foreign_wait(foreign_t* const foreign, const uint64_t wake_ns)
         return status;
     }
     // Frames for a controller whose ring is full are lost, as on the bus, and counted there.
-    if (!foreign_read_grant(&reader, &grant) || !foreign_read_frames(&reader, &foreign->buses)) {
+    if (!foreign_read_grant(&reader, &grant, &foreign->run) ||
+        !foreign_read_frames(&reader, &foreign->buses)) {
         return STATUS_INVALID;
     }
     osal_clock_take_grant(&foreign->seat->clock, &grant);

@@ -139,7 +139,8 @@ void foreign_write_run(octet_writer_t* const writer, const run_block_t* const ru
         write_text(writer, one->name);
         octet_write_u32(writer, (uint32_t)one->message_descriptor);
         octet_write_u16(writer, one->message_port);
-        octet_write_u32(writer, one->start_count);
+        octet_write_u32(writer, one->life);
+        octet_write_u32(writer, one->link_floor);
     }
     for (unsigned i = 0U; i < RUN_LINKS_MAX; i++) {
         octet_write_u32(writer, (uint32_t)run->link_descriptors[i]);
@@ -169,7 +170,8 @@ bool foreign_read_run(octet_reader_t* const reader, run_block_t* const out_run, 
         is_good                    = read_text(reader, one->name, sizeof one->name);
         one->message_descriptor    = (int)octet_read_u32(reader);
         one->message_port          = octet_read_u16(reader);
-        one->start_count           = octet_read_u32(reader);
+        one->life                  = octet_read_u32(reader);
+        one->link_floor            = octet_read_u32(reader);
     }
     for (unsigned i = 0U; i < RUN_LINKS_MAX; i++) {
         out_run->link_descriptors[i] = (int)octet_read_u32(reader);
@@ -187,6 +189,7 @@ void foreign_write_done(octet_writer_t* const writer, const foreign_done_t* cons
     octet_write_u32(writer, done->opened);
     octet_write_u8(writer, done->is_lossy ? 1U : 0U);
     for (unsigned i = 0U; i < OSAL_CALENDAR_PARTICIPANTS_MAX; i++) {
+        octet_write_u32(writer, done->deliveries.lives[i]);
         octet_write_u32(writer, done->deliveries.messages[i]);
         octet_write_u32(writer, done->deliveries.octets[i]);
     }
@@ -199,26 +202,36 @@ bool foreign_read_done(octet_reader_t* const reader, foreign_done_t* const out_d
     out_done->opened   = octet_read_u32(reader);
     out_done->is_lossy = (octet_read_u8(reader) != 0U);
     for (unsigned i = 0U; i < OSAL_CALENDAR_PARTICIPANTS_MAX; i++) {
+        out_done->deliveries.lives[i]    = octet_read_u32(reader);
         out_done->deliveries.messages[i] = octet_read_u32(reader);
         out_done->deliveries.octets[i]   = octet_read_u32(reader);
     }
     return !reader->failed;
 }
 
-void foreign_write_grant(octet_writer_t* const writer, const osal_grant_t* const grant)
+void foreign_write_grant(octet_writer_t* const writer, const osal_grant_t* const grant,
+                         const run_block_t* const run)
 {
-    FSW_ASSERT((writer != NULL) && (grant != NULL));
+    FSW_ASSERT((writer != NULL) && (grant != NULL) && (run != NULL));
     octet_write_u64(writer, grant->now_ns);
     octet_write_u32(writer, grant->messages);
     octet_write_u32(writer, grant->octets);
+    for (unsigned i = 0U; i < run->component_count; i++) {
+        octet_write_u32(writer, run->components[i].life);
+        octet_write_u32(writer, run->components[i].link_floor);
+    }
 }
 
-bool foreign_read_grant(octet_reader_t* const reader, osal_grant_t* const out_grant)
+bool foreign_read_grant(octet_reader_t* const reader, osal_grant_t* const out_grant, run_block_t* const run)
 {
-    FSW_ASSERT((reader != NULL) && (out_grant != NULL));
+    FSW_ASSERT((reader != NULL) && (out_grant != NULL) && (run != NULL));
     out_grant->now_ns   = octet_read_u64(reader);
     out_grant->messages = octet_read_u32(reader);
     out_grant->octets   = octet_read_u32(reader);
+    for (unsigned i = 0U; i < run->component_count; i++) {
+        run->components[i].life       = octet_read_u32(reader);
+        run->components[i].link_floor = octet_read_u32(reader);
+    }
     return !reader->failed;
 }
 

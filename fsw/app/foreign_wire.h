@@ -67,8 +67,9 @@ void foreign_write_run(octet_writer_t* writer, const run_block_t* run, unsigned 
 bool foreign_read_run(octet_reader_t* reader, run_block_t* out_run, unsigned* out_component);
 void foreign_write_done(octet_writer_t* writer, const foreign_done_t* done);
 bool foreign_read_done(octet_reader_t* reader, foreign_done_t* out_done);
-void foreign_write_grant(octet_writer_t* writer, const osal_grant_t* grant);
-bool foreign_read_grant(octet_reader_t* reader, osal_grant_t* out_grant);
+/// A grant, with the lives of all components as the run says them.
+void foreign_write_grant(octet_writer_t* writer, const osal_grant_t* grant, const run_block_t* run);
+bool foreign_read_grant(octet_reader_t* reader, osal_grant_t* out_grant, run_block_t* run);
 /// All frames that have come on the ends, as the last of a message.
 void foreign_write_frames(octet_writer_t* writer, foreign_buses_t* buses);
 /// Send them on the ends of the same numbers.

@@ -3,11 +3,13 @@
 // by octet rings. The launcher starts it in place of the processes.
 #include "fsw/app/member.h"
 #include "fsw/app/program.h"
+#include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/text.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/resource/take_check.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/process.h"
+#include "sim/app/death.h"
 #include "sim/app/simulator.h"
 #include "sim/clock/door.h"
 
@@ -30,6 +32,7 @@ typedef struct { // Everything the image holds beside its components' own storag
     seat_t seats[MISSION_SUBSYSTEMS_MAX];
     subsystem_descriptor_t own[MISSION_SUBSYSTEMS_MAX];
     program_t programs[MISSION_SUBSYSTEMS_MAX];
+    bool is_open[MISSION_SUBSYSTEMS_MAX];
     simulator_t* simulator;
     door_t door;
     bool has_door;
@@ -61,10 +64,14 @@ static int complain(const char* const what)
 /// A frame was put into the inbox of `to` by the component that is running.
 static void delivered(void* const context, const uint16_t to)
 {
-    const image_t* const self = (const image_t*)context;
-    unsigned component        = 0U;
+    image_t* const self = (image_t*)context;
+    unsigned component  = 0U;
     if (run_block_find(self->run, to, &component)) {
-        osal_calendar_deliver(self->calendar, self->running, run_participant(component), 1U, 0U);
+        FSW_ASSERT(self->running > RUN_SIMULATOR); // Components speak in their turns only.
+        seat_told(&self->seats[self->running - 1U], component, osal_calendar_now_ns(self->calendar));
+        // Only to wake it: the frame is in its inbox, and not among what its sockets have to bring.
+        osal_calendar_deliver(self->calendar, self->running, run_participant(component),
+                              self->seats[self->running - 1U].peers[component].life, 0U, 0U);
     }
 }
 
@@ -87,29 +94,46 @@ static const char* attach(image_t* const self, const char* const run_name_text)
     return (self->calendar == NULL) ? "the run's calendar is gone" : NULL;
 }
 
+static seat_surroundings_t surroundings_of(image_t* const self)
+{
+    return (seat_surroundings_t){.run      = self->run,
+                                 .mission  = &self->mission,
+                                 .reader   = &self->reader,
+                                 .calendar = self->calendar,
+                                 .hub      = &self->hub};
+}
+
+/// Open a component with `own` for its descriptor. Null, or what is wrong.
+static const char* open_component(image_t* const self, const unsigned index,
+                                  subsystem_descriptor_t* const own)
+{
+    const seat_surroundings_t surroundings = surroundings_of(self);
+    char path[RUN_PATH_MAX];
+    if (!descriptor_path(self->run, self->mission.subsystems[index].descriptor, path, sizeof path) ||
+        (descriptor_load_subsystem(&self->reader.loader, path, own) != STATUS_OK)) {
+        return descriptor_error(&self->reader.loader);
+    }
+    if (seat_take(&self->seats[index], &surroundings, own, index) != STATUS_OK) {
+        return self->seats[index].error;
+    }
+    const program_open_t open = program_find(self->mission.subsystems[index].executable);
+    if (open == NULL) {
+        return "the image holds no program for one of the mission's executables";
+    }
+    if (!open(&self->seats[index], &self->programs[index])) {
+        return self->seats[index].error;
+    }
+    self->is_open[index] = true;
+    return NULL;
+}
+
 static const char* seat_all(image_t* const self)
 {
-    const seat_surroundings_t surroundings = {.run      = self->run,
-                                              .mission  = &self->mission,
-                                              .reader   = &self->reader,
-                                              .calendar = self->calendar,
-                                              .hub      = &self->hub};
     ring_carrier_init(&self->hub, (delivery_notice_t){self, delivered});
     for (unsigned i = 0U; i < self->run->component_count; i++) {
-        char path[RUN_PATH_MAX];
-        if (!descriptor_path(self->run, self->mission.subsystems[i].descriptor, path, sizeof path) ||
-            (descriptor_load_subsystem(&self->reader.loader, path, &self->own[i]) != STATUS_OK)) {
-            return descriptor_error(&self->reader.loader);
-        }
-        if (seat_take(&self->seats[i], &surroundings, &self->own[i], i) != STATUS_OK) {
-            return self->seats[i].error;
-        }
-        const program_open_t open = program_find(self->mission.subsystems[i].executable);
-        if (open == NULL) {
-            return "the image holds no program for one of the mission's executables";
-        }
-        if (!open(&self->seats[i], &self->programs[i])) {
-            return self->seats[i].error;
+        const char* const error = open_component(self, i, &self->own[i]);
+        if (error != NULL) {
+            return error;
         }
         if (self->seats[i].apid == 2U) {
             self->communication = run_participant(i);
@@ -118,12 +142,78 @@ static const char* seat_all(image_t* const self)
     return NULL;
 }
 
+// ---- Lives ----
+
+/// As the end of its process: what it had open is closed, and nobody hears of it.
+static void close_component(image_t* const self, const unsigned index)
+{
+    if (self->is_open[index]) {
+        self->programs[index].close(self->programs[index].self);
+        seat_leave(&self->seats[index]);
+        self->is_open[index] = false;
+    }
+}
+
+/// Components whose life has ended in the last turn.
+static void close_ended(image_t* const self)
+{
+    for (unsigned i = 0U; i < self->run->component_count; i++) {
+        if (!osal_calendar_is_present(self->calendar, run_participant(i))) {
+            close_component(self, i);
+        }
+    }
+}
+
+/// The life of a component begins: it finds its storage as a new process would.
+static void begin_life(image_t* const self, const unsigned participant)
+{
+    const unsigned index              = participant - 1U;
+    run_component_t* const component  = &self->run->components[index];
+    subsystem_descriptor_t* const own = self->seats[index].own;
+    FSW_ASSERT(!self->is_open[index] && (index < self->run->component_count));
+    (void)memset(self->programs[index].storage, 0, self->programs[index].size);
+    const char* const error = open_component(self, index, own);
+    if (error != NULL) {
+        (void)complain(error);
+        osal_calendar_end(self->calendar, participant, component->life);
+        return;
+    }
+    __atomic_store_n(&component->found_life, component->life, __ATOMIC_RELEASE);
+    osal_calendar_done(self->calendar, participant, 0U);
+}
+
+static void act_on_process(void* const context, const fault_kind_t kind, const char* const process)
+{
+    image_t* const self = (image_t*)context;
+    for (uint16_t i = 0U; i < self->mission.subsystem_count; i++) {
+        const mission_subsystem_t* const subsystem = &self->mission.subsystems[i];
+        if ((strcmp(subsystem->executable, process) != 0) && (strcmp(subsystem->name, process) != 0)) {
+            continue;
+        }
+        if (kind == FAULT_KILL) {
+            osal_calendar_kill(self->calendar, run_participant(i), OSAL_CALENDAR_ANY_LIFE);
+        } else if (kind == FAULT_HANG) {
+            osal_calendar_suspend(self->calendar, run_participant(i));
+        } else {
+            osal_calendar_resume(self->calendar, run_participant(i));
+        }
+        return;
+    }
+    if (kind == FAULT_KILL) {
+        death_of(process);
+    } else {
+        (void)complain("a scenario's hang or resume names no component");
+    }
+}
+
 static const char* open_simulator(image_t* const self, const image_options_t* const options)
 {
-    simulator_config_t config = {.scenario_path  = options->scenario,
-                                 .equipment_path = options->equipment,
-                                 .output_path    = self->run->folder,
-                                 .seed           = options->seed};
+    simulator_config_t config = {.process_fault   = act_on_process,
+                                 .process_context = self,
+                                 .scenario_path   = options->scenario,
+                                 .equipment_path  = options->equipment,
+                                 .output_path     = self->run->folder,
+                                 .seed            = options->seed};
     for (uint16_t i = 0U; (i < self->mission.bus_count) && (i < SIMULATOR_BUSES_MAX); i++) {
         const char* const channel_a = self->mission.buses[i].redundant_to;
         const run_bus_t* const bus  = &self->run->buses[i];
@@ -158,7 +248,8 @@ static const char* open_door(image_t* const self, const char* const path)
         status = door_accept(&self->door, DOOR_ROUND_MS);
     }
     if ((status == STATUS_TIMEOUT) && is_stop_requested(self)) {
-        osal_calendar_end(self->calendar, order); // It has ended before it came: go down in order.
+        osal_calendar_end(self->calendar, order,
+                          OSAL_CALENDAR_ANY_LIFE); // It has ended before it came: go down in order.
         return NULL;
     }
     if (status != STATUS_OK) {
@@ -177,11 +268,11 @@ static void run_operator_turn(image_t* const self, const osal_grant_t* const gra
     uint64_t wake_ns     = OSAL_CALENDAR_NEVER;
     uint32_t octets      = 0U;
     if (door_exchange(&self->door, grant, &wake_ns, &octets) != STATUS_OK) {
-        osal_calendar_end(self->calendar, order);
+        osal_calendar_end(self->calendar, order, OSAL_CALENDAR_ANY_LIFE);
         return;
     }
     if (octets > 0U) {
-        osal_calendar_deliver(self->calendar, order, self->communication, 0U, octets);
+        osal_calendar_deliver(self->calendar, order, self->communication, OSAL_CALENDAR_ANY_LIFE, 0U, octets);
     }
     osal_calendar_done(self->calendar, order, wake_ns);
 }
@@ -192,6 +283,7 @@ static void run_component(image_t* const self, const unsigned participant, const
     const program_t* const program = &self->programs[component];
     seat_pump(&self->seats[component], grant->messages, program->link_datagram, program->self);
     const uint64_t wake_ns = program->step(program->self, grant->now_ns, grant->octets);
+    run_block_beat(self->run, component, grant->now_ns, wake_ns);
     osal_calendar_done(self->calendar, participant, wake_ns);
 }
 
@@ -202,16 +294,22 @@ static void loop(image_t* const self)
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         osal_calendar_done(self->calendar, run_participant(i), 0U);
     }
-    osal_grant_t grant = {0U, 0U, 0U};
-    while ((osal_process_stop_count() == 0U) &&
-           (osal_calendar_next(self->calendar, &self->running, &grant) == STATUS_OK)) {
-        if (self->running == RUN_SIMULATOR) {
+    while (osal_process_stop_count() == 0U) {
+        osal_grant_t grant    = {0U, 0U, 0U};
+        const status_t status = osal_calendar_next(self->calendar, &self->running, &grant);
+        if (status == STATUS_BUSY) {
+            begin_life(self, self->running);
+        } else if (status != STATUS_OK) {
+            return;
+        } else if (self->running == RUN_SIMULATOR) {
             const uint64_t wake_ns = simulator_step(self->simulator, grant.now_ns);
             osal_calendar_done(self->calendar, RUN_SIMULATOR, wake_ns);
+            close_ended(self);
         } else if (self->running == run_operator(self->run)) {
             run_operator_turn(self, &grant);
         } else {
             run_component(self, self->running, &grant);
+            close_ended(self);
         }
     }
 }
@@ -220,9 +318,7 @@ static int close_all(image_t* const self)
 {
     int code = 0;
     for (unsigned i = 0U; i < self->run->component_count; i++) {
-        if (self->programs[i].close != NULL) {
-            self->programs[i].close(self->programs[i].self);
-        }
+        close_component(self, i);
     }
     if (simulator_close(self->simulator) != STATUS_OK) {
         code = complain("a log of the simulator is not complete");

@@ -15,7 +15,9 @@
 #define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to come up.
 /// Simulated time that members have to reach their safe state without supervisor.
 #define ABANDON_NS 5000000000ULL
-#define ABANDONED 1U ///< As abandon_ns: at once, even before time begins.
+#define ASK_NS 1000000000ULL  ///< Wall-clock time that a process has to end by itself after its last grant,
+#define KILL_NS 2000000000ULL ///< and to end at all.
+#define ABANDONED 1U          ///< As abandon_ns: at once, even before time begins.
 
 void launcher_give_up(launcher_t* const launcher, const char* const what, const char* const detail)
 {
@@ -37,12 +39,22 @@ uint64_t launcher_now_ns(const launcher_t* const launcher)
     return (wall_ns > launcher->run->origin_ns) ? (wall_ns - launcher->run->origin_ns) : 0U;
 }
 
-/// A participant of the calendar is gone.
-static void end_participant(const launcher_t* const launcher, const child_t* const child)
+/// A participant of the calendar is gone. True if simulated time determines when: its life was ended before
+/// by somebody who held the grant, or it held the grant itself.
+static bool end_participant(const launcher_t* const launcher, const child_t* const child)
 {
-    if (launcher->calendar != NULL) {
-        osal_calendar_end(launcher->calendar, child->participant);
+    if (launcher->calendar == NULL) {
+        return false;
     }
+    uint32_t grants      = 0U;
+    uint32_t life        = 0U;
+    const uint32_t of    = child->is_component ? child->life : OSAL_CALENDAR_ANY_LIFE;
+    const bool is_holder = osal_calendar_holder(launcher->calendar, &grants) == child->participant;
+    const bool is_absent =
+        osal_calendar_presence(launcher->calendar, child->participant, &life) == OSAL_CALENDAR_ABSENT;
+    const bool is_ended = is_absent || (child->is_component && (life != child->life));
+    osal_calendar_end(launcher->calendar, child->participant, of);
+    return is_ended || is_holder;
 }
 
 bool launcher_is_flag(const uint32_t* const flag)
@@ -72,21 +84,21 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
     launcher_give_up(launcher, what, "; see console.log");
     if (child->is_component) {
         run_component_t* const component = &launcher->run->components[child->component];
-        __atomic_store_n(&component->is_wanted, 0U, __ATOMIC_RELEASE);
         __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_LOST, __ATOMIC_RELEASE);
         if (component->apid == 1U) { // Without supervisor the others reach their safe state by themselves.
             launcher->abandon_ns = launcher_now_ns(launcher) + ABANDON_NS;
         }
     } else if (strcmp(child->name, "packet-archive-sqlite") != 0) {
         request_stop(launcher);
+        launcher->is_undetermined = true; // When the supervisor sees that, simulated time does not say.
         const bool is_vital  = (strcmp(child->name, "simulator") == 0) || (strcmp(child->name, "image") == 0);
         launcher->abandon_ns = is_vital ? ABANDONED : launcher->abandon_ns;
     } else {
         // The spool holds what it had to write; the merge at the end takes it.
     }
-    if (child->participant != LAUNCHER_NO_PARTICIPANT) {
-        end_participant(launcher, child);
-    }
+    const bool is_determined =
+        (child->participant != LAUNCHER_NO_PARTICIPANT) && end_participant(launcher, child);
+    launcher->is_undetermined = launcher->is_undetermined || !is_determined;
 }
 
 static void child_ended(launcher_t* const launcher, child_t* const child)
@@ -96,9 +108,9 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
     const bool is_good = !child->result.was_signalled && (child->result.code == 0);
     if (child->is_component && !is_over) {
         run_component_t* const component = &launcher->run->components[child->component];
-        if (!launcher_is_flag(&component->is_wanted) && is_good) { // Stopped by the supervisor's order.
+        if ((__atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE) != child->life) && is_good) {
             __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_STOPPED, __ATOMIC_RELEASE);
-            end_participant(launcher, child);
+            (void)end_participant(launcher, child); // Stopped by the supervisor's order.
             return;
         }
         launcher_part_lost(launcher, child);
@@ -109,7 +121,7 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
     } else if (strcmp(child->name, "operator") == 0) {
         launcher->left_ns = launcher_now_ns(launcher) + 1U;
         if (child->participant != LAUNCHER_NO_PARTICIPANT) {
-            end_participant(launcher, child); // It may never have joined.
+            (void)end_participant(launcher, child); // It may never have joined.
         } else if (launcher->options.is_image &&
                    (launcher->left_ns == 1U)) { // The image waits for it before time begins.
             launcher->is_cut_short = true;
@@ -138,6 +150,27 @@ static void reap(launcher_t* const launcher)
     }
 }
 
+/// A process whose life is over. Who takes part in the calendar ends by itself; who does not, or has not done
+/// so, is asked to; who hangs is killed.
+static void end_child(child_t* const child, const run_component_t* const component, const bool is_in_calendar)
+{
+    const uint64_t now_ns = osal_clock_monotonic_ns();
+    if (child->asked_to_end_ns == 0U) {
+        child->asked_to_end_ns = now_ns;
+        child->is_asked        = false;
+    }
+    const uint64_t waited_ns = now_ns - child->asked_to_end_ns;
+    const bool is_to_kill    = (__atomic_load_n(&component->kill_life, __ATOMIC_ACQUIRE) == child->life);
+    if (is_to_kill || (waited_ns >= KILL_NS)) {
+        (void)osal_process_stop(&child->process, true);
+    } else if (!child->is_asked && (!is_in_calendar || (waited_ns >= ASK_NS))) {
+        (void)osal_process_stop(&child->process, false);
+        child->is_asked = true;
+    } else {
+        // It has been told by the calendar, or asked.
+    }
+}
+
 /// What the supervisor asks for: processes to start again or to stop.
 static void obey_supervisor(launcher_t* const launcher)
 {
@@ -146,13 +179,14 @@ static void obey_supervisor(launcher_t* const launcher)
         if (!child->is_component) {
             continue;
         }
-        const bool is_wanted = launcher_is_flag(&launcher->run->components[child->component].is_wanted);
-        if (is_wanted && !child->is_alive) {
+        const run_component_t* const component = &launcher->run->components[child->component];
+        const uint32_t wanted                  = __atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE);
+        if (child->is_alive && (wanted != child->life)) {
+            end_child(child, component, launcher->calendar != NULL);
+        } else if (!child->is_alive && (wanted != 0U) && (wanted != child->life)) {
             launcher_start_component(launcher, child);
-        } else if (!is_wanted && child->is_alive) {
-            (void)osal_process_stop(&child->process, false);
         } else {
-            // As wanted.
+            // As it should be, or died: the supervisor decides what comes of it.
         }
     }
 }

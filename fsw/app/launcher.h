@@ -26,6 +26,10 @@ typedef struct { // Private: one child process.
     bool is_component;
     unsigned component;   // Index, if it is one.
     unsigned participant; // Of the calendar; OSAL_CALENDAR_PARTICIPANTS_MAX: none.
+    uint32_t life;        // Of the component, that it was started for.
+    uint64_t
+        asked_to_end_ns; // Wall-clock time at which it was first seen not to be wanted any more; 0: it is.
+    bool is_asked;       // By a signal.
     osal_process_result_t result;
     uint64_t memory_high_kib; // Of all its lives.
 } child_t;
@@ -78,8 +82,9 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint64_t left_ns;            // Simulated time at which the operator left in good order, + 1.
     uint64_t moved_simulated_ns; // Simulated time when it was last seen to move, and when that was.
     uint64_t moved_wall_ns;
-    bool is_cut_short; // Ended at an instant that simulated time does not determine.
-    bool is_broken;    // A part died.
+    bool is_cut_short;    // Ended at an instant that simulated time does not determine.
+    bool is_broken;       // A part died.
+    bool is_undetermined; // At an instant that simulated time does not determine.
     int exit_code;
     char reason[LAUNCHER_REASON_MAX];
 } launcher_t;

@@ -93,11 +93,12 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
 {
     run_component_t* const component = &launcher->run->components[child->component];
     int descriptors[2U + RUN_LINKS_MAX];
-    size_t count          = 0U;
-    arguments_t arguments = {.count = 0U};
-    component->start_count++;
+    size_t count           = 0U;
+    arguments_t arguments  = {.count = 0U};
+    child->life            = __atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE);
+    child->asked_to_end_ns = 0U;
     __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_RUNNING, __ATOMIC_RELEASE);
-    __atomic_store_n(&component->is_wanted, 1U, __ATOMIC_RELEASE);
+    __atomic_store_n(&component->found_life, child->life, __ATOMIC_RELEASE);
     descriptors[count++] = component->message_descriptor;
     descriptors[count++] = launcher->run->ground_descriptor;
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
@@ -162,6 +163,24 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
     }
 }
 
+/// Each component by the name of its program, as run.json has it, and by its own.
+static void add_processes(arguments_t* const arguments, const launcher_t* const launcher)
+{
+    for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
+        const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
+        const char* const names[]                  = {subsystem->executable, subsystem->name};
+        for (size_t k = 0U; k < 2U; k++) {
+            char process[RUN_NAME_MAX];
+            text_t text = text_in(process, sizeof process);
+            text_add(&text, names[k]);
+            text_add(&text, "=");
+            text_add_unsigned(&text, run_participant(i));
+            arguments_add(arguments, "--process");
+            arguments_add(arguments, process);
+        }
+    }
+}
+
 static void start_simulator(launcher_t* const launcher)
 {
     arguments_t arguments = {.count = 0U};
@@ -175,6 +194,7 @@ static void start_simulator(launcher_t* const launcher)
     FSW_ASSERT(run_name(launcher->run, "calendar", 0U, name, sizeof name));
     arguments_add(&arguments, "--calendar");
     arguments_add(&arguments, name);
+    add_processes(&arguments, launcher);
     if (launcher->has_operator && run_block_find(launcher->run, 2U, &communication)) {
         arguments_add(&arguments, "--door");
         arguments_add(&arguments, launcher->door);
@@ -210,8 +230,8 @@ static void start_image(launcher_t* const launcher)
         }
     }
     for (unsigned i = 0U; i < launcher->run->component_count; i++) {
-        launcher->run->components[i].start_count = 1U;
-        launcher->run->components[i].process     = (uint32_t)RUN_PROCESS_RUNNING;
+        launcher->run->components[i].found_life = 1U;
+        launcher->run->components[i].process    = (uint32_t)RUN_PROCESS_RUNNING;
     }
     arguments_add_program(&arguments, launcher, "image");
     arguments_add(&arguments, "--run");

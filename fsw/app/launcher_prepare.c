@@ -280,7 +280,10 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
         const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
         component->apid                            = subsystem->apid;
         component->message_descriptor              = -1;
-        text                                       = text_in(component->name, sizeof component->name);
+        component->life                            = 1U;
+        component->wanted_life                     = 1U;
+        run_block_beat(run, i, 0U, OSAL_CALENDAR_NEVER);
+        text = text_in(component->name, sizeof component->name);
         text_add(&text, subsystem->name);
     }
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
@@ -307,7 +310,7 @@ static bool make_calendar(launcher_t* const launcher)
     const unsigned last = run_operator(launcher->run);
     for (unsigned participant = 0U; participant <= last; participant++) {
         if ((participant != last) || launcher->has_operator) {
-            osal_calendar_expect(launcher->calendar, participant);
+            osal_calendar_expect(launcher->calendar, participant, 1U, 0U);
         }
     }
     return true;

@@ -26,6 +26,12 @@ bool manipulator_open(seat_t* const seat, program_t* const out_program)
     manipulator_init(&storage.manipulator, &storage.member.component, &seat->flows);
     member_begin(&storage.member, manipulator_callbacks(), &storage.manipulator,
                  (component_services_t){&storage.services, manipulator_add_services});
-    *out_program = (program_t){&storage, step, NULL, member_link_datagram, NULL, &storage.member.component};
+    *out_program = (program_t){.self          = &storage,
+                               .step          = step,
+                               .link_datagram = member_link_datagram,
+                               .close         = member_close,
+                               .component     = &storage.member.component,
+                               .storage       = &storage,
+                               .size          = sizeof storage};
     return true;
 }

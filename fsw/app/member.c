@@ -97,16 +97,16 @@ void member_begin(member_t* const member, const subsystem_callbacks_t* const cal
                                        .callbacks           = callbacks,
                                        .self                = self,
                                        .mission_epoch_s     = seat->mission->epoch_s,
-                                       .start_count    = seat->run->components[seat->component].start_count,
-                                       .port           = seat->uplink,
-                                       .links          = &seat->links,
-                                       .link_methods   = seat->run->link_methods,
-                                       .has_supervisor = true,
-                                       .has_loop_tasks = (seat->clock.mode == OSAL_CLOCK_REAL),
-                                       .optional       = services,
-                                       .persistence    = &member->persistence,
-                                       .reload         = reload,
-                                       .reload_context = member};
+                                       .start_count         = seat->life,
+                                       .port                = seat->uplink,
+                                       .links               = &seat->links,
+                                       .link_methods        = seat->run->link_methods,
+                                       .has_supervisor      = true,
+                                       .has_loop_tasks      = (seat->clock.mode == OSAL_CLOCK_REAL),
+                                       .optional            = services,
+                                       .persistence         = &member->persistence,
+                                       .reload              = reload,
+                                       .reload_context      = member};
     component_init(&member->component, &config);
     if (journal_replay(&member->records.journal, take_back, member) != STATUS_OK) {
         member->records_refused++;
@@ -137,4 +137,13 @@ uint64_t member_step(member_t* const member, const uint64_t now_ns)
 void member_link_datagram(void* const self, const uint8_t* const frame, const size_t size)
 {
     component_link_datagram(&((member_t*)self)->component, frame, size);
+}
+
+void member_close(void* const self)
+{
+    FSW_ASSERT(self != NULL);
+    member_t* const member = (member_t*)self;
+    component_release(&member->component);
+    record_store_close(&member->records);
+    member->seat->own = member->in_force; // Descriptors may have changed places when one was read anew.
 }

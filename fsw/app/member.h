@@ -34,6 +34,8 @@ void member_begin(member_t* member, const subsystem_callbacks_t* callbacks, void
 /// Take in all messages, then step.
 void member_take_in(member_t* member, uint64_t now_ns);
 uint64_t member_step(member_t* member, uint64_t now_ns);
+/// Give back what the component and its records hold of the system; nobody is told.
+void member_close(void* self);
 void member_link_datagram(void* self, const uint8_t* frame, size_t size);
 
 /// Path of a descriptor named relative to the mission's file. False if it does not fit.

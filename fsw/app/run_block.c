@@ -67,6 +67,22 @@ status_t run_block_attach(osal_shm_t* const shm, const char* const name, run_blo
     return STATUS_OK;
 }
 
+void run_block_beat(run_block_t* const block, const unsigned component, const uint64_t now_ns,
+                    const uint64_t wake_ns)
+{
+    FSW_ASSERT((block != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
+    __atomic_store_n(&block->beats[component].step_ns, now_ns, __ATOMIC_RELAXED);
+    __atomic_store_n(&block->beats[component].wake_ns, wake_ns, __ATOMIC_RELEASE);
+}
+
+run_beat_t run_block_last_beat(const run_block_t* const block, const unsigned component)
+{
+    FSW_ASSERT((block != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
+    const uint64_t wake_ns = __atomic_load_n(&block->beats[component].wake_ns, __ATOMIC_ACQUIRE);
+    return (run_beat_t){.step_ns = __atomic_load_n(&block->beats[component].step_ns, __ATOMIC_RELAXED),
+                        .wake_ns = wake_ns};
+}
+
 bool run_block_find(const run_block_t* const block, const uint16_t apid, unsigned* const out_index)
 {
     FSW_ASSERT((block != NULL) && (out_index != NULL));

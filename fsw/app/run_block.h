@@ -43,10 +43,21 @@ typedef struct {
     int message_descriptor;    ///< UDP or TIPC socket that the process inherits; -1 in the image.
     uint16_t message_port;     ///< UDP.
     uint64_t message_identity; ///< TIPC: of the socket.
-    uint32_t start_count;      ///< Written by the launcher before each start.
-    uint32_t process;          ///< run_process_t; written by the launcher.
-    uint32_t is_wanted;        ///< Written by the supervisor: should run.
+    /// Written by the supervisor (the first life by the launcher):
+    uint32_t life;        ///< Number of the last start that was ordered, from 1.
+    uint32_t link_floor;  ///< Links of that life have later epochs.
+    uint32_t wanted_life; ///< The life that is to run; 0: none.
+    uint32_t kill_life;   ///< The last life that is to be killed, since it hangs.
+    /// Written by the launcher:
+    uint32_t found_life; ///< Of the process that was started last,
+    uint32_t process;    ///< and what became of it: run_process_t.
 } run_component_t;
+
+typedef struct {      // Of one component, in a cache line of its own; written by it.
+    uint64_t step_ns; ///< When it has stepped last [ns of the run],
+    uint64_t wake_ns; ///< and promised to step again, at the latest.
+    uint64_t line[6];
+} run_beat_t;
 
 typedef struct {                  // Addresses of one CAN bus (osal/can.h); in the mission's order.
     char flight[RUN_NAME_MAX];    ///< Controller of the flight side.
@@ -77,6 +88,7 @@ typedef struct {
     uint16_t ground_port;
     uint16_t component_count;
     run_component_t components[MISSION_SUBSYSTEMS_MAX];
+    run_beat_t beats[MISSION_SUBSYSTEMS_MAX];
     run_bus_t buses[MISSION_BUSES_MAX];
     run_flow_t flows[RUN_FLOWS_MAX]; ///< Removed by the launcher, whoever died before it could.
     /// UDP or TIPC socket of the consumer of link number i + 1; -1 without.
@@ -103,6 +115,10 @@ static inline unsigned run_participant(const unsigned component)
 {
     return component + 1U;
 }
+/// The component has stepped at `now_ns` and promises to step again at `wake_ns`; OSAL_CALENDAR_NEVER before
+/// the first step of a life.
+void run_block_beat(run_block_t* block, unsigned component, uint64_t now_ns, uint64_t wake_ns);
+run_beat_t run_block_last_beat(const run_block_t* block, unsigned component);
 static inline unsigned run_operator(const run_block_t* const block)
 {
     return (unsigned)block->component_count + 1U;

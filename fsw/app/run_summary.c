@@ -96,7 +96,7 @@ static void add_children(text_t* const text, const launcher_t* const launcher)
         text_add_unsigned(text, child->memory_high_kib);
         if (child->is_component) {
             text_add(text, ", \"starts\": ");
-            text_add_unsigned(text, launcher->run->components[child->component].start_count);
+            text_add_unsigned(text, launcher->run->components[child->component].life);
             text_add(text, ", \"memory_limit_kib\": ");
             text_add_unsigned(text, launcher->memory_limit_kib[child->component]);
         }
@@ -129,7 +129,7 @@ void run_summary_write(const launcher_t* const launcher)
     add_hash(&text, "interface_hash", launcher->mission.interface_hash);
     add_hash(&text, "configuration_hash", launcher->mission.configuration_hash);
     add_speed(&text, launcher);
-    const bool is_reproducible = launcher->options.is_stepped && !launcher->is_broken &&
+    const bool is_reproducible = launcher->options.is_stepped && !launcher->is_undetermined &&
                                  !launcher->is_cut_short && (launcher->run->is_intruded == 0U) &&
                                  (launcher->lost_frames == 0U) && (launcher->foreign_frames == 0U) &&
                                  (launcher->bus_cuts == 0U) && (launcher->run->is_lossy == 0U);

@@ -12,6 +12,7 @@
 #define CUT_PATIENCE_MS 10U ///< The same, where something was lost already: the way may be cut.
 #define CUT_TRIES 1U
 #define CUT_HOPE 16U     ///< Intakes in vain after which only one of so many waits.
+#define SWEEP_MAX 4096U  ///< Datagrams of one socket at a time: who floods it does not hold its reader.
 #define HINTS_EVERY 128U ///< Intakes between two looks at what the topology service has told.
 
 // ---- Resolvers ----
@@ -138,19 +139,48 @@ static uint8_t methods_of_port(void* const context, const uint16_t port, const u
                       : (uint8_t)(seat->run->link_methods & (uint8_t)~shared_memory);
 }
 
+void seat_told(seat_t* const seat, const unsigned component, const uint64_t now_ns)
+{
+    FSW_ASSERT((seat != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
+    if (seat->peers[component].told_ns <= run_block_last_beat(seat->run, component).step_ns) {
+        seat->peers[component].told_ns = now_ns;
+    }
+}
+
 void seat_delivered(void* const context, const uint16_t to)
 {
     seat_t* const seat = (seat_t*)context;
     unsigned component = 0U;
     if (run_block_find(seat->run, to, &component)) {
-        osal_clock_deliver(&seat->clock, run_participant(component), 1U, 0U);
+        seat_told(seat, component, osal_clock_now_ns(&seat->clock));
+        osal_clock_deliver(&seat->clock, run_participant(component), seat->peers[component].life, 1U, 0U);
     }
 }
 
-static void link_delivered(void* const context, const uint16_t link)
+/// A consumer that was started again does not take frames of links of its earlier life.
+static void link_delivered(void* const context, const uint16_t link, const uint32_t epoch)
 {
-    seat_t* const seat = (seat_t*)context;
-    seat_delivered(seat, consumer_of(seat, link));
+    seat_t* const seat  = (seat_t*)context;
+    const uint16_t apid = consumer_of(seat, link);
+    unsigned component  = 0U;
+    if (run_block_find(seat->run, apid, &component) && (epoch > seat->peers[component].link_floor)) {
+        seat_delivered(seat, apid);
+    }
+}
+
+/// What the run says of the lives of all. It changes in grants of the supervisor only, so it is the same for
+/// all that is sent in one grant.
+static void learn_lives(seat_t* const seat)
+{
+    for (unsigned i = 0U; i < seat->run->component_count; i++) {
+        const run_component_t* const one = &seat->run->components[i];
+        const uint32_t life              = __atomic_load_n(&one->life, __ATOMIC_ACQUIRE);
+        if (life != seat->peers[i].life) {
+            seat->peers[i].life       = life;
+            seat->peers[i].link_floor = __atomic_load_n(&one->link_floor, __ATOMIC_RELAXED);
+            message_set_life(&seat->endpoint, one->apid, life);
+        }
+    }
 }
 
 /// Packets of this component to the supervisor.
@@ -229,8 +259,7 @@ static status_t open_messages(seat_t* const seat, uint8_t* const inbox, const si
 {
     const run_component_t* const self = &seat->run->components[seat->component];
     if (seat->hub != NULL) {
-        message_open(&seat->endpoint, seat->apid, self->start_count, ring_carrier_port(seat->hub), inbox,
-                     octets);
+        message_open(&seat->endpoint, seat->apid, seat->life, ring_carrier_port(seat->hub), inbox, octets);
         return ring_carrier_attach(seat->hub, &seat->endpoint);
     }
     const delivery_notice_t notice = {seat, seat_delivered};
@@ -246,7 +275,7 @@ static status_t open_messages(seat_t* const seat, uint8_t* const inbox, const si
         carrier = udp_carrier_port(&seat->udp);
     }
     if (status == STATUS_OK) {
-        message_open(&seat->endpoint, seat->apid, self->start_count, carrier, inbox, octets);
+        message_open(&seat->endpoint, seat->apid, seat->life, carrier, inbox, octets);
     }
     return status;
 }
@@ -266,6 +295,7 @@ status_t seat_open_inbox(seat_t* const seat, uint8_t* const inbox, const size_t 
         return fail(seat, "cannot open its message socket", status);
     }
     status = add_peers(seat);
+    learn_lives(seat);
     return (status == STATUS_OK) ? STATUS_OK : fail(seat, "too many components", status);
 }
 
@@ -284,6 +314,8 @@ status_t seat_take(seat_t* const seat, const seat_surroundings_t* const surround
     seat->hub                       = surroundings->hub;
     seat->component                 = index;
     seat->apid                      = run->components[index].apid;
+    seat->life                      = __atomic_load_n(&run->components[index].life, __ATOMIC_ACQUIRE);
+    seat->link_floor                = __atomic_load_n(&run->components[index].link_floor, __ATOMIC_RELAXED);
     seat->message_socket.descriptor = -1;
     seat->link_sender.descriptor    = -1;
     seat->topology.descriptor       = -1;
@@ -299,7 +331,7 @@ status_t seat_take(seat_t* const seat, const seat_surroundings_t* const surround
                                      .delivered  = link_delivered};
     seat->uplink = (pus_port_t){seat, send_up};
     if (surroundings->calendar != NULL) {
-        osal_clock_open_stepped(&seat->clock, surroundings->calendar, run_participant(index));
+        osal_clock_open_stepped(&seat->clock, surroundings->calendar, run_participant(index), seat->life);
     } else if (run->is_stepped) {
         osal_clock_open_granted(&seat->clock, &seat->deliveries);
     } else {
@@ -325,6 +357,13 @@ size_t seat_sockets(seat_t* const seat, osal_socket_t** const out_sockets, const
     return count;
 }
 
+void seat_leave(seat_t* const seat)
+{
+    FSW_ASSERT(seat != NULL);
+    osal_socket_close(&seat->link_sender);
+    osal_socket_close(&seat->topology);
+}
+
 // ---- Taking in ----
 
 static status_t receive_sample(const seat_t* const seat, osal_socket_t* const socket,
@@ -337,25 +376,50 @@ static status_t receive_sample(const seat_t* const seat, osal_socket_t* const so
                    : osal_udp_receive(socket, &from, frame, LINK_FRAME_MAX, out_size);
 }
 
-/// Read the sockets once over. Returns the datagrams taken in.
-static uint32_t sweep(seat_t* const seat, const uint32_t limit,
-                      void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
+/// Datagrams of the message socket. Returns those that were meant for this life.
+static uint32_t sweep_messages(seat_t* const seat)
+{
+    uint32_t taken = 0U;
+    for (unsigned i = 0U; (i < SWEEP_MAX) && osal_socket_is_open(&seat->message_socket); i++) {
+        const status_t status = is_by_tipc(seat) ? tipc_carrier_pump(&seat->tipc, &seat->endpoint)
+                                                 : udp_carrier_pump(&seat->udp, &seat->endpoint);
+        if ((status != STATUS_OK) && (status != STATUS_NOT_OURS)) {
+            break;
+        }
+        taken += (status == STATUS_OK) ? 1U : 0U;
+    }
+    return taken;
+}
+
+/// The same of a link that it consumes.
+static uint32_t sweep_link(seat_t* const seat, osal_socket_t* const socket,
+                           void (*const link_datagram)(void* context, const uint8_t*, size_t),
+                           void* const context)
 {
     uint8_t frame[LINK_FRAME_MAX];
     uint32_t taken = 0U;
-    while ((taken < limit) && osal_socket_is_open(&seat->message_socket) &&
-           ((is_by_tipc(seat) ? tipc_carrier_pump(&seat->tipc, &seat->endpoint)
-                              : udp_carrier_pump(&seat->udp, &seat->endpoint)) == STATUS_OK)) {
-        taken++;
-    }
-    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
-        osal_socket_t* const socket = &seat->link_sockets[i];
-        size_t size                 = 0U;
-        while ((taken < limit) && osal_socket_is_open(socket) &&
-               (receive_sample(seat, socket, frame, &size) == STATUS_OK)) {
+    size_t size    = 0U;
+    for (unsigned i = 0U; (i < SWEEP_MAX) && osal_socket_is_open(socket); i++) {
+        if (receive_sample(seat, socket, frame, &size) != STATUS_OK) {
+            break;
+        }
+        if (link_frame_epoch(frame, size) > seat->link_floor) {
             link_datagram(context, frame, size);
             taken++;
         }
+    }
+    return taken;
+}
+
+/// Read the sockets once over: all there is, for nobody sends unannounced but in error or with intent, and
+/// what was left would be taken for what is announced next. Returns the datagrams that may have been
+/// announced.
+static uint32_t sweep(seat_t* const seat, void (*const link_datagram)(void* context, const uint8_t*, size_t),
+                      void* const context)
+{
+    uint32_t taken = sweep_messages(seat);
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        taken += sweep_link(seat, &seat->link_sockets[i], link_datagram, context);
     }
     return taken;
 }
@@ -390,15 +454,16 @@ static void take_due(seat_t* const seat, const uint32_t due,
     const bool is_cut          = (seat->owed > 0U);
     const unsigned tries       = tries_of(seat);
     const uint32_t patience_ms = is_cut ? CUT_PATIENCE_MS : PUMP_PATIENCE_MS;
-    uint32_t taken             = sweep(seat, due + seat->owed, link_datagram, context);
+    uint32_t taken             = sweep(seat, link_datagram, context);
     for (unsigned attempt = 0U; (taken < due) && (attempt < tries); attempt++) {
         wait_for_more(seat, patience_ms);
-        taken += sweep(seat, (due + seat->owed) - taken, link_datagram, context);
+        taken += sweep(seat, link_datagram, context);
     }
     if (due > 0U) {
         seat->vain = (taken < due) ? (seat->vain + 1U) : 0U;
     }
-    seat->owed = (seat->owed + due) - taken;
+    const uint32_t awaited = (due < (UINT32_MAX - seat->owed)) ? (seat->owed + due) : UINT32_MAX;
+    seat->owed             = (taken < awaited) ? (awaited - taken) : 0U;
     if (!is_cut && (taken < due)) {
         __atomic_store_n(&seat->run->is_lossy, 1U, __ATOMIC_RELAXED);
         osal_console_complain("a datagram that was announced has not arrived; the run is not reproducible");
@@ -409,16 +474,12 @@ void seat_pump(seat_t* const seat, const uint32_t messages,
                void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
 {
     FSW_ASSERT((seat != NULL) && (link_datagram != NULL));
+    learn_lives(seat);
     if (seat->clock.mode == OSAL_CLOCK_REAL) {
-        (void)sweep(seat, UINT32_MAX, link_datagram, context);
+        (void)sweep(seat, link_datagram, context);
         return;
     }
-    uint32_t due = messages;
-    if (!osal_socket_is_open(&seat->message_socket)) { // Image: messages are in the inbox already.
-        const uint32_t arrivals = message_arrivals(&seat->endpoint);
-        due                     = (messages > arrivals) ? (messages - arrivals) : 0U;
-    }
-    take_due(seat, due, link_datagram, context);
+    take_due(seat, messages, link_datagram, context);
     seat->pumps++;
     if (osal_socket_is_open(&seat->topology) && ((seat->pumps % HINTS_EVERY) == 0U)) {
         tipc_carrier_take_hints(&seat->tipc, &seat->endpoint);

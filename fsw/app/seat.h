@@ -39,6 +39,13 @@ typedef struct { // Private, except the members named below.
     udp_carrier_t udp;
     tipc_carrier_t tipc;
     osal_socket_t topology; // What the kernel tells of TIPC names.
+    uint32_t life;          // Its own.
+    uint32_t link_floor;    // Links of this life have later epochs.
+    struct {                // Of each component, as the run said at the last intake.
+        uint32_t life;
+        uint32_t link_floor;
+        uint64_t told_ns; // When it was sent the first message since it stepped last.
+    } peers[MISSION_SUBSYSTEMS_MAX];
     uint32_t pumps;
     uint32_t owed; // Datagrams that were announced and have not come yet: the way may be cut.
     uint32_t vain; // Intakes in a row that missed some.
@@ -74,11 +81,16 @@ MUST_USE status_t seat_take(seat_t* seat, const seat_surroundings_t* surrounding
 MUST_USE status_t seat_open_inbox(seat_t* seat, uint8_t* inbox, size_t octets);
 /// Sockets that wake this component, for the program's wait. Returns their number.
 size_t seat_sockets(seat_t* seat, osal_socket_t** out_sockets, size_t capacity);
-/// Take in datagrams. Stepped: exactly the `messages` that were announced with the grant (waiting for those
-/// that the kernel has not handed over yet); real: all there are. Frames of links go to `link_datagram`.
+/// Take in the datagrams that are there; frames of links go to `link_datagram`. Stepped: wait for those of
+/// the announced `messages` that the kernel has not handed over yet. What was sent to an earlier life of this
+/// component was announced to nobody, and is dropped.
 void seat_pump(seat_t* seat, uint32_t messages, void (*link_datagram)(void* context, const uint8_t*, size_t),
                void* context);
-/// Tell the calendar of messages to another component.
+/// Tell the calendar of a message to another component, in the life that it was sent to.
 void seat_delivered(void* context, uint16_t to);
+/// A message was sent to another component at that time [ns of the run].
+void seat_told(seat_t* seat, unsigned component, uint64_t now_ns);
+/// Close what the seat itself has opened; inherited sockets stay for the next life.
+void seat_leave(seat_t* seat);
 
 #endif // FSW_APP_SEAT_H

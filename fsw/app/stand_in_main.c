@@ -18,6 +18,7 @@ typedef struct { // All storage of the program.
     run_block_t* run;
     osal_calendar_t* calendar;
     unsigned component;
+    uint32_t life;
     const char* program;
     osal_process_t process;
     foreign_wire_t wire;
@@ -48,6 +49,7 @@ static const char* open_run(stand_in_t* const self, const char* const name)
     if (self->component >= self->run->component_count) {
         return "the run has no such component";
     }
+    self->life = __atomic_load_n(&self->run->components[self->component].life, __ATOMIC_ACQUIRE);
     if (!run_name(self->run, "calendar", 0U, calendar_name, sizeof calendar_name) ||
         (osal_shm_open(&self->calendar_shm, calendar_name) != STATUS_OK)) {
         return "the run's calendar is gone";
@@ -106,7 +108,8 @@ static void deliver(const stand_in_t* const self, const osal_deliveries_t* const
     for (unsigned receiver = 0U; receiver < OSAL_CALENDAR_PARTICIPANTS_MAX; receiver++) {
         if ((deliveries->messages[receiver] > 0U) || (deliveries->octets[receiver] > 0U)) {
             osal_calendar_deliver(self->calendar, run_participant(self->component), receiver,
-                                  deliveries->messages[receiver], deliveries->octets[receiver]);
+                                  deliveries->lives[receiver], deliveries->messages[receiver],
+                                  deliveries->octets[receiver]);
         }
     }
 }
@@ -158,13 +161,14 @@ static bool serve(stand_in_t* const self)
             __atomic_store_n(&self->run->is_lossy, 1U, __ATOMIC_RELAXED);
         }
         deliver(self, &done.deliveries);
-        if ((osal_calendar_wait(self->calendar, run_participant(self->component), done.wake_ns, &grant) !=
-             STATUS_OK) ||
+        run_block_beat(self->run, self->component, osal_calendar_now_ns(self->calendar), done.wake_ns);
+        if ((osal_calendar_wait(self->calendar, run_participant(self->component), self->life, done.wake_ns,
+                                &grant) != STATUS_OK) ||
             (osal_process_stop_count() > 0U)) {
             return true;
         }
         writer = foreign_begin(&self->wire, FOREIGN_GRANT);
-        foreign_write_grant(&writer, &grant);
+        foreign_write_grant(&writer, &grant, self->run);
         foreign_write_frames(&writer, &self->buses);
         status = foreign_send(&self->wire, &writer);
     }

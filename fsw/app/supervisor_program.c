@@ -8,6 +8,8 @@
 #include "fsw/supervisor/supervisor.h"
 #include "generated/supervisor_services.h"
 
+/// Of a process on a clock of its own, on a computer that others use as well.
+#define REAL_LATENESS_NS 200000000ULL
 #define RECORDS_MAX 20480U ///< Lasting records: schedules, definitions, stores and files.
 
 typedef struct {
@@ -34,40 +36,100 @@ static run_component_t* component_of(void* const context, const uint16_t apid)
     return run_block_find(seat->run, apid, &index) ? &seat->run->components[index] : NULL;
 }
 
-static status_t start_process(void* const context, const uint16_t apid)
+/// In stepped time the calendar knows who lives, else the launcher.
+static bool is_alive(const seat_t* const seat, const run_component_t* const component)
+{
+    if (seat->clock.mode == OSAL_CLOCK_STEPPED) {
+        uint32_t life = 0U;
+        return (osal_calendar_presence(seat->clock.calendar,
+                                       run_participant((unsigned)(component - seat->run->components)),
+                                       &life) != OSAL_CALENDAR_ABSENT) &&
+               (life == component->life);
+    }
+    const bool is_found = (__atomic_load_n(&component->found_life, __ATOMIC_ACQUIRE) == component->life);
+    return (component->wanted_life == component->life) && // Ordered, and not started yet, or running.
+           (!is_found ||
+            (__atomic_load_n(&component->process, __ATOMIC_ACQUIRE) == (uint32_t)RUN_PROCESS_RUNNING));
+}
+
+/// A start is a new life, from its declared time of booting on. What the launcher does about it shows only at
+/// that instant.
+static status_t start_process(void* const context, const uint16_t apid, const uint32_t link_floor,
+                              const uint64_t boot_ns)
 {
     seat_t* const seat               = (seat_t*)context;
     run_component_t* const component = component_of(context, apid);
     if (component == NULL) {
         return STATUS_NOT_FOUND;
     }
-    if (__atomic_load_n(&component->process, __ATOMIC_ACQUIRE) == (uint32_t)RUN_PROCESS_RUNNING) {
+    if (is_alive(seat, component)) {
         return STATUS_EXISTS;
     }
-    if (seat->clock.mode == OSAL_CLOCK_STEPPED) { // Time stands still until it has joined.
-        osal_calendar_expect(seat->clock.calendar,
-                             run_participant((unsigned)(component - seat->run->components)));
+    const unsigned index = (unsigned)(component - seat->run->components);
+    run_block_beat(seat->run, index, 0U, OSAL_CALENDAR_NEVER); // Until its first step.
+    __atomic_store_n(&component->link_floor, link_floor, __ATOMIC_RELAXED);
+    __atomic_store_n(&component->life, component->life + 1U, __ATOMIC_RELEASE);
+    if (seat->clock.mode == OSAL_CLOCK_STEPPED) {
+        osal_calendar_expect(seat->clock.calendar, run_participant(index), component->life,
+                             osal_calendar_now_ns(seat->clock.calendar) + boot_ns);
     }
-    __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_RUNNING, __ATOMIC_RELEASE);
-    __atomic_store_n(&component->is_wanted, 1U, __ATOMIC_RELEASE);
+    __atomic_store_n(&component->wanted_life, component->life, __ATOMIC_RELEASE);
     return STATUS_OK;
 }
 
 static status_t stop_process(void* const context, const uint16_t apid)
 {
+    seat_t* const seat               = (seat_t*)context;
     run_component_t* const component = component_of(context, apid);
     if (component == NULL) {
         return STATUS_NOT_FOUND;
     }
-    __atomic_store_n(&component->is_wanted, 0U, __ATOMIC_RELEASE);
+    __atomic_store_n(&component->wanted_life, 0U, __ATOMIC_RELEASE);
+    if (seat->clock.mode == OSAL_CLOCK_STEPPED) {
+        osal_calendar_dismiss(seat->clock.calendar,
+                              run_participant((unsigned)(component - seat->run->components)),
+                              component->life);
+    }
+    return STATUS_OK;
+}
+
+static status_t kill_process(void* const context, const uint16_t apid)
+{
+    seat_t* const seat               = (seat_t*)context;
+    run_component_t* const component = component_of(context, apid);
+    if (component == NULL) {
+        return STATUS_NOT_FOUND;
+    }
+    if (seat->clock.mode == OSAL_CLOCK_STEPPED) {
+        osal_calendar_kill(seat->clock.calendar,
+                           run_participant((unsigned)(component - seat->run->components)), component->life);
+    }
+    __atomic_store_n(&component->kill_life, component->life, __ATOMIC_RELEASE);
+    __atomic_store_n(&component->wanted_life, 0U, __ATOMIC_RELEASE);
     return STATUS_OK;
 }
 
 static bool is_running(void* const context, const uint16_t apid)
 {
     const run_component_t* const component = component_of(context, apid);
-    return (component != NULL) &&
-           (__atomic_load_n(&component->process, __ATOMIC_ACQUIRE) == (uint32_t)RUN_PROCESS_RUNNING);
+    return (component != NULL) && is_alive((const seat_t*)context, component);
+}
+
+static uint64_t promise_of(void* const context, const uint16_t apid)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    unsigned index           = 0U;
+    if (!run_block_find(seat->run, apid, &index)) {
+        return OSAL_CALENDAR_NEVER;
+    }
+    const run_beat_t beat = run_block_last_beat(seat->run, index);
+    if (beat.wake_ns == OSAL_CALENDAR_NEVER) {
+        return OSAL_CALENDAR_NEVER; // It begins a life.
+    }
+    const bool is_late     = (seat->clock.mode == OSAL_CLOCK_REAL);
+    const uint64_t told_ns = seat->peers[index].told_ns; // What it is told wakes it.
+    const uint64_t due_ns  = ((told_ns > beat.step_ns) && (told_ns < beat.wake_ns)) ? told_ns : beat.wake_ns;
+    return is_late ? (due_ns + REAL_LATENESS_NS) : due_ns;
 }
 
 static bool is_stop_requested(void* const context)
@@ -178,21 +240,27 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         record_store_close(&storage.records);
         return false;
     }
-    const supervisor_config_t config = {
-        .mission             = seat->mission,
-        .descriptor          = seat->own,
-        .is_descriptor_valid = true,
-        .endpoint            = &seat->endpoint,
-        .platform            = {seat, start_process, stop_process, is_running, is_stop_requested, finished},
-        .descriptors         = {seat, load_descriptor},
-        .log_folder          = seat->run->folder,
-        .start_count         = seat->run->components[seat->component].start_count,
-        .files               = file_store(&storage.files),
-        .journal             = &storage.records.journal,
-        .optional            = {&storage.services, supervisor_add_services},
-        .store_media         = storage.stores.media,
-        .vitals              = open_vitals(seat)};
-    const status_t status = supervisor_init(&storage.supervisor, &config);
+    const supervisor_config_t config = {.mission             = seat->mission,
+                                        .descriptor          = seat->own,
+                                        .is_descriptor_valid = true,
+                                        .endpoint            = &seat->endpoint,
+                                        .platform            = {.context           = seat,
+                                                                .start             = start_process,
+                                                                .stop              = stop_process,
+                                                                .kill              = kill_process,
+                                                                .is_running        = is_running,
+                                                                .promise           = promise_of,
+                                                                .is_stop_requested = is_stop_requested,
+                                                                .finished          = finished},
+                                        .descriptors         = {seat, load_descriptor},
+                                        .log_folder          = seat->run->folder,
+                                        .start_count         = seat->life,
+                                        .files               = file_store(&storage.files),
+                                        .journal             = &storage.records.journal,
+                                        .optional            = {&storage.services, supervisor_add_services},
+                                        .store_media         = storage.stores.media,
+                                        .vitals              = open_vitals(seat)};
+    const status_t status            = supervisor_init(&storage.supervisor, &config);
     if (status != STATUS_OK) {
         text_t text = text_in(seat->error, sizeof seat->error);
         text_add(&text, "cannot open the packet log in ");
@@ -201,6 +269,11 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         text_add(&text, status_text(status));
         return false;
     }
-    *out_program = (program_t){&storage, step, NULL, no_link, close_program, NULL};
+    *out_program = (program_t){.self          = &storage,
+                               .step          = step,
+                               .link_datagram = no_link,
+                               .close         = close_program,
+                               .storage       = &storage,
+                               .size          = sizeof storage};
     return true;
 }

@@ -271,6 +271,14 @@ status_t drives_hardware_deinit(drives_t* const drives)
     return STATUS_OK;
 }
 
+void drives_release(drives_t* const drives)
+{
+    FSW_ASSERT(drives != NULL);
+    if ((drives->network.flow != NULL) && flow_can_is_open(drives->network.flow)) {
+        network_close(&drives->network);
+    }
+}
+
 // ---- The cycle ----------------------------------------------------------------------------------
 
 status_t drives_go(drives_t* const drives, const cia402_goal_t goal)

@@ -62,14 +62,8 @@ static pus_reply_t start_process(void* const context, const uint16_t apid, const
     if ((apid == SUPERVISOR_APID) || (entry->process == PROCESS_RUNNING)) {
         return pus_refused(PUS_FAILURE_STATE, apid);
     }
-    const status_t status = supervisor->config.platform.start(supervisor->config.platform.context, apid);
-    if (status != STATUS_OK) {
-        return pus_failed(PUS_FAILURE_IO, (uint32_t)status);
-    }
-    entry->process    = PROCESS_RUNNING;
-    entry->is_heard   = false;
-    entry->started_ns = now_ns;
-    return pus_done();
+    const status_t status = roster_start(supervisor, entry);
+    return (status == STATUS_OK) ? pus_done() : pus_failed(PUS_FAILURE_IO, (uint32_t)status);
 }
 
 static pus_reply_t stop_process(void* const context, const uint16_t apid, const pus_token_t* const token,

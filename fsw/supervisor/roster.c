@@ -7,6 +7,7 @@
 #define SILENT_NS 3000000000ULL ///< Longest silence of a running subsystem; its status comes once a second.
 #define UNANSWERED_NS 10000000000ULL ///< Longest wait for the acceptance of a request.
 #define NS_PER_MS 1000000ULL
+#define NS_PER_US 1000ULL
 
 void roster_init(supervisor_t* const supervisor)
 {
@@ -131,11 +132,29 @@ void roster_end_unanswered(supervisor_t* const supervisor)
     }
 }
 
+bool roster_is_there(const roster_entry_t* const entry)
+{
+    return (entry->process == PROCESS_RUNNING) && (entry->is_heard || !entry->is_restarted);
+}
+
+status_t roster_start(supervisor_t* const supervisor, roster_entry_t* const entry)
+{
+    const supervisor_platform_t* const platform = &supervisor->config.platform;
+    const status_t status = platform->start(platform->context, entry->mission->apid, supervisor->link_epoch,
+                                            (uint64_t)entry->mission->boot_time_us * NS_PER_US);
+    if (status == STATUS_OK) {
+        entry->process      = PROCESS_RUNNING;
+        entry->is_heard     = false;
+        entry->is_restarted = true;
+        entry->started_ns   = supervisor->now_ns;
+    }
+    return status;
+}
+
 /// Start it again as long as its budget lasts, then, or if that fails, fall back to mode SAFE (id 0). On the
 /// way down to the end of the mission nothing is started.
 static void restart(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
-    const supervisor_platform_t* const platform = &supervisor->config.platform;
     if (supervisor->shutdown_step != 0U) {
         return;
     }
@@ -143,18 +162,14 @@ static void restart(supervisor_t* const supervisor, roster_entry_t* const entry)
     if (entry->restarts < entry->mission->restart_budget) {
         entry->restarts++;
         supervisor->counters.restarts++;
-        status = platform->start(platform->context, entry->mission->apid);
+        status = roster_start(supervisor, entry);
     }
     if (status != STATUS_OK) {
         error_set_mode(supervisor, 0U, (uint8_t)PUS_CAUSE_OWN_ERROR);
-        return;
     }
-    entry->process    = PROCESS_RUNNING;
-    entry->is_heard   = false;
-    entry->started_ns = supervisor->now_ns;
 }
 
-static void process_lost(supervisor_t* const supervisor, roster_entry_t* const entry)
+static void process_lost(supervisor_t* const supervisor, roster_entry_t* const entry, const uint16_t event_id)
 {
     const uint16_t apid  = entry->mission->apid;
     entry->process       = PROCESS_LOST;
@@ -162,7 +177,7 @@ static void process_lost(supervisor_t* const supervisor, roster_entry_t* const e
     entry->phase         = PHASE_IDLE;
     entry->is_order_owed = false;
     roster_end_pending(supervisor, apid);
-    raise_u16(supervisor, SUPERVISOR_EVENT_PROCESS_LOST, apid);
+    raise_u16(supervisor, event_id, apid);
     error_member_lost(supervisor, apid);
     link_manager_member_lost(supervisor, apid);
     if (apid == COMMUNICATION_APID) {
@@ -171,12 +186,27 @@ static void process_lost(supervisor_t* const supervisor, roster_entry_t* const e
     restart(supervisor, entry);
 }
 
+/// A process that lives and has not stepped for longer than its mission allows beyond what it promised. No
+/// message has to get through to find it.
+static bool is_hung(const supervisor_t* const supervisor, const roster_entry_t* const entry)
+{
+    const supervisor_platform_t* const platform = &supervisor->config.platform;
+    const uint64_t promise_ns                   = platform->promise(platform->context, entry->mission->apid);
+    const uint64_t patience_ns                  = (uint64_t)entry->mission->hang_after_us * NS_PER_US;
+    return (promise_ns < supervisor->now_ns) && ((supervisor->now_ns - promise_ns) > patience_ns);
+}
+
 static void watch_one(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
     const supervisor_platform_t* const platform = &supervisor->config.platform;
     const uint16_t apid                         = entry->mission->apid;
     if ((entry->process == PROCESS_RUNNING) && !platform->is_running(platform->context, apid)) {
-        process_lost(supervisor, entry);
+        process_lost(supervisor, entry, SUPERVISOR_EVENT_PROCESS_LOST);
+        return;
+    }
+    if ((entry->process == PROCESS_RUNNING) && is_hung(supervisor, entry)) {
+        (void)platform->kill(platform->context, apid);
+        process_lost(supervisor, entry, SUPERVISOR_EVENT_PROCESS_HUNG);
         return;
     }
     const uint64_t since_ns = (entry->heard_ns > entry->started_ns) ? entry->heard_ns : entry->started_ns;

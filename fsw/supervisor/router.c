@@ -154,7 +154,7 @@ static pus_failure_t judge(supervisor_t* const supervisor, const pus_tc_t* const
     if (entry == NULL) {
         return pus_failure(PUS_FAILURE_NO_ROUTE, tc->apid);
     }
-    if (entry->process != PROCESS_RUNNING) {
+    if (!roster_is_there(entry)) {
         return pus_failure(PUS_FAILURE_UNAVAILABLE, tc->apid);
     }
     return permission_of(supervisor, tc);
@@ -229,7 +229,7 @@ status_t router_route_whole(supervisor_t* const supervisor, const uint8_t* const
     const status_t status = pus_tc_decode_large(packet, size, &tc, &failure);
     FSW_ASSERT(status == STATUS_OK); // It has been checked.
     const roster_entry_t* const entry = roster_find(supervisor, tc.apid);
-    const bool is_there               = (entry != NULL) && (entry->process == PROCESS_RUNNING);
+    const bool is_there               = (entry != NULL) && roster_is_there(entry);
     if (is_there && !router_has_room(supervisor, tc.apid)) {
         return STATUS_FULL;
     }
@@ -287,7 +287,8 @@ static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const 
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const uint16_t apid = supervisor->mission->subsystems[i].apid;
-        if ((apid != SUPERVISOR_APID) && (apid != COMMUNICATION_APID)) {
+        if ((apid != SUPERVISOR_APID) && (apid != COMMUNICATION_APID) &&
+            roster_is_there(&supervisor->roster[i])) {
             send_now(supervisor, apid, packet, size); // One that cannot take it now hears the next.
         }
     }
@@ -371,7 +372,8 @@ void order_owed(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const roster_entry_t* const entry = &supervisor->roster[i];
-        if (entry->is_order_owed && router_has_room(supervisor, entry->mission->apid)) {
+        if (entry->is_order_owed && roster_is_there(entry) &&
+            router_has_room(supervisor, entry->mission->apid)) {
             (void)order_state(supervisor, entry->mission->apid, entry->ordered);
         }
     }

@@ -37,9 +37,15 @@
 /// How the supervisor reaches processes; the launcher is behind it.
 typedef struct {
     void* context;
-    status_t (*start)(void* context, uint16_t apid); ///< STATUS_OK, STATUS_EXISTS (runs), STATUS_NOT_FOUND.
-    status_t (*stop)(void* context, uint16_t apid);  ///< STATUS_OK, STATUS_NOT_FOUND.
+    /// Begin a new life of the process, which steps first `boot_ns` from now. Real-time links that it opens
+    /// have epochs above `link_floor`. STATUS_OK, STATUS_EXISTS (it lives), STATUS_NOT_FOUND.
+    status_t (*start)(void* context, uint16_t apid, uint32_t link_floor, uint64_t boot_ns);
+    status_t (*stop)(void* context, uint16_t apid); ///< It ends in order. STATUS_OK, STATUS_NOT_FOUND.
+    status_t (*kill)(void* context, uint16_t apid); ///< It hangs: it ends at once. As stop.
     bool (*is_running)(void* context, uint16_t apid);
+    /// When the process has promised to step again, at the latest [ns of the run]; UINT64_MAX: it has not
+    /// stepped in this life.
+    uint64_t (*promise)(void* context, uint16_t apid);
     bool (*is_stop_requested)(void* context); ///< Somebody asked the program to end (Ctrl-C).
     void (*finished)(void* context);          ///< The mission is shut down; the run may end.
 } supervisor_platform_t;
@@ -61,7 +67,8 @@ typedef enum { // Process state in TM[131,9].
 typedef struct { // What is known of one subsystem.
     const mission_subsystem_t* mission;
     process_state_t process;
-    bool is_heard; ///< It has reported since its process was started.
+    bool is_heard;     ///< It has reported since its process was started.
+    bool is_restarted; ///< That was not its first start.
     state_t state;
     state_phase_t phase;
     uint16_t configuration;

@@ -36,6 +36,11 @@ status_t router_route_whole(supervisor_t* supervisor, const uint8_t* packet, siz
 /// roster.c
 roster_entry_t* roster_find(supervisor_t* supervisor, uint16_t apid);
 void roster_init(supervisor_t* supervisor);
+/// True if its process runs and, where it was started again, has been heard since: nobody is told anything in
+/// a life before that.
+bool roster_is_there(const roster_entry_t* entry);
+/// Order a new life of its process. Statuses of supervisor_platform_t.start.
+status_t roster_start(supervisor_t* supervisor, roster_entry_t* entry);
 /// Keep up with a report that passed.
 void roster_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// End every request that a subsystem which is gone still owed an answer to.

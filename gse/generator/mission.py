@@ -14,7 +14,7 @@ from subsystem import unique
 TABLE = {
     ("", "Mission"): "name! epoch! power! timeReports",
     ("Mission", "Subsystems"): "",
-    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts node",
+    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts bootTime hangAfter node",
     ("Subsystem", "Power"): "state! watts!",
     ("Mission", "Modes"): "",
     ("Modes", "Mode"): "name! id! initial",
@@ -128,6 +128,8 @@ def _list_subsystems(mission, container):
         element.flag("autostart")
         element.unsigned("memoryKiB", 0, 1 << 24)
         element.unsigned("restarts", 0, 100)
+        element.time_us("bootTime", 500, 60_000_000)
+        element.time_us("hangAfter", 1000, 60_000_000)
         element.unsigned("node", 1, 2)
         for power in element.children:
             power.word("state", STATES)

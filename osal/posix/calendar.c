@@ -15,6 +15,7 @@
 
 #include <limits.h>
 #include <linux/futex.h>
+#include <signal.h>
 #include <string.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -23,22 +24,21 @@
 #define NOBODY UINT32_MAX
 #define PARTICIPANTS OSAL_CALENDAR_PARTICIPANTS_MAX
 
-typedef enum {
-    PARTICIPANT_ABSENT = 0,
-    PARTICIPANT_EXPECTED,
-    PARTICIPANT_JOINED
-} participant_state_t;
-
 typedef struct {
     uint32_t word;        ///< Futex: changes whenever the participant has reason to look.
-    uint32_t state;       ///< participant_state_t.
+    uint32_t state;       ///< osal_calendar_presence_t.
     uint64_t wake_ns;     ///< Earliest of what was asked for and what deliveries brought about.
     uint32_t messages;    ///< Deliveries not yet told.
     uint32_t octets;      ///< Octets not yet told.
     uint32_t incarnation; ///< Changes with each join and end: a waiter of an older one leaves.
     uint32_t is_new;      ///< Joined, and not yet fitted into the order of the present instant.
     uint32_t stream_port;
-    uint32_t reserved[7];
+    uint32_t life;
+    uint64_t begin_ns;     ///< When the life begins: it is not granted before.
+    uint32_t is_begun;     ///< It has been granted.
+    uint32_t is_failed;    ///< Its process died before the life began: it ends when it would begin.
+    uint32_t is_suspended; ///< Not granted.
+    uint32_t killed_life;  ///< The last life that was killed.
 } participant_t;
 
 struct osal_calendar {
@@ -49,7 +49,9 @@ struct osal_calendar {
     uint32_t last;    ///< Last holder: at the present instant only higher orders still have their turn.
     uint32_t is_closed;
     uint32_t is_shared;
-    uint64_t reserved[3];
+    uint32_t grants;  ///< So far [wraps].
+    uint32_t awaited; ///< Expected participant that time waits for, or NOBODY.
+    uint64_t reserved[2];
     osal_mutex_t mutex;
     participant_t participants[PARTICIPANTS];
 };
@@ -86,23 +88,13 @@ static uint64_t pending_wake_ns(const osal_calendar_t* calendar, uint32_t partic
     return is_spent ? OSAL_CALENDAR_NEVER : wake_ns;
 }
 
-static bool is_waited_for(const osal_calendar_t* calendar)
-{
-    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
-        if (calendar->participants[i].state == PARTICIPANT_EXPECTED) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /// Fit those that joined during the last grant into the order, at one defined point: the end of that grant,
 /// whenever within it, in wall-clock time, they came.
 static void admit_new(osal_calendar_t* calendar)
 {
     for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
         participant_t* const one = &calendar->participants[i];
-        if ((one->state == PARTICIPANT_JOINED) && (one->is_new != 0U)) {
+        if ((one->state == OSAL_CALENDAR_JOINED) && (one->is_new != 0U)) {
             if (one->wake_ns <= calendar->now_ns) {
                 one->wake_ns = is_turn_to_come(calendar, i) ? calendar->now_ns : next_slot_ns(calendar);
             }
@@ -111,65 +103,135 @@ static void admit_new(osal_calendar_t* calendar)
     }
 }
 
+static void leave(osal_calendar_t* calendar, uint32_t participant)
+{
+    participant_t* const self = &calendar->participants[participant];
+    self->state               = OSAL_CALENDAR_ABSENT;
+    self->incarnation++;
+    self->wake_ns      = OSAL_CALENDAR_NEVER;
+    self->messages     = 0U;
+    self->octets       = 0U;
+    self->stream_port  = 0U;
+    self->is_new       = 0U;
+    self->is_failed    = 0U;
+    self->is_suspended = 0U;
+    if (calendar->running == participant) {
+        __atomic_store_n(&calendar->running, NOBODY, __ATOMIC_RELEASE);
+    }
+}
+
+/// When `participant` has its next turn, as far as it can have one: an expected one has it when its life
+/// begins.
+static uint64_t turn_ns(const participant_t* one)
+{
+    if (one->state == OSAL_CALENDAR_EXPECTED) {
+        return one->begin_ns;
+    }
+    return ((one->state == OSAL_CALENDAR_JOINED) && (one->is_suspended == 0U)) ? one->wake_ns
+                                                                               : OSAL_CALENDAR_NEVER;
+}
+
+/// The smallest (time, order) of the next turns, or NOBODY.
+static uint32_t first_turn(const osal_calendar_t* calendar)
+{
+    uint32_t chosen   = NOBODY;
+    uint64_t least_ns = OSAL_CALENDAR_NEVER;
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        const uint64_t time_ns = turn_ns(&calendar->participants[i]);
+        if (time_ns < least_ns) {
+            chosen   = i;
+            least_ns = time_ns;
+        }
+    }
+    return chosen;
+}
+
+/// An expected participant at whose beginning time would stand before `chosen` has its turn, or NOBODY.
+/// Orders do not matter: nobody runs at the instant at which a life begins before that life has joined.
+static uint32_t awaited_before(const osal_calendar_t* calendar, uint32_t chosen)
+{
+    const uint64_t limit_ns =
+        (chosen != NOBODY) ? turn_ns(&calendar->participants[chosen]) : OSAL_CALENDAR_NEVER;
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        const participant_t* const one = &calendar->participants[i];
+        if ((one->state == OSAL_CALENDAR_EXPECTED) && (one->begin_ns <= limit_ns)) {
+            return i;
+        }
+    }
+    return NOBODY;
+}
+
 /// Hand the grant to the smallest (wake time, order). Leaves `running` at NOBODY if there is none, if an
 /// expected participant has not joined, or if the run is over.
 static void grant_next(osal_calendar_t* calendar)
 {
-    if ((calendar->running != NOBODY) || (calendar->is_closed != 0U) || is_waited_for(calendar)) {
+    calendar->awaited = NOBODY;
+    if ((calendar->running != NOBODY) || (calendar->is_closed != 0U)) {
         return;
     }
     admit_new(calendar);
-    uint32_t chosen  = NOBODY;
-    uint64_t wake_ns = OSAL_CALENDAR_NEVER;
-    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
-        const participant_t* const one = &calendar->participants[i];
-        if ((one->state == PARTICIPANT_JOINED) && (one->wake_ns < wake_ns)) {
-            chosen  = i;
-            wake_ns = one->wake_ns;
+    // Each round either ends a life that failed to begin, or is the last.
+    for (uint32_t round = 0U; round <= PARTICIPANTS; round++) {
+        const uint32_t chosen  = first_turn(calendar);
+        const uint32_t awaited = awaited_before(calendar, chosen);
+        const uint32_t first   = (awaited != NOBODY) ? awaited : chosen;
+        if (first == NOBODY) {
+            return;
         }
-    }
-    if (chosen != NOBODY) {
-        if (wake_ns > calendar->now_ns) {
-            __atomic_store_n(&calendar->now_ns, wake_ns, __ATOMIC_RELEASE);
+        participant_t* const one = &calendar->participants[first];
+        if (one->is_failed != 0U) {
+            leave(calendar, first);
+            continue;
         }
-        calendar->last = chosen;
-        __atomic_store_n(&calendar->running, chosen, __ATOMIC_RELEASE);
+        if (awaited != NOBODY) {
+            calendar->awaited = awaited;
+            return;
+        }
+        if (one->wake_ns > calendar->now_ns) {
+            __atomic_store_n(&calendar->now_ns, one->wake_ns, __ATOMIC_RELEASE);
+        }
+        one->is_begun  = 1U;
+        calendar->last = first;
+        calendar->grants++;
+        __atomic_store_n(&calendar->running, first, __ATOMIC_RELEASE);
+        return;
     }
 }
 
-/// The participant is done (or joins): note when it wants to run again.
-static void rest(osal_calendar_t* calendar, uint32_t participant, uint64_t wake_ns)
+/// A life is not granted before it begins, whatever is delivered to it.
+static uint64_t not_before_begin(const participant_t* one, uint64_t wake_ns)
+{
+    return ((one->is_begun == 0U) && (wake_ns < one->begin_ns)) ? one->begin_ns : wake_ns;
+}
+
+/// The participant is done (or joins): note when it wants to run again. False: this life has ended, or has
+/// lost its grant.
+static bool rest(osal_calendar_t* calendar, uint32_t participant, uint32_t life, uint64_t wake_ns)
 {
     participant_t* const self = &calendar->participants[participant];
-    if (self->state != PARTICIPANT_JOINED) {
-        const uint64_t delivered_ns =
-            (self->state == PARTICIPANT_EXPECTED) ? self->wake_ns : OSAL_CALENDAR_NEVER;
-        self->wake_ns = earlier(wake_ns, delivered_ns);
-        self->is_new  = 1U;
-        self->incarnation++;
-        __atomic_store_n(&self->state, (uint32_t)PARTICIPANT_JOINED, __ATOMIC_RELEASE);
-        return;
+    if ((life != OSAL_CALENDAR_ANY_LIFE) && ((self->life != life) || (self->state == OSAL_CALENDAR_ABSENT))) {
+        return false;
     }
-    FSW_ASSERT(calendar->running == participant); // Only the holder of the grant can be done.
+    if (self->state != OSAL_CALENDAR_JOINED) {
+        const bool is_expected = (self->state == OSAL_CALENDAR_EXPECTED);
+        if (!is_expected) {
+            self->begin_ns = 0U;
+        }
+        self->wake_ns =
+            not_before_begin(self, earlier(wake_ns, is_expected ? self->wake_ns : OSAL_CALENDAR_NEVER));
+        self->is_new = 1U;
+        self->incarnation++;
+        __atomic_store_n(&self->state, (uint32_t)OSAL_CALENDAR_JOINED, __ATOMIC_RELEASE);
+        return true;
+    }
+    if (calendar->running != participant) {
+        return false; // It was suspended while it held the grant, and comes back.
+    }
     const uint64_t delivered_ns = pending_wake_ns(calendar, participant);
     const uint64_t asked_ns     = (wake_ns > calendar->now_ns) ? wake_ns : next_slot_ns(calendar);
     self->wake_ns               = earlier(asked_ns, delivered_ns);
     __atomic_store_n(&calendar->running, NOBODY, __ATOMIC_RELEASE);
-}
-
-static void leave(osal_calendar_t* calendar, uint32_t participant)
-{
-    participant_t* const self = &calendar->participants[participant];
-    self->state               = PARTICIPANT_ABSENT;
-    self->incarnation++;
-    self->wake_ns     = OSAL_CALENDAR_NEVER;
-    self->messages    = 0U;
-    self->octets      = 0U;
-    self->stream_port = 0U;
-    self->is_new      = 0U;
-    if (calendar->running == participant) {
-        __atomic_store_n(&calendar->running, NOBODY, __ATOMIC_RELEASE);
-    }
+    return true;
 }
 
 static void add_saturating(uint32_t* sum, uint32_t more)
@@ -250,6 +312,7 @@ osal_calendar_t* osal_calendar_create(void* storage, uint64_t slot_ns, bool is_s
     calendar->slot_ns   = slot_ns;
     calendar->running   = NOBODY;
     calendar->last      = NOBODY;
+    calendar->awaited   = NOBODY;
     calendar->is_shared = is_shared ? 1U : 0U;
     for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
         calendar->participants[i].wake_ns = OSAL_CALENDAR_NEVER;
@@ -268,30 +331,114 @@ osal_calendar_t* osal_calendar_attach(void* storage)
     return (__atomic_load_n(&calendar->magic, __ATOMIC_ACQUIRE) == CALENDAR_MAGIC) ? calendar : NULL;
 }
 
-void osal_calendar_expect(osal_calendar_t* calendar, unsigned participant)
+void osal_calendar_expect(osal_calendar_t* calendar, unsigned participant, uint32_t life, uint64_t at_ns)
 {
-    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS) && (life != OSAL_CALENDAR_ANY_LIFE));
     lock(calendar);
     participant_t* const one = &calendar->participants[participant];
-    if (one->state == PARTICIPANT_ABSENT) {
-        one->wake_ns = OSAL_CALENDAR_NEVER;
-        one->state   = PARTICIPANT_EXPECTED;
+    if (one->state == OSAL_CALENDAR_ABSENT) {
+        one->wake_ns  = OSAL_CALENDAR_NEVER;
+        one->life     = life;
+        one->begin_ns = at_ns;
+        one->is_begun = 0U;
+        one->state    = OSAL_CALENDAR_EXPECTED;
     }
     unlock(calendar);
 }
 
-void osal_calendar_end(osal_calendar_t* calendar, unsigned participant)
+static bool is_of_life(const participant_t* one, uint32_t life)
 {
-    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    return (life == OSAL_CALENDAR_ANY_LIFE) || (one->life == life);
+}
+
+/// End a life, wake who waits as it, and whoever holds the grant then.
+static void end_life(osal_calendar_t* calendar, unsigned participant, uint32_t life, bool is_kill)
+{
+    participant_t* const one = &calendar->participants[participant];
     lock(calendar);
-    leave(calendar, participant);
-    (void)pass_on(calendar);
+    if (is_of_life(one, life) && (one->state != OSAL_CALENDAR_ABSENT)) {
+        one->killed_life = is_kill ? one->life : one->killed_life;
+        leave(calendar, participant);
+        (void)pass_on(calendar);
+    }
     const uint32_t running = calendar->running;
     unlock(calendar);
     wake(calendar, participant);
     // Whoever ended may have died after it handed the grant over and before it woke the new holder.
     if (running != NOBODY) {
         wake(calendar, running);
+    }
+}
+
+void osal_calendar_end(osal_calendar_t* calendar, unsigned participant, uint32_t life)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    participant_t* const one = &calendar->participants[participant];
+    lock(calendar);
+    const bool is_to_begin = is_of_life(one, life) && (one->state != OSAL_CALENDAR_ABSENT) &&
+                             (one->is_begun == 0U) && (one->begin_ns > calendar->now_ns);
+    if (is_to_begin) { // When in wall-clock time it died must not show: it ends when it would have begun.
+        one->is_failed = 1U;
+        (void)pass_on(calendar);
+    }
+    const uint32_t running = calendar->running;
+    unlock(calendar);
+    if (!is_to_begin) {
+        end_life(calendar, participant, life, false);
+    } else if (running != NOBODY) {
+        wake(calendar, running);
+    } else {
+        // Another one is expected, too.
+    }
+}
+
+void osal_calendar_dismiss(osal_calendar_t* calendar, unsigned participant, uint32_t life)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    end_life(calendar, participant, life, false);
+}
+
+void osal_calendar_kill(osal_calendar_t* calendar, unsigned participant, uint32_t life)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    end_life(calendar, participant, life, true);
+}
+
+void osal_calendar_suspend(osal_calendar_t* calendar, unsigned participant)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    participant_t* const one = &calendar->participants[participant];
+    uint32_t next            = NOBODY;
+    lock(calendar);
+    if (one->state == OSAL_CALENDAR_JOINED) {
+        one->is_suspended = 1U;
+        if (calendar->running == participant) {
+            __atomic_store_n(&calendar->running, NOBODY, __ATOMIC_RELEASE);
+            next = pass_on(calendar);
+        }
+    }
+    unlock(calendar);
+    if (next != NOBODY) {
+        wake(calendar, next);
+    }
+}
+
+void osal_calendar_resume(osal_calendar_t* calendar, unsigned participant)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    participant_t* const one = &calendar->participants[participant];
+    uint32_t next            = NOBODY;
+    lock(calendar);
+    if (one->is_suspended != 0U) {
+        one->is_suspended = 0U;
+        if (one->wake_ns <= calendar->now_ns) {
+            one->wake_ns = is_turn_to_come(calendar, participant) ? calendar->now_ns : next_slot_ns(calendar);
+        }
+        next = pass_on(calendar);
+    }
+    unlock(calendar);
+    if (next != NOBODY) {
+        wake(calendar, next);
     }
 }
 
@@ -310,7 +457,16 @@ bool osal_calendar_is_closed(const osal_calendar_t* calendar)
     return __atomic_load_n(&calendar->is_closed, __ATOMIC_ACQUIRE) != 0U;
 }
 
-status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned participant, uint64_t wake_ns,
+/// Who was killed at an instant of simulated time does nothing after it, as if the kernel had been quicker.
+static void obey_kill(const osal_calendar_t* calendar, uint32_t participant, uint32_t life)
+{
+    if ((life != OSAL_CALENDAR_ANY_LIFE) &&
+        (__atomic_load_n(&calendar->participants[participant].killed_life, __ATOMIC_ACQUIRE) == life)) {
+        (void)raise(SIGKILL);
+    }
+}
+
+status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned participant, uint32_t life, uint64_t wake_ns,
                             osal_grant_t* out_grant)
 {
     FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS) && (out_grant != NULL));
@@ -319,14 +475,15 @@ status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned participant, uin
         return STATUS_CLOSED;
     }
     lock(calendar);
-    rest(calendar, participant, wake_ns);
+    const bool is_resting      = rest(calendar, participant, life, wake_ns);
     const uint32_t incarnation = calendar->participants[participant].incarnation;
-    const uint32_t next        = pass_on(calendar);
+    const uint32_t next        = is_resting ? pass_on(calendar) : NOBODY;
     unlock(calendar);
     if ((next != NOBODY) && (next != participant)) {
         wake(calendar, next);
     }
-    if (!sleep_until_granted(calendar, participant, incarnation)) {
+    if (!is_resting || !sleep_until_granted(calendar, participant, incarnation)) {
+        obey_kill(calendar, participant, life);
         return STATUS_CLOSED;
     }
     lock(calendar);
@@ -338,7 +495,8 @@ status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned participant, uin
 void osal_calendar_done(osal_calendar_t* calendar, unsigned participant, uint64_t wake_ns)
 {
     FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS) && (calendar->is_shared == 0U));
-    rest(calendar, participant, wake_ns);
+    const bool is_resting = rest(calendar, participant, OSAL_CALENDAR_ANY_LIFE, wake_ns);
+    FSW_ASSERT(is_resting); // Only the holder of the grant can be done.
 }
 
 status_t osal_calendar_next(osal_calendar_t* calendar, unsigned* out_participant, osal_grant_t* out_grant)
@@ -348,10 +506,11 @@ status_t osal_calendar_next(osal_calendar_t* calendar, unsigned* out_participant
     if (calendar->is_closed != 0U) {
         return STATUS_CLOSED;
     }
-    if (is_waited_for(calendar)) {
+    grant_next(calendar);
+    if (calendar->awaited != NOBODY) {
+        *out_participant = calendar->awaited;
         return STATUS_BUSY;
     }
-    grant_next(calendar);
     if (calendar->running == NOBODY) {
         return STATUS_EMPTY;
     }
@@ -360,19 +519,19 @@ status_t osal_calendar_next(osal_calendar_t* calendar, unsigned* out_participant
     return STATUS_OK;
 }
 
-void osal_calendar_deliver(osal_calendar_t* calendar, unsigned sender, unsigned receiver, uint32_t messages,
-                           uint32_t octets)
+void osal_calendar_deliver(osal_calendar_t* calendar, unsigned sender, unsigned receiver, uint32_t life,
+                           uint32_t messages, uint32_t octets)
 {
     FSW_ASSERT((calendar != NULL) && (sender < PARTICIPANTS) && (receiver < PARTICIPANTS));
     lock(calendar);
     participant_t* const one = &calendar->participants[receiver];
     uint32_t next            = NOBODY;
-    if (one->state != PARTICIPANT_ABSENT) {
+    if ((one->state != OSAL_CALENDAR_ABSENT) && is_of_life(one, life)) {
         const bool is_still_now = (receiver > sender) && is_turn_to_come(calendar, receiver);
         add_saturating(&one->messages, messages);
         add_saturating(&one->octets, octets);
-        one->wake_ns = earlier(pending_wake_ns(calendar, receiver),
-                               is_still_now ? calendar->now_ns : next_slot_ns(calendar));
+        const uint64_t told_ns = is_still_now ? calendar->now_ns : next_slot_ns(calendar);
+        one->wake_ns           = not_before_begin(one, earlier(pending_wake_ns(calendar, receiver), told_ns));
         next = pass_on(calendar); // Only when all were waiting for a delivery: this one came from outside.
     }
     unlock(calendar);
@@ -391,7 +550,24 @@ bool osal_calendar_is_present(const osal_calendar_t* calendar, unsigned particip
 {
     FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
     return __atomic_load_n(&calendar->participants[participant].state, __ATOMIC_ACQUIRE) ==
-           (uint32_t)PARTICIPANT_JOINED;
+           (uint32_t)OSAL_CALENDAR_JOINED;
+}
+
+osal_calendar_presence_t osal_calendar_presence(const osal_calendar_t* calendar, unsigned participant,
+                                                uint32_t* out_life)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS) && (out_life != NULL));
+    const participant_t* const one = &calendar->participants[participant];
+    *out_life                      = __atomic_load_n(&one->life, __ATOMIC_ACQUIRE);
+    return (osal_calendar_presence_t)__atomic_load_n(&one->state, __ATOMIC_ACQUIRE);
+}
+
+unsigned osal_calendar_holder(const osal_calendar_t* calendar, uint32_t* out_grants)
+{
+    FSW_ASSERT((calendar != NULL) && (out_grants != NULL));
+    const uint32_t running = __atomic_load_n(&calendar->running, __ATOMIC_ACQUIRE);
+    *out_grants            = __atomic_load_n(&calendar->grants, __ATOMIC_ACQUIRE);
+    return (running != NOBODY) ? running : PARTICIPANTS;
 }
 
 void osal_calendar_set_stream_port(osal_calendar_t* calendar, unsigned participant, uint16_t port)

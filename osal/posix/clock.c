@@ -39,10 +39,12 @@ void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns)
     clock->attributes.is_memory_locked = lock_memory();
 }
 
-void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, unsigned participant)
+void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, unsigned participant,
+                             uint32_t life)
 {
     FSW_ASSERT((clock != NULL) && (calendar != NULL) && (participant < OSAL_CALENDAR_PARTICIPANTS_MAX));
-    *clock = (osal_clock_t){.mode = OSAL_CLOCK_STEPPED, .calendar = calendar, .participant = participant};
+    *clock = (osal_clock_t){
+        .mode = OSAL_CLOCK_STEPPED, .calendar = calendar, .participant = participant, .life = life};
 }
 
 void osal_clock_open_granted(osal_clock_t* clock, osal_deliveries_t* deliveries)
@@ -119,7 +121,7 @@ status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* c
                ((sockets != NULL) || (socket_count == 0U)));
     if (clock->mode == OSAL_CLOCK_STEPPED) {
         FSW_ASSERT(clock->calendar != NULL);
-        return osal_calendar_wait(clock->calendar, clock->participant, wake_ns, &clock->grant);
+        return osal_calendar_wait(clock->calendar, clock->participant, clock->life, wake_ns, &clock->grant);
     }
     wait_real(clock, wake_ns, sockets, socket_count);
     return STATUS_OK;
@@ -130,14 +132,16 @@ static void add_saturating(uint32_t* sum, uint32_t more)
     *sum = (more < (UINT32_MAX - *sum)) ? (*sum + more) : UINT32_MAX;
 }
 
-void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t messages, uint32_t octets)
+void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t life, uint32_t messages,
+                        uint32_t octets)
 {
     FSW_ASSERT((clock != NULL) && (receiver < OSAL_CALENDAR_PARTICIPANTS_MAX));
     if (clock->deliveries != NULL) {
+        clock->deliveries->lives[receiver] = life;
         add_saturating(&clock->deliveries->messages[receiver], messages);
         add_saturating(&clock->deliveries->octets[receiver], octets);
     } else if (clock->mode == OSAL_CLOCK_STEPPED) {
-        osal_calendar_deliver(clock->calendar, clock->participant, receiver, messages, octets);
+        osal_calendar_deliver(clock->calendar, clock->participant, receiver, life, messages, octets);
     } else {
         // Nobody counts in real time.
     }

@@ -57,10 +57,10 @@ static bool has_name(const char* id, const char* process)
     return (octets > 0U) && (strcmp((slash != NULL) ? &slash[1] : text, process) == 0);
 }
 
-void death_of(const char* process)
+static void signal_process(const char* process, const char* verb, int signal_number)
 {
     if (strcmp(process, "launcher") == 0) {
-        (void)kill(getppid(), SIGKILL);
+        (void)kill(getppid(), signal_number);
         return;
     }
     DIR* folder           = opendir("/proc");
@@ -69,7 +69,7 @@ void death_of(const char* process)
     while ((number != NULL) && !is_found) {
         const char* id = number->d_name;
         is_found       = (isdigit((unsigned char)id[0]) != 0) && is_sibling(id) && has_name(id, process) &&
-                   (kill((pid_t)strtol(id, NULL, 10), SIGKILL) == 0);
+                   (kill((pid_t)strtol(id, NULL, 10), signal_number) == 0);
         number = readdir(folder);
     }
     if (folder != NULL) {
@@ -79,8 +79,23 @@ void death_of(const char* process)
         char line[TEXT_OCTETS];
         (void)snprintf(
             line, sizeof line,
-            "simulator: fault kill %.64s: this run has no such process (any more); run.json names them",
+            "simulator: fault %.8s %.64s: this run has no such process (any more); run.json names them", verb,
             process);
         osal_console_complain(line);
     }
+}
+
+void death_of(const char* process)
+{
+    signal_process(process, "kill", SIGKILL);
+}
+
+void stop_of(const char* process)
+{
+    signal_process(process, "hang", SIGSTOP);
+}
+
+void continuation_of(const char* process)
+{
+    signal_process(process, "resume", SIGCONT);
 }

@@ -11,5 +11,8 @@
 /// ...), or for `launcher`. Our own death returns to nobody. Without such a process a line on the console
 /// says so.
 void death_of(const char* process);
+/// SIGSTOP and SIGCONT in the same way: a process that hangs, where no calendar can suspend it.
+void stop_of(const char* process);
+void continuation_of(const char* process);
 
 #endif // SIM_APP_DEATH_H

@@ -39,11 +39,13 @@ static const grammar_t grammar[FAULT_KIND_COUNT] = {
     [FAULT_TORQUE_OFFSET] = {"torque-offset", "jt", "torque-offset <joint> <Nm>"},
     [FAULT_TEMPERATURE]   = {"temperature", "jk", "temperature <joint> <degC>"},
     [FAULT_KILL]          = {"kill", "x", "kill <process>"},
+    [FAULT_HANG]          = {"hang", "x", "hang <process>"},
+    [FAULT_RESUME]        = {"resume", "x", "resume <process>"},
 };
 
 static const char* const verbs_expected = "unplug, plug, cut, mend, loss, corruption, duplication, delay, "
                                           "babble, stuck, overflow, bus-off, restart, arbitration, reset, "
-                                          "error, torque-offset, temperature or kill";
+                                          "error, torque-offset, temperature, kill, hang or resume";
 
 const char* fault_word(fault_kind_t kind)
 {
@@ -58,8 +60,9 @@ bool fault_is_onset(const fault_t* fault)
         NEVER,
         BY_ORDER
     } onset[FAULT_KIND_COUNT] = {
-        [FAULT_UNPLUG] = ALWAYS, [FAULT_CUT] = ALWAYS, [FAULT_BUS_OFF] = ALWAYS,   [FAULT_RESET] = ALWAYS,
-        [FAULT_PLUG] = NEVER,    [FAULT_MEND] = NEVER, [FAULT_RESTART] = BY_ORDER, [FAULT_KILL] = ALWAYS,
+        [FAULT_UNPLUG] = ALWAYS, [FAULT_CUT] = ALWAYS,   [FAULT_BUS_OFF] = ALWAYS,   [FAULT_RESET] = ALWAYS,
+        [FAULT_PLUG] = NEVER,    [FAULT_MEND] = NEVER,   [FAULT_RESTART] = BY_ORDER, [FAULT_KILL] = ALWAYS,
+        [FAULT_HANG] = ALWAYS,   [FAULT_RESUME] = NEVER,
     };
     switch (onset[fault->kind]) {
     case ALWAYS:
@@ -430,10 +433,10 @@ static void set_temperature(const fault_world_t* world, const fault_t* fault)
     drive_set_temperature(world->drive[fault->node - FAULT_NODE_JOINT1], fault->value, fault->time_ns);
 }
 
-static void kill_process(const fault_world_t* world, const fault_t* fault)
+static void act_on_process(const fault_world_t* world, const fault_t* fault)
 {
-    if (world->kill != NULL) {
-        world->kill(fault->target);
+    if (world->process != NULL) {
+        world->process(world->process_context, fault->kind, fault->target);
     }
 }
 
@@ -458,7 +461,9 @@ const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world)
         [FAULT_BUS_OFF]       = apply_to_controller,
         [FAULT_RESTART]       = apply_to_controller,
         [FAULT_ARBITRATION]   = apply_to_controller,
-        [FAULT_KILL]          = kill_process,
+        [FAULT_KILL]          = act_on_process,
+        [FAULT_HANG]          = act_on_process,
+        [FAULT_RESUME]        = act_on_process,
     };
     const fault_t* fault = &faults->fault[faults->next];
     faults->next++;

@@ -22,6 +22,8 @@
 ///     torque-offset <node> <Nm>             of the joint's torque sensor, on top of its own
 ///     temperature   <node> <degC>           of the joint's drive
 ///     kill          <process>               SIGKILL, while everybody else waits (sim/app/death.h)
+///     hang          <process>               it does nothing more,
+///     resume        <process>               until it goes on with what was due meanwhile
 #ifndef SIM_APP_FAULTS_H
 #define SIM_APP_FAULTS_H
 
@@ -60,6 +62,8 @@ typedef enum {
     FAULT_TORQUE_OFFSET,
     FAULT_TEMPERATURE,
     FAULT_KILL,
+    FAULT_HANG,
+    FAULT_RESUME,
     FAULT_KIND_COUNT
 } fault_kind_t;
 
@@ -104,7 +108,9 @@ typedef struct {
     fault_channel_t channel[FAULT_BUSES][NODE_CHANNELS];
     drive_t* drive[FAULT_DRIVES];
     joystick_t* joystick;
-    void (*kill)(const char* process); ///< Null: the world has no processes.
+    /// FAULT_KILL, FAULT_HANG or FAULT_RESUME of a process. Null: the world has none.
+    void (*process)(void* context, fault_kind_t kind, const char* process);
+    void* process_context;
 } fault_world_t;
 
 /// Read the fault lines of a scenario. Returns STATUS_OK, or a status of scenario_read with `error` filled.

@@ -3,7 +3,6 @@
 
 #include "sim/app/channels.h"
 #include "sim/app/equipment.h"
-#include "sim/app/death.h"
 #include "sim/app/faults.h"
 #include "sim/app/segment.h"
 #include "sim/app/supply.h"
@@ -495,7 +494,7 @@ static status_t open_tools(simulator_t* simulator, const simulator_config_t* con
 
 static void power_on(simulator_t* simulator)
 {
-    simulator->world = (fault_world_t){.joystick = simulator->joystick, .kill = death_of};
+    simulator->world.joystick = simulator->joystick;
     for (unsigned i = 0U; i < BUSES; i++) {
         fault_channel_t* channels = simulator->world.channel[i];
         channels[NODE_CHANNEL_A] =
@@ -538,6 +537,8 @@ status_t simulator_open(const simulator_config_t* config, simulator_t** out_simu
         (void)simulator_close(simulator);
         return status;
     }
+    simulator->world.process         = config->process_fault;
+    simulator->world.process_context = config->process_context;
     power_on(simulator);
     *out_simulator = simulator;
     return STATUS_OK;

@@ -12,6 +12,7 @@
 #define SIM_APP_SIMULATOR_H
 
 #include "fsw/framework/base/status.h"
+#include "sim/app/faults.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -34,6 +35,9 @@ typedef struct {
     const char* output_path;    ///< Folder for logs and truth, exists; null: nothing is written.
     const char* devices_path;   ///< Folder of the EDS files; null: "descriptors/devices".
     const char* equipment_path; ///< Devices beside the arm and the joystick; null: none.
+    /// Scenario faults of processes (kill, hang, resume). Null: there are none.
+    void (*process_fault)(void* context, fault_kind_t kind, const char* process);
+    void* process_context;
     simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< Robot and joystick are always there.
     size_t bus_count;
     uint64_t seed;

@@ -7,6 +7,7 @@
 #include "osal/include/osal/process.h"
 #include "osal/include/osal/shm.h"
 #include "osal/include/osal/task.h"
+#include "sim/app/death.h"
 #include "sim/app/simulator.h"
 #include "sim/clock/door.h"
 
@@ -31,8 +32,20 @@ typedef enum {
     PACE_NONE      ///< As fast as it goes.
 } pace_t;
 
+#define PROCESSES_MAX (2U * OSAL_CALENDAR_PARTICIPANTS_MAX) ///< Each may have two names.
+
+typedef struct { ///< Processes of the run by name.
+    osal_calendar_t* calendar;
+    size_t count;
+    struct {
+        const char* name;
+        unsigned participant;
+    } process[PROCESSES_MAX];
+} processes_t;
+
 typedef struct {
     simulator_config_t simulator;
+    processes_t processes;
     pace_t pace;
     bool is_stepped;
     bool is_free;
@@ -70,6 +83,7 @@ static const char usage_text[] =
     "    --origin NS           real: monotonic time of the run's time 0 (default now)\n"
     "    --duration S          end after this much simulated time\n"
     "    --free-run S          without flight: run for S seconds; --time stepped: as fast as it goes\n"
+    "    --process NAME=N      the process of participant N, for the scenario's kill, hang and resume\n"
     "    --bus NAME=ADDRESS    flight's controller on a bus, e.g. robot=shm:run1.robot\n"
     "    --redundant NAME=OF   that bus is channel B of bus OF, e.g. robot-b=robot\n"
     "    --publish NAME=ADDRESS  show that bus to tools, e.g. robot=can:vcan-robot\n"
@@ -96,6 +110,7 @@ enum {
     OPTION_ORIGIN,
     OPTION_DURATION,
     OPTION_FREE_RUN,
+    OPTION_PROCESS,
     OPTION_BUS,
     OPTION_PUBLISH,
     OPTION_REDUNDANT,
@@ -122,6 +137,7 @@ static const struct option long_options[] = {{"calendar", required_argument, NUL
                                              {"origin", required_argument, NULL, OPTION_ORIGIN},
                                              {"duration", required_argument, NULL, OPTION_DURATION},
                                              {"free-run", required_argument, NULL, OPTION_FREE_RUN},
+                                             {"process", required_argument, NULL, OPTION_PROCESS},
                                              {"bus", required_argument, NULL, OPTION_BUS},
                                              {"publish", required_argument, NULL, OPTION_PUBLISH},
                                              {"redundant", required_argument, NULL, OPTION_REDUNDANT},
@@ -225,6 +241,24 @@ static bool take_bus(options_t* options, const char* option, char* text)
     return true;
 }
 
+static bool take_process(options_t* options, char* text)
+{
+    processes_t* processes = &options->processes;
+    char* equals           = strchr(text, '=');
+    unsigned participant   = 0U;
+    if ((equals == NULL) || (equals == text) || (processes->count == PROCESSES_MAX)) {
+        return complain("process", text, "NAME=PARTICIPANT");
+    }
+    *equals = '\0';
+    if (!take_unsigned("process", &equals[1], OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, &participant)) {
+        return false;
+    }
+    processes->process[processes->count].name        = text;
+    processes->process[processes->count].participant = participant;
+    processes->count++;
+    return true;
+}
+
 static bool take_classic_bus(options_t* options, const char* name)
 {
     simulator_bus_t* bus = bus_of(options, name);
@@ -320,6 +354,8 @@ static bool take_option(options_t* options, int option, char* text)
     switch (option) {
     case OPTION_BUS:
         return take_bus(options, "bus", text);
+    case OPTION_PROCESS:
+        return take_process(options, text);
     case OPTION_PUBLISH:
         return take_bus(options, "publish", text);
     case OPTION_CLASSIC_BUS:
@@ -526,12 +562,46 @@ static void complain_of_tools(const simulator_t* simulator)
     }
 }
 
-static int fly(const options_t* options, osal_calendar_t* calendar)
+/// In a calendar what happens to a participant happens at this instant of simulated time; its process
+/// follows.
+static void act_on_participant(osal_calendar_t* calendar, unsigned participant, fault_kind_t kind)
+{
+    if (kind == FAULT_KILL) {
+        osal_calendar_kill(calendar, participant, OSAL_CALENDAR_ANY_LIFE);
+    } else if (kind == FAULT_HANG) {
+        osal_calendar_suspend(calendar, participant);
+    } else {
+        osal_calendar_resume(calendar, participant);
+    }
+}
+
+static void act_on_process(void* context, fault_kind_t kind, const char* process)
+{
+    const processes_t* processes = context;
+    for (size_t i = 0U; i < processes->count; i++) {
+        if ((processes->calendar != NULL) && (strcmp(processes->process[i].name, process) == 0)) {
+            act_on_participant(processes->calendar, processes->process[i].participant, kind);
+            return;
+        }
+    }
+    if (kind == FAULT_KILL) { // Launcher, operator, archive, and all where there is no calendar.
+        death_of(process);
+    } else if (kind == FAULT_HANG) {
+        stop_of(process);
+    } else {
+        continuation_of(process);
+    }
+}
+
+static int fly(options_t* options, osal_calendar_t* calendar)
 {
     static doorman_t doorman;
     char error[SIMULATOR_ERROR_MAX];
     simulator_t* simulator = NULL;
     osal_clock_t clock;
+    options->processes.calendar        = calendar;
+    options->simulator.process_fault   = act_on_process;
+    options->simulator.process_context = &options->processes;
     if (simulator_open(&options->simulator, &simulator, error) != STATUS_OK) {
         osal_console_complain(error);
         return EXIT_FAILURE;
@@ -544,7 +614,7 @@ static int fly(const options_t* options, osal_calendar_t* calendar)
     int code = EXIT_FAILURE;
     if (open_door(&doorman, options, calendar)) {
         if (calendar != NULL) {
-            osal_clock_open_stepped(&clock, calendar, options->participant);
+            osal_clock_open_stepped(&clock, calendar, options->participant, OSAL_CALENDAR_ANY_LIFE);
         } else {
             osal_clock_open_real(&clock,
                                  options->has_origin ? options->origin_ns : osal_clock_monotonic_ns());
@@ -557,7 +627,7 @@ static int fly(const options_t* options, osal_calendar_t* calendar)
     }
     close_door(&doorman, calendar);
     if (calendar != NULL) {
-        osal_calendar_end(calendar, options->participant);
+        osal_calendar_end(calendar, options->participant, OSAL_CALENDAR_ANY_LIFE);
     }
     dying_simulator = NULL;
     if (simulator_close(simulator) != STATUS_OK) {

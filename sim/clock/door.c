@@ -282,17 +282,17 @@ status_t door_serve(door_t* door, osal_calendar_t* calendar, unsigned order, uns
         return status;
     }
     osal_calendar_set_stream_port(calendar, order, door->stream_port);
-    status = osal_calendar_wait(calendar, order, 0U, &grant);
+    status = osal_calendar_wait(calendar, order, OSAL_CALENDAR_ANY_LIFE, 0U, &grant);
     while (status == STATUS_OK) {
         if (door_exchange(door, &grant, &wake_ns, &octets) != STATUS_OK) {
             status = osal_calendar_is_closed(calendar) ? STATUS_CLOSED : STATUS_OK;
-            osal_calendar_end(calendar, order);
+            osal_calendar_end(calendar, order, OSAL_CALENDAR_ANY_LIFE);
             break;
         }
         if (octets > 0U) {
-            osal_calendar_deliver(calendar, order, receiver, 0U, octets);
+            osal_calendar_deliver(calendar, order, receiver, OSAL_CALENDAR_ANY_LIFE, 0U, octets);
         }
-        status = osal_calendar_wait(calendar, order, wake_ns, &grant);
+        status = osal_calendar_wait(calendar, order, OSAL_CALENDAR_ANY_LIFE, wake_ns, &grant);
     }
     osal_socket_close(&door->client);
     if ((status == STATUS_CLOSED) && !osal_calendar_is_closed(calendar)) {

@@ -62,7 +62,8 @@ static void take_part(unsigned member)
     osal_calendar_t* const calendar = osal_calendar_attach(shared->calendar);
     osal_grant_t grant              = {0U, 0U, 0U};
     for (uint32_t round = 0U; round < ROUNDS; round++) {
-        const status_t status = osal_calendar_wait(calendar, member, (uint64_t)round * SLOT_NS, &grant);
+        const status_t status =
+            osal_calendar_wait(calendar, member, OSAL_CALENDAR_ANY_LIFE, (uint64_t)round * SLOT_NS, &grant);
         if (status != STATUS_OK) {
             _exit(1);
         }
@@ -73,7 +74,7 @@ static void take_part(unsigned member)
     if (member == (MEMBERS - 1U)) {
         shared->end_ns = osal_clock_monotonic_ns();
     }
-    osal_calendar_end(calendar, member);
+    osal_calendar_end(calendar, member, OSAL_CALENDAR_ANY_LIFE);
 }
 
 /// Microseconds per round.
@@ -133,7 +134,7 @@ int main(void)
         bare_us[i]                      = measure(pass_token, begin_token);
         osal_calendar_t* const calendar = osal_calendar_create(shared->calendar, SLOT_NS, true);
         for (unsigned k = 0U; k < MEMBERS; k++) {
-            osal_calendar_expect(calendar, k);
+            osal_calendar_expect(calendar, k, 1U, 0U);
         }
         calendar_us[i] = measure(take_part, begin_calendar);
     }

@@ -55,7 +55,8 @@ static double start_until_ready(void)
         launcher.child_count++;
         launcher_start_component(&launcher, child);
     }
-    if (osal_calendar_wait(launcher.calendar, RUN_SIMULATOR, 0U, &grant) != STATUS_OK) {
+    if (osal_calendar_wait(launcher.calendar, RUN_SIMULATOR, OSAL_CALENDAR_ANY_LIFE, 0U, &grant) !=
+        STATUS_OK) {
         give_up("the calendar is closed");
     }
     return (double)(osal_clock_monotonic_ns() - began_ns) / 1e6;

@@ -65,8 +65,11 @@ static status_t to_supervisor(void* const context, const uint16_t to, const uint
     return message_deliver(&endpoint, frame, size);
 }
 
-static status_t start(void* const context, const uint16_t apid)
+static status_t start(void* const context, const uint16_t apid, const uint32_t link_floor,
+                      const uint64_t boot_ns)
 {
+    (void)link_floor;
+    (void)boot_ns;
     (void)context;
     const unsigned at = member_of(apid);
     if (at == MEMBERS) {
@@ -86,6 +89,13 @@ static status_t stop(void* const context, const uint16_t apid)
     }
     members[at].is_running = false;
     return STATUS_OK;
+}
+
+static uint64_t promise(void* const context, const uint16_t apid)
+{
+    (void)context;
+    (void)apid;
+    return UINT64_MAX;
 }
 
 static bool is_running(void* const context, const uint16_t apid)
@@ -139,9 +149,15 @@ static void begin(void)
                                         .descriptor          = &descriptor,
                                         .is_descriptor_valid = true,
                                         .endpoint            = &endpoint,
-                                        .platform = {NULL, start, stop, is_running, stop_requested, finished},
-                                        .log_folder  = log_folder,
-                                        .start_count = 1U};
+                                        .platform            = {.start             = start,
+                                                                .stop              = stop,
+                                                                .kill              = stop,
+                                                                .is_running        = is_running,
+                                                                .promise           = promise,
+                                                                .is_stop_requested = stop_requested,
+                                                                .finished          = finished},
+                                        .log_folder          = log_folder,
+                                        .start_count         = 1U};
     now_ns                           = 0U;
     is_stop_requested                = false;
     is_finished                      = false;

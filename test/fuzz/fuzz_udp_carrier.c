@@ -53,10 +53,10 @@ static void arrive(const fuzz_record_t* const record)
     const status_t status = udp_carrier_pump(&carrier, &endpoint);
     const bool is_kept    = (endpoint.stamp != stamp);
     if (record->size > MESSAGE_FRAME_MAX) {
-        FUZZ_CHECK((status == STATUS_OK) && !is_kept &&
+        FUZZ_CHECK((status == STATUS_NOT_OURS) && !is_kept &&
                    (endpoint.counters.malformed == (before.malformed + 1U)));
     } else if (record->kind == 2U) {
-        FUZZ_CHECK((status == STATUS_OK) && !is_kept && (carrier.foreign == (foreign + 1U)));
+        FUZZ_CHECK((status == STATUS_NOT_OURS) && !is_kept && (carrier.foreign == (foreign + 1U)));
     } else {
         const bool is_counted = (endpoint.counters.malformed != before.malformed) ||
                                 (endpoint.counters.overruns != before.overruns);

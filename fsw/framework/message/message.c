@@ -255,7 +255,6 @@ status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* cons
         is_well_made(endpoint, frame, size) ? channel_of(endpoint, octets_u16_at(&frame[AT_FROM])) : NULL;
     if (channel == NULL) {
         endpoint->counters.malformed++;
-        endpoint->arrivals++;
         return STATUS_OK;
     }
     const uint32_t life = octets_u32_at(&frame[AT_FROM_LIFE]);
@@ -269,17 +268,8 @@ status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* cons
         return STATUS_FULL;
     }
     endpoint->stamp++;
-    endpoint->arrivals++;
     endpoint->is_news = true;
     return STATUS_OK;
-}
-
-uint32_t message_arrivals(message_endpoint_t* const endpoint)
-{
-    FSW_ASSERT(endpoint != NULL);
-    const uint32_t arrivals = endpoint->arrivals;
-    endpoint->arrivals      = 0U;
-    return arrivals;
 }
 
 /// Another life of the peer: both directions are numbered from 0 again. Only a peer in its first life may
@@ -386,6 +376,23 @@ static void answer(message_endpoint_t* const endpoint, message_channel_t* const 
     }
 }
 
+/// A sender that has not heard of this endpoint may have meant its predecessor, if there was one.
+static bool is_own_life(const message_endpoint_t* const endpoint, const uint32_t life)
+{
+    return (life == endpoint->life) || ((life == 0U) && (endpoint->life == FIRST_LIFE));
+}
+
+bool message_is_of_past(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
+{
+    FSW_ASSERT((endpoint != NULL) && (frame != NULL));
+    const message_channel_t* const channel =
+        is_well_made(endpoint, frame, size) ? channel_of(endpoint, octets_u16_at(&frame[AT_FROM])) : NULL;
+    const bool is_of_past = (channel != NULL) && channel->is_life_said &&
+                            !is_own_life(endpoint, octets_u32_at(&frame[AT_TO_LIFE]));
+    endpoint->counters.stale += is_of_past ? 1U : 0U;
+    return is_of_past;
+}
+
 /// Bring the channel up to date with a frame of its peer. False if the frame is to be dropped.
 static bool is_current(message_endpoint_t* const endpoint, message_channel_t* const channel,
                        const frame_t* const frame)
@@ -393,9 +400,7 @@ static bool is_current(message_endpoint_t* const endpoint, message_channel_t* co
     if (!is_of_this_life(endpoint, channel, frame)) {
         return false;
     }
-    // A sender that has not heard of this endpoint may have meant its predecessor, if there was one.
-    const bool is_for_us =
-        (frame->to_life == endpoint->life) || ((frame->to_life == 0U) && (endpoint->life == FIRST_LIFE));
+    const bool is_for_us = is_own_life(endpoint, frame->to_life);
     if (!is_for_us && (frame->kind == KIND_SYNC)) {
         endpoint->counters.stale++; // Its numbers are of another life, but it shall know ours.
         answer(endpoint, channel, frame);

@@ -98,9 +98,8 @@ typedef struct { // Private, except `counters`.
     size_t storage_octets;
     message_channel_t channels[MESSAGE_PEERS_MAX];
     size_t channel_count;
-    uint32_t stamp;    // Of the next frame that arrives.
-    uint32_t arrivals; // Frames that arrived and were not asked for.
-    bool is_news;      // Frames have arrived that nobody has judged.
+    uint32_t stamp; // Of the next frame that arrives.
+    bool is_news;   // Frames have arrived that nobody has judged.
     uint8_t frame[MESSAGE_FRAME_MAX];
     message_counters_t counters;
 } message_endpoint_t;
@@ -127,8 +126,6 @@ MUST_USE status_t message_send_plain(message_endpoint_t* endpoint, uint16_t to, 
                                      size_t size);
 /// For carriers: a frame has arrived. STATUS_OK: kept, or none and counted; STATUS_FULL: beyond the window.
 MUST_USE status_t message_deliver(message_endpoint_t* endpoint, const uint8_t* frame, size_t size);
-/// Frames that were delivered since the last call.
-uint32_t message_arrivals(message_endpoint_t* endpoint);
 /// Take in what has arrived but for its blocks: credit, SYNC, lives. Answers are sent.
 void message_take_control(message_endpoint_t* endpoint);
 /// The same, then take the block that came first. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped); with
@@ -140,6 +137,9 @@ MUST_USE status_t message_receive_if(message_endpoint_t* endpoint, const message
                                      uint16_t* out_from, uint8_t* octets, size_t capacity, size_t* out_size);
 /// The way to a peer is there again: exchange SYNC with it. No effect if nothing was under way.
 void message_probe(message_endpoint_t* endpoint, uint16_t peer);
+/// True for a frame of a peer whose life the run says, to another life of this endpoint: it was announced to
+/// nobody, and the carrier drops it. Counted as stale.
+bool message_is_of_past(message_endpoint_t* endpoint, const uint8_t* frame, size_t size);
 /// Frames of other lives or outside of the window that were dropped so far [wraps].
 uint32_t message_stale_frames(const message_endpoint_t* endpoint);
 /// Blocks that may be sent to a peer now, as long as their octets have room: the next one has, whatever its

@@ -12,6 +12,11 @@ void ring_carrier_init(ring_carrier_t* const hub, const delivery_notice_t notice
 status_t ring_carrier_attach(ring_carrier_t* const hub, message_endpoint_t* const endpoint)
 {
     FSW_ASSERT((hub != NULL) && (endpoint != NULL));
+    for (size_t i = 0U; i < hub->endpoint_count; i++) {
+        if (hub->endpoints[i] == endpoint) {
+            return STATUS_OK; // In another life.
+        }
+    }
     if (hub->endpoint_count == MESSAGE_PEERS_MAX) {
         return STATUS_EXHAUSTED;
     }

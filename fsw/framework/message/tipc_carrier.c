@@ -64,14 +64,17 @@ status_t tipc_carrier_pump(tipc_carrier_t* const carrier, message_endpoint_t* co
     }
     if (status == STATUS_TOO_LARGE) {
         endpoint->counters.malformed++;
-        return STATUS_OK;
+        return STATUS_NOT_OURS;
     }
     if (status != STATUS_OK) {
         return status;
     }
     if (!is_peer(carrier, from)) {
         carrier->foreign++;
-        return STATUS_OK;
+        return STATUS_NOT_OURS;
+    }
+    if (message_is_of_past(endpoint, endpoint->frame, size)) {
+        return STATUS_NOT_OURS;
     }
     const status_t delivered = message_deliver(endpoint, endpoint->frame, size);
     (void)delivered; // What is beyond the window of its sender is counted.

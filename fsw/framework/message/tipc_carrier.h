@@ -46,7 +46,7 @@ MUST_USE status_t tipc_carrier_add_peer(tipc_carrier_t* carrier, uint16_t compon
 /// The carrier in the form an endpoint takes.
 message_carrier_t tipc_carrier_port(tipc_carrier_t* carrier);
 /// Deliver one received datagram to the endpoint, whose inboxes hold all that true peers may have under way.
-/// STATUS_OK, STATUS_EMPTY, STATUS_IO.
+/// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (taken and dropped: of no peer, or not to this life), STATUS_IO.
 MUST_USE status_t tipc_carrier_pump(tipc_carrier_t* carrier, message_endpoint_t* endpoint);
 /// Take in what the topology service has told; peers that are there again are asked what they have taken.
 void tipc_carrier_take_hints(tipc_carrier_t* carrier, message_endpoint_t* endpoint);

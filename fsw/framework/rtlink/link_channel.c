@@ -112,7 +112,7 @@ static status_t send_datagram(link_producer_t* const producer, const link_frame_
                                 ? osal_tipc_send(producer->socket, producer->consumer_name, frame, size)
                                 : osal_udp_send(producer->socket, producer->consumer, frame, size);
     if ((status == STATUS_OK) && (producer->resolver->delivered != NULL)) {
-        producer->resolver->delivered(producer->resolver->context, producer->link);
+        producer->resolver->delivered(producer->resolver->context, producer->link, producer->epoch);
     }
     return status;
 }

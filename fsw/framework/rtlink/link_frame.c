@@ -56,6 +56,12 @@ size_t link_frame_encode(const link_frame_header_t* const header, const uint8_t*
     return checked + (with_crc ? LINK_FRAME_CRC_OCTETS : 0U);
 }
 
+uint32_t link_frame_epoch(const uint8_t* const frame, const size_t size)
+{
+    FSW_ASSERT(frame != NULL);
+    return (size >= LINK_FRAME_HEADER_OCTETS) ? octets_u32_at(&frame[8U]) : 0U;
+}
+
 status_t link_frame_decode(const uint8_t* const frame, const size_t size, const size_t payload_size,
                            const bool with_crc, link_frame_header_t* const out_header,
                            const uint8_t** const out_payload)

@@ -236,6 +236,8 @@ void component_accept_large(component_t* component, const uint8_t* packet, size_
 void component_tell_time(component_t* component, uint64_t now_ns);
 /// Run what is due. Returns the time of the next wake [ns of the run].
 uint64_t component_step(component_t* component, uint64_t now_ns);
+/// The program ends: give back to the system what the component and its subsystem have open. Nobody is told.
+void component_release(component_t* component);
 /// Run what is due in a loop of services, 0..COMPONENT_LOOPS - 1: only where it has a task of its own.
 /// Returns its next wake; COMPONENT_NEVER while no configuration with such a loop is applied.
 uint64_t component_loop_step(component_t* component, uint8_t loop, uint64_t now_ns);

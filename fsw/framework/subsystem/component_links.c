@@ -100,14 +100,19 @@ static void add_counters(subsystem_link_totals_t* const totals, const component_
     }
 }
 
-static void close_link(component_t* const component, component_link_t* const link, const uint8_t reason)
+static void close_channel(component_link_t* const link)
 {
-    add_counters(&component->closed_links, link);
     if (link->is_producer) {
         link_producer_close(&link->producer);
     } else {
         link_consumer_close(&link->consumer);
     }
+}
+
+static void close_link(component_t* const component, component_link_t* const link, const uint8_t reason)
+{
+    add_counters(&component->closed_links, link);
+    close_channel(link);
     change_state(component, link, LINK_CLOSED, reason);
     link->is_used = false;
 }
@@ -118,6 +123,19 @@ void component_close_links(component_t* const component, const uint8_t reason)
         if (component->links[i].is_used) {
             close_link(component, &component->links[i], reason);
         }
+    }
+}
+
+void component_release(component_t* const component)
+{
+    FSW_ASSERT(component != NULL);
+    for (size_t i = 0U; i < COMPONENT_LINKS; i++) {
+        if (component->links[i].is_used) {
+            close_channel(&component->links[i]);
+        }
+    }
+    if (component->config.callbacks->release != NULL) {
+        component->config.callbacks->release(component->config.self);
     }
 }
 

@@ -81,6 +81,9 @@ typedef struct {
     /// The parameters that ST[12] watches, where the descriptor lists that service. May be null: its own.
     /// Called once, at the start.
     pus_parameter_port_t (*watched)(void* self);
+    /// The program ends, in whatever state: give back to the system what is open, and leave devices as they
+    /// are. May be null.
+    void (*release)(void* self);
 } subsystem_callbacks_t;
 
 // ---- Called by a specific subsystem from its callbacks -------------------------------------------------

@@ -330,10 +330,24 @@ static void update_status(void* const context)
     ground_security_tell(&self->security, self->generic);
 }
 
+/// As the end of its process does to every connection, without a word to anybody on board; the listening
+/// socket is the launcher's.
+static void hang_up(void* const context)
+{
+    communication_t* const self  = (communication_t*)context;
+    const flow_tcp_user_t nobody = {.context = self};
+    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
+        flow_tcp_end(&self->flow, &nobody, client);
+    }
+}
+
 const subsystem_callbacks_t* communication_callbacks(void)
 {
-    static const subsystem_callbacks_t callbacks = {
-        .software_init = publish, .configure = listen, .control = update_status, .report = report};
+    static const subsystem_callbacks_t callbacks = {.software_init = publish,
+                                                    .configure     = listen,
+                                                    .control       = update_status,
+                                                    .report        = report,
+                                                    .release       = hang_up};
     return &callbacks;
 }
 

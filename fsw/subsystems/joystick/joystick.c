@@ -112,6 +112,11 @@ static status_t hardware_deinit(void* const self)
     return drives_hardware_deinit(&joystick->drives);
 }
 
+static void release(void* const self)
+{
+    drives_release(&((joystick_t*)self)->drives);
+}
+
 const subsystem_callbacks_t* joystick_callbacks(void)
 {
     static const subsystem_callbacks_t callbacks = {
@@ -130,6 +135,7 @@ const subsystem_callbacks_t* joystick_callbacks(void)
         .emit            = joystick_emit,
         .perform         = joystick_perform,
         .parameter_set   = joystick_parameter_set,
+        .release         = release,
     };
     return &callbacks;
 }

@@ -150,6 +150,11 @@ static pus_device_port_t device_port(void* const context)
     return drives_access_port(&((manipulator_t*)context)->drives);
 }
 
+static void release(void* const self)
+{
+    drives_release(&((manipulator_t*)self)->drives);
+}
+
 const subsystem_callbacks_t* manipulator_callbacks(void)
 {
     static const subsystem_callbacks_t callbacks = {
@@ -168,6 +173,7 @@ const subsystem_callbacks_t* manipulator_callbacks(void)
         .emit            = manipulator_emit,
         .perform         = manipulator_perform,
         .parameter_set   = manipulator_parameter_set,
+        .release         = release,
         .device_port     = device_port,
     };
     return &callbacks;

@@ -41,6 +41,7 @@ typedef struct {
 } osal_clock_attributes_t;
 
 typedef struct { ///< What was told of deliveries during a grant, by their receiver. Counts saturate.
+    uint32_t lives[OSAL_CALENDAR_PARTICIPANTS_MAX]; ///< Of the receivers, that they were meant for.
     uint32_t messages[OSAL_CALENDAR_PARTICIPANTS_MAX];
     uint32_t octets[OSAL_CALENDAR_PARTICIPANTS_MAX];
 } osal_deliveries_t;
@@ -50,6 +51,7 @@ typedef struct { // All fields are private, except `attributes`: read-only.
     osal_calendar_t* calendar;
     osal_deliveries_t* deliveries; // Of a granted clock.
     unsigned participant;
+    uint32_t life;
     uint64_t origin_ns;
     osal_grant_t grant;
     osal_clock_attributes_t attributes; ///< What was granted to a real clock.
@@ -58,8 +60,9 @@ typedef struct { // All fields are private, except `attributes`: read-only.
 /// Real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Asks for timer slack 1 ns and locked memory
 /// where permitted; what is not permitted is left as it is, and told by `attributes`.
 void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns);
-/// Stepped clock: `participant` of the calendar.
-void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, unsigned participant);
+/// Stepped clock: that life of `participant` of the calendar.
+void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, unsigned participant,
+                             uint32_t life);
 
 /// Granted clock: stepped time 0, nothing due. Deliveries are noted in `deliveries`, which must outlive it
 /// and is cleared.
@@ -79,8 +82,9 @@ uint64_t osal_clock_now_ns(const osal_clock_t* clock);
 MUST_USE status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
                                   size_t socket_count);
 
-/// Tell the calendar of deliveries to another participant. Real clock: no effect.
-void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t messages, uint32_t octets);
+/// Tell the calendar of deliveries to that life of another participant. Real clock: no effect.
+void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t life, uint32_t messages,
+                        uint32_t octets);
 /// Deliveries told with the present grant; 0 for a real clock.
 uint32_t osal_clock_messages_due(const osal_clock_t* clock);
 uint32_t osal_clock_octets_due(const osal_clock_t* clock);

@@ -88,14 +88,15 @@ static void test_delivery_wakes_now_upwards_and_next_slot_downwards(void)
     (void)next_is(calendar, 0U, 0U);
     osal_calendar_done(calendar, 0U, OSAL_CALENDAR_NEVER);
     (void)next_is(calendar, 1U, 0U);
-    osal_calendar_deliver(calendar, 1U, 0U, 2U, 0U);
-    osal_calendar_deliver(calendar, 1U, 2U, 1U, 7U);
-    osal_calendar_deliver(calendar, 1U, 0U, 1U, 5U);
+    osal_calendar_deliver(calendar, 1U, 0U, OSAL_CALENDAR_ANY_LIFE, 2U, 0U);
+    osal_calendar_deliver(calendar, 1U, 2U, OSAL_CALENDAR_ANY_LIFE, 1U, 7U);
+    osal_calendar_deliver(calendar, 1U, 0U, OSAL_CALENDAR_ANY_LIFE, 1U, 5U);
     osal_calendar_done(calendar, 1U, OSAL_CALENDAR_NEVER);
     osal_grant_t grant = next_is(calendar, 2U, 0U);
     TEST_ASSERT_EQUAL_UINT32(1U, grant.messages);
     TEST_ASSERT_EQUAL_UINT32(7U, grant.octets);
-    osal_calendar_deliver(calendar, 2U, 2U, 1U, 0U); // To itself: next slot, before what it asks for.
+    osal_calendar_deliver(calendar, 2U, 2U, OSAL_CALENDAR_ANY_LIFE, 1U,
+                          0U); // To itself: next slot, before what it asks for.
     osal_calendar_done(calendar, 2U, 10U * SLOT_NS);
     grant = next_is(calendar, 0U, SLOT_NS);
     TEST_ASSERT_EQUAL_UINT32(3U, grant.messages);
@@ -116,7 +117,7 @@ static void test_next_slot_is_on_the_grid_when_now_is_not(void)
     (void)next_is(calendar, 1U, 0U);
     osal_calendar_done(calendar, 1U, 2U * SLOT_NS + 123U);
     (void)next_is(calendar, 1U, 2U * SLOT_NS + 123U);
-    osal_calendar_deliver(calendar, 1U, 0U, 1U, 0U);
+    osal_calendar_deliver(calendar, 1U, 0U, OSAL_CALENDAR_ANY_LIFE, 1U, 0U);
     osal_calendar_done(calendar, 1U, 1U); // Long past.
     (void)next_is(calendar, 0U, 3U * SLOT_NS);
     osal_calendar_done(calendar, 0U, OSAL_CALENDAR_NEVER);
@@ -128,10 +129,10 @@ static void test_expected_participant_holds_time_until_it_joins_or_ends(void)
     unsigned participant = 0U;
     osal_grant_t grant;
     osal_calendar_t* const calendar = table(2U);
-    osal_calendar_expect(calendar, 1U); // Present: no effect.
+    osal_calendar_expect(calendar, 1U, 1U, 0U); // Present: no effect.
     (void)next_is(calendar, 0U, 0U);
-    osal_calendar_expect(calendar, 5U);
-    osal_calendar_deliver(calendar, 0U, 5U, 4U, 0U);
+    osal_calendar_expect(calendar, 5U, 1U, 0U);
+    osal_calendar_deliver(calendar, 0U, 5U, OSAL_CALENDAR_ANY_LIFE, 4U, 0U);
     osal_calendar_done(calendar, 0U, SLOT_NS);
     TEST_ASSERT_EQUAL(STATUS_BUSY, osal_calendar_next(calendar, &participant, &grant));
     TEST_ASSERT_FALSE(osal_calendar_is_present(calendar, 5U));
@@ -139,10 +140,10 @@ static void test_expected_participant_holds_time_until_it_joins_or_ends(void)
     (void)next_is(calendar, 1U, 0U);
     osal_calendar_done(calendar, 1U, OSAL_CALENDAR_NEVER);
     TEST_ASSERT_EQUAL_UINT32(4U, next_is(calendar, 5U, 0U).messages);
-    osal_calendar_expect(calendar, 6U);
+    osal_calendar_expect(calendar, 6U, 1U, 0U);
     osal_calendar_done(calendar, 5U, 7U * SLOT_NS);
     TEST_ASSERT_EQUAL(STATUS_BUSY, osal_calendar_next(calendar, &participant, &grant));
-    osal_calendar_end(calendar, 6U);
+    osal_calendar_end(calendar, 6U, OSAL_CALENDAR_ANY_LIFE);
     (void)next_is(calendar, 0U, SLOT_NS);
 }
 
@@ -150,16 +151,16 @@ static void test_absent_receiver_takes_no_notice_and_an_end_forgets(void)
 {
     osal_calendar_t* const calendar = table(2U);
     (void)next_is(calendar, 0U, 0U);
-    osal_calendar_deliver(calendar, 0U, 9U, 1U, 1U);
+    osal_calendar_deliver(calendar, 0U, 9U, OSAL_CALENDAR_ANY_LIFE, 1U, 1U);
     osal_calendar_set_stream_port(calendar, 1U, 4711U);
     TEST_ASSERT_EQUAL_UINT16(4711U, osal_calendar_stream_port(calendar, 1U));
-    osal_calendar_deliver(calendar, 0U, 1U, 3U, 3U);
-    osal_calendar_end(calendar, 1U);
+    osal_calendar_deliver(calendar, 0U, 1U, OSAL_CALENDAR_ANY_LIFE, 3U, 3U);
+    osal_calendar_end(calendar, 1U, OSAL_CALENDAR_ANY_LIFE);
     TEST_ASSERT_FALSE(osal_calendar_is_present(calendar, 1U));
     TEST_ASSERT_EQUAL_UINT16(0U, osal_calendar_stream_port(calendar, 1U));
     osal_calendar_done(calendar, 1U, 0U); // Joins again.
     osal_calendar_done(calendar, 9U, 0U);
-    osal_calendar_end(calendar, 0U); // While it holds the grant.
+    osal_calendar_end(calendar, 0U, OSAL_CALENDAR_ANY_LIFE); // While it holds the grant.
     TEST_ASSERT_EQUAL_UINT32(0U, next_is(calendar, 1U, 0U).messages);
     osal_calendar_done(calendar, 1U, OSAL_CALENDAR_NEVER);
     TEST_ASSERT_EQUAL_UINT32(0U, next_is(calendar, 9U, 0U).messages);
@@ -182,8 +183,8 @@ static void test_counts_saturate(void)
 {
     osal_calendar_t* const calendar = table(2U);
     (void)next_is(calendar, 0U, 0U);
-    osal_calendar_deliver(calendar, 0U, 1U, UINT32_MAX, UINT32_MAX - 1U);
-    osal_calendar_deliver(calendar, 0U, 1U, 2U, 1U);
+    osal_calendar_deliver(calendar, 0U, 1U, OSAL_CALENDAR_ANY_LIFE, UINT32_MAX, UINT32_MAX - 1U);
+    osal_calendar_deliver(calendar, 0U, 1U, OSAL_CALENDAR_ANY_LIFE, 2U, 1U);
     osal_calendar_done(calendar, 0U, OSAL_CALENDAR_NEVER);
     const osal_grant_t grant = next_is(calendar, 1U, 0U);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, grant.messages);
@@ -236,7 +237,10 @@ static int exit_code(pid_t id)
 static void sleep_for_ever(osal_calendar_t* calendar, unsigned participant)
 {
     osal_grant_t grant;
-    _exit((osal_calendar_wait(calendar, participant, OSAL_CALENDAR_NEVER, &grant) == STATUS_CLOSED) ? 42 : 1);
+    _exit((osal_calendar_wait(calendar, participant, OSAL_CALENDAR_ANY_LIFE, OSAL_CALENDAR_NEVER, &grant) ==
+           STATUS_CLOSED)
+              ? 42
+              : 1);
 }
 
 static void await_presence(const osal_calendar_t* calendar, unsigned participant)
@@ -256,11 +260,11 @@ static void test_close_and_end_release_sleepers(void)
     osal_grant_t grant;
     await_presence(calendar, 1U);
     await_presence(calendar, 2U);
-    osal_calendar_end(calendar, 1U);
+    osal_calendar_end(calendar, 1U, OSAL_CALENDAR_ANY_LIFE);
     TEST_ASSERT_EQUAL(42, exit_code(ended));
     osal_calendar_close(calendar);
     TEST_ASSERT_EQUAL(42, exit_code(closed));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_calendar_wait(calendar, 3U, 0U, &grant));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_calendar_wait(calendar, 3U, OSAL_CALENDAR_ANY_LIFE, 0U, &grant));
     (void)munmap(storage, OSAL_CALENDAR_BYTES);
 }
 
@@ -270,7 +274,7 @@ static void test_delivery_from_outside_wakes_a_sleeping_run(void)
     osal_calendar_t* const calendar = osal_calendar_create(storage, SLOT_NS, true);
     const pid_t sleeper             = child(sleep_for_ever, calendar, 1U);
     await_presence(calendar, 1U);
-    osal_calendar_deliver(calendar, 0U, 1U, 1U, 0U);
+    osal_calendar_deliver(calendar, 0U, 1U, OSAL_CALENDAR_ANY_LIFE, 1U, 0U);
     TEST_ASSERT_EQUAL(1, exit_code(sleeper)); // It was granted.
     (void)munmap(storage, OSAL_CALENDAR_BYTES);
 }
@@ -289,14 +293,14 @@ static void hammer(osal_calendar_t* calendar, unsigned participant)
 {
     osal_grant_t grant;
     uint64_t wake_ns = 0U;
-    while (osal_calendar_wait(calendar, participant, wake_ns, &grant) == STATUS_OK) {
+    while (osal_calendar_wait(calendar, participant, OSAL_CALENDAR_ANY_LIFE, wake_ns, &grant) == STATUS_OK) {
         record->inside = participant;
         if (grant.now_ns < record->last_ns) {
             record->faults++;
         }
         record->last_ns = grant.now_ns;
         for (unsigned i = 0U; i < DELIVERIES; i++) {
-            osal_calendar_deliver(calendar, participant, i % PARTICIPANTS, 1U, 1U);
+            osal_calendar_deliver(calendar, participant, i % PARTICIPANTS, OSAL_CALENDAR_ANY_LIFE, 1U, 1U);
         }
         wake_ns = grant.now_ns + SLOT_NS;
         record->grants[participant]++;
@@ -332,7 +336,7 @@ static void test_a_kill_at_any_moment_never_stops_time(void)
     bool is_going = true;
     record        = shared_memory(sizeof(*record));
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
-        osal_calendar_expect(calendar, i);
+        osal_calendar_expect(calendar, i, 1U, 0U);
     }
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
         ids[i] = child(hammer, calendar, i);
@@ -345,9 +349,9 @@ static void test_a_kill_at_any_moment_never_stops_time(void)
         const unsigned victim  = ((dice % 2U) == 0U) ? running : (unsigned)(scramble(dice) % PARTICIPANTS);
         (void)kill(ids[victim], SIGKILL);
         (void)exit_code(ids[victim]);
-        osal_calendar_end(calendar, victim);
+        osal_calendar_end(calendar, victim, OSAL_CALENDAR_ANY_LIFE);
         if (((dice >> 32U) % 2U) == 0U) {
-            osal_calendar_expect(calendar, victim);
+            osal_calendar_expect(calendar, victim, 1U, 0U);
         }
         ids[victim] = child(hammer, calendar, victim);
         is_going    = ((round % 20U) != 0U) || goes_on();

@@ -56,7 +56,7 @@ static const char* named(const char* begin)
 static void run_other(void* context)
 {
     osal_clock_t clock;
-    osal_clock_open_stepped(&clock, context, 2U);
+    osal_clock_open_stepped(&clock, context, 2U, OSAL_CALENDAR_ANY_LIFE);
     while (osal_clock_wait(&clock, osal_clock_now_ns(&clock) + SLOT_NS, NULL, 0U) == STATUS_OK) {
         (void)__atomic_add_fetch(&other_runs, 1U, __ATOMIC_ACQ_REL);
     }
@@ -66,9 +66,9 @@ void setUp(void)
 {
     other_runs = 0U;
     calendar   = osal_calendar_create(storage, SLOT_NS, true);
-    osal_clock_open_stepped(&clock_of_test, calendar, 1U);
-    osal_calendar_expect(calendar, 1U);
-    osal_calendar_expect(calendar, 2U);
+    osal_clock_open_stepped(&clock_of_test, calendar, 1U, OSAL_CALENDAR_ANY_LIFE);
+    osal_calendar_expect(calendar, 1U, 1U, 0U);
+    osal_calendar_expect(calendar, 2U, 1U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&other_task, run_other, calendar, 0));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock_of_test, 10U * SLOT_NS, NULL, 0U));
 }

@@ -231,11 +231,11 @@ static void run_model(uint64_t seed, uint32_t length, trace_t* trace)
 static void act(osal_calendar_t* calendar, unsigned participant, const decision_t* decision)
 {
     for (unsigned i = 0U; i < decision->delivery_count; i++) {
-        osal_calendar_deliver(calendar, participant, decision->deliveries[i].receiver,
+        osal_calendar_deliver(calendar, participant, decision->deliveries[i].receiver, OSAL_CALENDAR_ANY_LIFE,
                               decision->deliveries[i].messages, decision->deliveries[i].octets);
     }
     if (decision->restarted != 0U) {
-        osal_calendar_expect(calendar, decision->restarted);
+        osal_calendar_expect(calendar, decision->restarted, 1U, 0U);
     }
 }
 
@@ -247,7 +247,7 @@ static void run_loop(uint64_t seed, uint32_t length, trace_t* trace)
     unsigned participant = 0U;
     memset(trace, 0, sizeof(*trace));
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
-        osal_calendar_expect(calendar, i);
+        osal_calendar_expect(calendar, i, 1U, 0U);
     }
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
         TEST_ASSERT_EQUAL(STATUS_BUSY, osal_calendar_next(calendar, &participant, &grant));
@@ -264,7 +264,7 @@ static void run_loop(uint64_t seed, uint32_t length, trace_t* trace)
         }
         if (decision.is_end) {
             trace->is_gone[participant] = 1U;
-            osal_calendar_end(calendar, participant);
+            osal_calendar_end(calendar, participant, OSAL_CALENDAR_ANY_LIFE);
         } else {
             osal_calendar_done(calendar, participant, decision.wake_ns);
         }
@@ -286,7 +286,7 @@ static void live(uint64_t seed, uint32_t length, trace_t* trace, osal_calendar_t
     uint64_t wake_ns = first_wake(seed, participant);
     osal_grant_t grant;
     (void)usleep((useconds_t)(scramble((uint64_t)getpid()) % 400U)); // Joins come in any order.
-    while (osal_calendar_wait(calendar, participant, wake_ns, &grant) == STATUS_OK) {
+    while (osal_calendar_wait(calendar, participant, OSAL_CALENDAR_ANY_LIFE, wake_ns, &grant) == STATUS_OK) {
         if (trace->length == length) {
             osal_calendar_close(calendar);
             break;
@@ -303,7 +303,7 @@ static void live(uint64_t seed, uint32_t length, trace_t* trace, osal_calendar_t
         }
         if (decision.is_end) {
             trace->is_gone[participant] = 1U;
-            osal_calendar_end(calendar, participant);
+            osal_calendar_end(calendar, participant, OSAL_CALENDAR_ANY_LIFE);
             _exit(0);
         }
         wake_ns = decision.wake_ns;
@@ -320,7 +320,7 @@ static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
     memset(trace, 0, sizeof(*trace));
     uint8_t order = 0U;
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
-        osal_calendar_expect(calendar, i);
+        osal_calendar_expect(calendar, i, 1U, 0U);
     }
     // The first six starts are asked for like every restart.
     for (order = 0U; order < PARTICIPANTS; order++) {

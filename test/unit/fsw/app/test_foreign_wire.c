@@ -38,8 +38,14 @@ static run_block_t sample_run(void)
                          .storage           = "runs/x/storage",
                          .ground_descriptor = -1,
                          .component_count   = 2U};
-    run.components[0] = (run_component_t){1U, "SUPERVISOR", 0U, 7, 40001U, 0U, 1U, 0U, 0U};
-    run.components[1] = (run_component_t){16U, "MANIPULATOR", 0U, 8, 40002U, 0U, 3U, 0U, 0U};
+    run.components[0] = (run_component_t){
+        .apid = 1U, .name = "SUPERVISOR", .message_descriptor = 7, .message_port = 40001U, .life = 1U};
+    run.components[1] = (run_component_t){.apid               = 16U,
+                                          .name               = "MANIPULATOR",
+                                          .message_descriptor = 8,
+                                          .message_port       = 40002U,
+                                          .life               = 3U,
+                                          .link_floor         = 5U};
     for (unsigned i = 0U; i < RUN_LINKS_MAX; i++) {
         run.link_descriptors[i] = -1;
     }
@@ -72,7 +78,8 @@ static void a_run_is_told(void)
     TEST_ASSERT_EQUAL_UINT16(16U, heard.components[1].apid);
     TEST_ASSERT_EQUAL_INT(8, heard.components[1].message_descriptor);
     TEST_ASSERT_EQUAL_UINT16(40002U, heard.components[1].message_port);
-    TEST_ASSERT_EQUAL_UINT32(3U, heard.components[1].start_count);
+    TEST_ASSERT_EQUAL_UINT32(3U, heard.components[1].life);
+    TEST_ASSERT_EQUAL_UINT32(5U, heard.components[1].link_floor);
     TEST_ASSERT_EQUAL_INT_ARRAY(run.link_descriptors, heard.link_descriptors, RUN_LINKS_MAX);
     TEST_ASSERT_EQUAL_UINT16(40100U, heard.link_ports[1]);
 }
@@ -101,17 +108,27 @@ static void a_run_cut_short_or_out_of_bounds_is_refused(void)
 
 static void numbers_are_big_endian(void)
 {
-    static const uint8_t expected[] = {0x00, 0x00, 0x00, 0x11, 0x03, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06,
-                                       0x07, 0x08, 0x00, 0x00, 0x00, 0x09, 0x0A, 0x0B, 0x0C, 0x0D};
+    static run_block_t other_run;
+    other_run                       = sample_run();
+    static const uint8_t expected[] = {0x00, 0x00, 0x00, 0x21, 0x03, 0x01, 0x02, 0x03, 0x04, 0x05,
+                                       0x06, 0x07, 0x08, 0x00, 0x00, 0x00, 0x09, 0x0A, 0x0B, 0x0C,
+                                       0x0D, 0x00, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00,
+                                       0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x07};
     const osal_grant_t grant        = {0x0102030405060708U, 9U, 0x0A0B0C0DU};
     octet_writer_t writer           = foreign_begin(&one, FOREIGN_GRANT);
     octet_reader_t reader           = octet_reader(NULL, 0U);
     osal_grant_t heard              = {0U, 0U, 0U};
-    foreign_write_grant(&writer, &grant);
+    run_block_t run                 = sample_run();
+    run.components[0].life          = 1U;
+    run.components[1].life          = 3U;
+    run.components[1].link_floor    = 7U;
+    foreign_write_grant(&writer, &grant, &run);
     TEST_ASSERT_EQUAL(STATUS_OK, foreign_send(&one, &writer));
     TEST_ASSERT_EQUAL(STATUS_OK, foreign_receive(&other, FOREIGN_GRANT, PATIENCE_MS, &reader));
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, other.octets, sizeof expected);
-    TEST_ASSERT_TRUE(foreign_read_grant(&reader, &heard));
+    TEST_ASSERT_TRUE(foreign_read_grant(&reader, &heard, &other_run));
+    TEST_ASSERT_EQUAL_UINT32(3U, other_run.components[1].life);
+    TEST_ASSERT_EQUAL_UINT32(7U, other_run.components[1].link_floor);
     TEST_ASSERT_EQUAL_HEX64(grant.now_ns, heard.now_ns);
     TEST_ASSERT_EQUAL_UINT32(9U, heard.messages);
     TEST_ASSERT_EQUAL_HEX32(grant.octets, heard.octets);
@@ -121,6 +138,7 @@ static void what_was_done_is_told(void)
 {
     foreign_done_t done = {.wake_ns = OSAL_CALENDAR_NEVER, .opened = 5U, .is_lossy = true};
     foreign_done_t heard;
+    done.deliveries.lives[1]    = 4U;
     done.deliveries.messages[1] = 2U;
     done.deliveries.octets[15]  = 300U;
     octet_writer_t writer       = foreign_begin(&one, FOREIGN_DONE);
@@ -130,6 +148,7 @@ static void what_was_done_is_told(void)
     TEST_ASSERT_EQUAL_HEX64(done.wake_ns, heard.wake_ns);
     TEST_ASSERT_EQUAL_HEX32(5U, heard.opened);
     TEST_ASSERT_TRUE(heard.is_lossy);
+    TEST_ASSERT_EQUAL_UINT32(4U, heard.deliveries.lives[1]);
     TEST_ASSERT_EQUAL_UINT32(2U, heard.deliveries.messages[1]);
     TEST_ASSERT_EQUAL_UINT32(300U, heard.deliveries.octets[15]);
     octet_reader_t cut = octet_reader(&one.octets[5], writer.position - 6U);

@@ -31,9 +31,11 @@ static bed_member_t* member_of(uint16_t apid)
 
 static void open_member(bed_member_t* member);
 
-static status_t start(void* context, uint16_t apid)
+static status_t start(void* context, uint16_t apid, uint32_t link_floor, uint64_t boot_ns)
 {
     (void)context;
+    bed.link_floor             = link_floor;
+    bed.boot_ns                = boot_ns;
     bed_member_t* const member = member_of(apid);
     if (bed.start_result != STATUS_OK) {
         return bed.start_result;
@@ -57,6 +59,18 @@ static status_t stop(void* context, uint16_t apid)
         member->is_running = false;
     }
     return STATUS_OK;
+}
+
+static status_t kill_process(void* context, uint16_t apid)
+{
+    bed.kills++;
+    return stop(context, apid);
+}
+
+static uint64_t promise(void* context, uint16_t apid)
+{
+    (void)context;
+    return (apid == bed.late_apid) ? bed.promise_ns : UINT64_MAX;
 }
 
 static bool is_running(void* context, uint16_t apid)
@@ -301,9 +315,15 @@ void bed_open(void)
                                   .descriptor          = &own_descriptor,
                                   .is_descriptor_valid = true,
                                   .endpoint            = &bed.endpoint,
-                                  .platform    = {NULL, start, stop, is_running, is_stop_requested, finished},
-                                  .log_folder  = folder,
-                                  .start_count = 1U};
+                                  .platform            = {.start             = start,
+                                                          .stop              = stop,
+                                                          .kill              = kill_process,
+                                                          .is_running        = is_running,
+                                                          .promise           = promise,
+                                                          .is_stop_requested = is_stop_requested,
+                                                          .finished          = finished},
+                                  .log_folder          = folder,
+                                  .start_count         = 1U};
     if (bed_configure != NULL) {
         bed_configure(&config);
     }

@@ -69,6 +69,12 @@ typedef struct {
     bool is_stop_requested;
     bool is_finished;
     status_t start_result;
+    uint32_t link_floor; ///< Of the last start.
+    uint64_t boot_ns;
+    unsigned kills;
+    uint16_t
+        late_apid; ///< A member that has promised to step at promise_ns; the others have promised nothing.
+    uint64_t promise_ns;
     unsigned starts;
     unsigned stops;
 } bed_t;

@@ -222,9 +222,13 @@ static void test_bus_off_ends_by_order(void)
 
 static const char* killed = "";
 
-static void note_kill(const char* process)
+static fault_kind_t process_fault;
+
+static void note_process(void* context, fault_kind_t kind, const char* process)
 {
-    killed = process;
+    TEST_ASSERT_EQUAL_PTR(&process_fault, context);
+    process_fault = kind;
+    killed        = process;
 }
 
 static void test_a_kill_names_its_process(void)
@@ -234,13 +238,32 @@ static void test_a_kill_names_its_process(void)
     open_world();
     apply_next(); // In a world without processes.
     TEST_ASSERT_EQUAL_STRING("", killed);
-    world.kill = note_kill;
+    world.process         = note_process;
+    world.process_context = &process_fault;
     TEST_ASSERT_EQUAL_UINT64(2000001000U, faults_next_ns(&faults));
     const fault_t* fault = faults_apply_next(&faults, &world);
     TEST_ASSERT_EQUAL_STRING("packet-archive-sqlite", killed);
     TEST_ASSERT_EQUAL_STRING("packet-archive-sqlite", fault->target);
     TEST_ASSERT_EQUAL_STRING("kill", fault_word(fault->kind));
     TEST_ASSERT_TRUE(fault_is_onset(fault));
+    TEST_ASSERT_EQUAL(FAULT_KILL, process_fault);
+    close_world();
+}
+
+static void test_a_process_hangs_and_goes_on(void)
+{
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, load("1 fault hang joystick\n2 fault resume joystick\n"), error);
+    open_world();
+    world.process         = note_process;
+    world.process_context = &process_fault;
+    const fault_t* fault  = faults_apply_next(&faults, &world);
+    TEST_ASSERT_EQUAL(FAULT_HANG, process_fault);
+    TEST_ASSERT_EQUAL_STRING("joystick", killed);
+    TEST_ASSERT_TRUE(fault_is_onset(fault));
+    fault = faults_apply_next(&faults, &world);
+    TEST_ASSERT_EQUAL(FAULT_RESUME, process_fault);
+    TEST_ASSERT_FALSE(fault_is_onset(fault));
+    expect_error("1 fault hang", "hang <process>");
     close_world();
 }
 
@@ -248,6 +271,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_kill_names_its_process);
+    RUN_TEST(test_a_process_hangs_and_goes_on);
     RUN_TEST(test_every_verb);
     RUN_TEST(test_errors_name_file_line_and_what_is_expected);
     RUN_TEST(test_no_scenario_means_no_faults);

@@ -302,7 +302,7 @@ static void communicate(osal_clock_t* clock)
         TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(clock));
         TEST_ASSERT_EQUAL_UINT16(4711U, osal_calendar_stream_port(calendar, OPERATOR));
         TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(clock, (uint64_t)i * 10U * SLOT_NS, NULL, 0U));
-        osal_clock_deliver(clock, OPERATOR, 0U, 7U);
+        osal_clock_deliver(clock, OPERATOR, OSAL_CALENDAR_ANY_LIFE, 0U, 7U);
     }
 }
 
@@ -312,14 +312,14 @@ static void run_with(const char* farewell)
     osal_task_t task;
     osal_clock_t clock;
     int how = -1;
-    osal_calendar_expect(calendar, COMMUNICATION);
-    osal_calendar_expect(calendar, OPERATOR);
+    osal_calendar_expect(calendar, COMMUNICATION, 1U, 0U);
+    osal_calendar_expect(calendar, OPERATOR, 1U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, serve_twice, &served, 0));
     const pid_t id = fork();
     if (id == 0) {
         operate(farewell);
     }
-    osal_clock_open_stepped(&clock, calendar, COMMUNICATION);
+    osal_clock_open_stepped(&clock, calendar, COMMUNICATION, OSAL_CALENDAR_ANY_LIFE);
     communicate(&clock);
     // Time goes on without the operator.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock, 1000U * SLOT_NS, NULL, 0U));

@@ -173,7 +173,7 @@ static void pump(party_member_t* member)
         if (status == STATUS_EMPTY) {
             TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&member->socket, ARRIVAL_MS));
         } else {
-            TEST_ASSERT_EQUAL(STATUS_OK, status);
+            TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_NOT_OURS)); // To another life.
             member->announced--;
         }
     }

@@ -177,8 +177,6 @@ static void blocks_come_in_order_of_arrival(void)
         expect_nothing(1U);
         expect_nothing(2U);
     }
-    TEST_ASSERT_EQUAL(party.frames[1][0] + party.frames[2][0], message_arrivals(end(0U)));
-    TEST_ASSERT_EQUAL(0U, message_arrivals(end(0U)));
     party_close(&party);
 }
 

@@ -183,7 +183,6 @@ static void what_comes_back_is_counted_and_is_no_message(void)
     kernel.size       = MESSAGE_HEADER_OCTETS;
     TEST_ASSERT_EQUAL(STATUS_OK, tipc_carrier_pump(&carrier, &endpoint));
     TEST_ASSERT_EQUAL(2U, carrier.returned);
-    TEST_ASSERT_EQUAL(1U, message_arrivals(&endpoint));
     kernel.receive[4] = STATUS_FORBIDDEN;
     TEST_ASSERT_EQUAL(STATUS_EMPTY, tipc_carrier_pump(&carrier, &endpoint));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, tipc_carrier_pump(&carrier, &endpoint));
@@ -195,16 +194,15 @@ static void a_stranger_is_not_heard(void)
     kernel.receive[0] = STATUS_OK;
     kernel.from       = 0x200000016ULL; // The peer's number on another node.
     kernel.size       = MESSAGE_HEADER_OCTETS;
-    TEST_ASSERT_EQUAL(STATUS_OK, tipc_carrier_pump(&carrier, &endpoint));
+    TEST_ASSERT_EQUAL(STATUS_NOT_OURS, tipc_carrier_pump(&carrier, &endpoint));
     TEST_ASSERT_EQUAL(1U, carrier.foreign);
-    TEST_ASSERT_EQUAL(0U, message_arrivals(&endpoint));
 }
 
 static void errors_are_passed_on(void)
 {
     kernel.receive[0] = STATUS_TOO_LARGE;
     kernel.receive[1] = STATUS_IO;
-    TEST_ASSERT_EQUAL(STATUS_OK, tipc_carrier_pump(&carrier, &endpoint));
+    TEST_ASSERT_EQUAL(STATUS_NOT_OURS, tipc_carrier_pump(&carrier, &endpoint));
     TEST_ASSERT_EQUAL(1U, endpoint.counters.malformed);
     TEST_ASSERT_EQUAL(STATUS_IO, tipc_carrier_pump(&carrier, &endpoint));
 }

@@ -54,10 +54,11 @@ status_t osal_tipc_send(osal_socket_t* sock, osal_tipc_name_t to, const uint8_t*
     return osal_udp_send(sock, address, octets, size);
 }
 
-static void delivered(void* context, uint16_t link)
+static void delivered(void* context, uint16_t link, uint32_t epoch)
 {
     (void)context;
     (void)link;
+    TEST_ASSERT_NOT_EQUAL(0U, epoch);
     under_way++;
 }
 

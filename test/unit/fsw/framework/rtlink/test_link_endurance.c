@@ -175,7 +175,7 @@ static int await(osal_calendar_t* calendar, unsigned participant, uint32_t numbe
 {
     const uint64_t wake_ns = (uint64_t)number * SLOT_NS;
     osal_grant_t grant     = {0U, 0U, 0U};
-    if (osal_calendar_wait(calendar, participant, wake_ns, &grant) != STATUS_OK) {
+    if (osal_calendar_wait(calendar, participant, OSAL_CALENDAR_ANY_LIFE, wake_ns, &grant) != STATUS_OK) {
         return NOT_GRANTED;
     }
     return (grant.now_ns == wake_ns) ? WELL : WRONG_TIME;
@@ -194,7 +194,7 @@ static int consume(osal_calendar_t* calendar, figures_t* figures)
         code = await(calendar, CONSUMER, number + 1U);
     }
     close_figures(MINUTE, figures);
-    osal_calendar_end(calendar, CONSUMER);
+    osal_calendar_end(calendar, CONSUMER, OSAL_CALENDAR_ANY_LIFE);
     return code;
 }
 
@@ -213,7 +213,7 @@ static int produce(osal_calendar_t* calendar)
                    ? await(calendar, PRODUCER, number + 1U)
                    : NOT_WRITTEN;
     }
-    osal_calendar_end(calendar, PRODUCER);
+    osal_calendar_end(calendar, PRODUCER, OSAL_CALENDAR_ANY_LIFE);
     return code;
 }
 
@@ -239,8 +239,8 @@ static void ten_kilohertz_for_one_minute_between_processes(void)
     meeting_t* const meeting        = osal_shm_address(&shm);
     osal_calendar_t* const calendar = osal_calendar_create(meeting->calendar, SLOT_NS, true);
     TEST_ASSERT_NOT_NULL(calendar);
-    osal_calendar_expect(calendar, PRODUCER);
-    osal_calendar_expect(calendar, CONSUMER);
+    osal_calendar_expect(calendar, PRODUCER, 1U, 0U);
+    osal_calendar_expect(calendar, CONSUMER, 1U, 0U);
     for (unsigned i = 0U; i < PROCESSES; i++) {
         processes[i] = start(i, calendar, &meeting->figures);
     }

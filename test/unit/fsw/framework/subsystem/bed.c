@@ -171,11 +171,18 @@ static void parameter_set(void* self, uint32_t parameter_id)
     bed.set_id = parameter_id;
 }
 
+static void release(void* self)
+{
+    (void)self;
+    bed.releases++;
+}
+
 static const subsystem_callbacks_t callbacks = {
     software_init,   hardware_init, configure, start_control, stop_control,
     engage,          disengage,     secure,    post,          hardware_deinit,
     software_deinit, sense,         control,   emit,          perform,
-    parameter_set,   NULL,          NULL,      NULL,          NULL};
+    parameter_set,   NULL,          NULL,      NULL,          NULL,
+    release};
 
 // ---- Ports ----
 

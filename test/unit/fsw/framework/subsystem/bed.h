@@ -65,6 +65,7 @@ typedef struct {
     uint32_t last_ticket;
     uint16_t next_sequence; ///< Number that the next report has.
     uint32_t set_id;        ///< Last parameter_set.
+    unsigned releases;
     struct {
         int32_t state;
         double position[2];
