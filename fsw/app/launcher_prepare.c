@@ -335,20 +335,20 @@ static bool listen_to_ground(launcher_t* const launcher)
 {
     const bool is_asked  = (launcher->options.port != 0U);
     const uint16_t first = is_asked ? launcher->options.port : launcher->mission.ground_port;
+    const uint32_t ipv4  = (launcher->mission.is_ground_open != 0U) ? 0U : OSAL_IPV4_LOOPBACK;
     status_t status      = STATUS_EXISTS;
     uint16_t port        = first;
     for (unsigned i = 0U; (status == STATUS_EXISTS) && (i < (is_asked ? 1U : PORT_TRIES)); i++) {
         port   = (uint16_t)(first + i);
-        status = osal_tcp_listen(&launcher->ground, (osal_address_t){OSAL_IPV4_LOOPBACK, port});
+        status = osal_tcp_listen(&launcher->ground, (osal_address_t){ipv4, port});
     }
-    char digits[16];
-    text_t text = text_in(digits, sizeof digits);
+    char place[32];
+    text_t text = text_in(place, sizeof place);
+    text_add(&text, (ipv4 == OSAL_IPV4_LOOPBACK) ? "127.0.0.1: " : "0.0.0.0: ");
     text_add_unsigned(&text, first);
     if (status != STATUS_OK) {
         return fail(launcher,
-                    (status == STATUS_EXISTS) ? "the ground port is in use on 127.0.0.1: "
-                                              : "cannot listen on 127.0.0.1 at port ",
-                    digits);
+                    (status == STATUS_EXISTS) ? "the ground port is in use on " : "cannot listen on ", place);
     }
     launcher->run->ground_port       = port;
     launcher->run->ground_descriptor = osal_socket_descriptor(&launcher->ground);

@@ -38,7 +38,7 @@ SUBSYSTEM_LINKS = 8  # CAPACITY_SUBSYSTEM_LINKS of fsw/framework/base/capacities
 RING_RECORDS = 15000  # CAPACITY_RING_RECORDS
 REDUNDANT_BUS = "a bus of the mission that is not redundant itself and has one redundant bus"
 TIME_FORMATS = ("CUC", "CDS")
-LOOPBACK = "127.0.0.1"  # The ground's port is open to this machine only.
+LOOPBACK, ANY = "127.0.0.1", "0.0.0.0"  # The ground's port is open to this machine only, or to all.
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
 EPOCH = re.compile(r"(\d{4})-(\d{2})-(\d{2})T(\d{2}):(\d{2}):(\d{2})\Z")
 REQUESTABLE = tuple(STATES[number] for number in REST_STATES)
@@ -183,8 +183,15 @@ def _transports(_, element):
 
 
 def _ground(_, element):
-    element.word("address", (LOOPBACK,))
+    address = element.word("address", (LOOPBACK, ANY))
     element.unsigned("port", 1, 65535)
+    key = element.text("key")
+    if key == "":
+        element.wrong("key", "the path of a file, or no such attribute")
+    if key is not None and len(key.encode()) > 127:
+        element.wrong("key", "at most 127 characters")
+    if address == ANY and key is None:
+        element.fail(f'<Ground address="{ANY}"> needs a key: only this machine has none')
 
 
 def _check_links(_, container):

@@ -8,6 +8,7 @@ import sys
 
 import flying
 import pytest
+from hirosco_gse import sdls
 
 sys.path.insert(0, str(flying.ROOT / "gse" / "generator"))
 
@@ -106,6 +107,23 @@ def test_ground_elsewhere_is_refused(house, address):
     assert flight.code == 1
     assert f'rokviss.xml:{line}: address="{address}" of <Ground>: expected one of 127.0.0.1' in flight.output
     assert not flight.folder.exists()
+
+
+def test_a_mission_with_a_key_flies_with_it_only(house):
+    """Its path begins at the mission's file. With it the port may be open to other machines."""
+    line = _replace(house, MISSION, '<Ground address="127.0.0.1" port="10015"', '<Ground address="0.0.0.0" port="10015"')
+    flight = _fly(house)
+    assert f"rokviss.xml:{line}: <Ground address=\"0.0.0.0\"> needs a key" in flight.output
+    _replace(house, MISSION, 'port="10015"', 'port="10015" key="../ground.key"')
+    flight = _fly(house)
+    assert flight.code == 1
+    assert "descriptors/missions/../ground.key: cannot read the key" in flight.output
+    assert not flight.folder.exists()
+    sdls.make_key(house / "descriptors" / "ground.key")
+    flight = _fly(house)
+    assert flight.code == 0, flight.told()
+    assert "ground port 0.0.0.0:" in flight.output
+    assert flight.read("ground.key-file").strip() == "descriptors/missions/../ground.key"
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])

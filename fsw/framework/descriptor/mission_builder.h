@@ -63,7 +63,8 @@ void mission_builder_allow(source_t* source); ///< This and the next two: the sc
 void mission_builder_plan(source_t* source);
 void mission_builder_action(source_t* source);
 void mission_builder_end(source_t* source);
-// Of buses and links: mission_resolver.c
+// Of the ground, buses and links: mission_resolver.c
+void mission_builder_ground(source_t* source);
 void mission_builder_buses_end(source_t* source);
 void mission_builder_link(source_t* source);
 /// The words of an attribute name nothing of the kind expected; `expected` begins with the element's name.

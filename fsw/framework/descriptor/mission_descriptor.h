@@ -163,6 +163,7 @@ typedef struct {
     uint8_t message_method; ///< descriptor_method_t of messages between processes.
     uint8_t link_method;    ///< Preferred one of real-time links.
     uint16_t ground_port;
+    uint8_t is_ground_open; ///< The port is open to other machines; there is a key then.
     const char* ground_key; ///< File with the key of telecommands, from this file's folder; "": none.
 
     mission_subsystem_t subsystems[MISSION_SUBSYSTEMS_MAX]; ///< In slot order.

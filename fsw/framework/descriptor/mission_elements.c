@@ -209,7 +209,10 @@ static const source_attribute_t transports_attributes[] = {
      SOURCE_TO(mission_descriptor_t, link_method)},
 };
 static const source_attribute_t ground_attributes[] = {
-    {.name = "address", .form = SOURCE_WORD | SOURCE_NEEDED, .words = "127.0.0.1"}, // This machine only.
+    {.name  = "address", // This machine only, or every interface.
+     .form  = SOURCE_WORD | SOURCE_NEEDED,
+     .words = "127.0.0.1 0.0.0.0",
+     SOURCE_TO(mission_descriptor_t, is_ground_open)},
     {.name = "port",
      .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
      .low  = 1U,
@@ -248,7 +251,8 @@ static const source_row_t rows[] = {
     {KIND_MISSION, KIND_BUSES, SOURCE_ONCE, PLAIN("Buses"), NULL, NULL, mission_builder_buses_end},
     {KIND_BUSES, KIND_BUS, SOURCE_ANY, WITH("Bus", bus_attributes), &buses, NULL, NULL},
     {KIND_MISSION, KIND_TRANSPORTS, SOURCE_ONCE, WITH("Transports", transports_attributes), NULL, NULL, NULL},
-    {KIND_MISSION, KIND_GROUND, SOURCE_EXACTLY, WITH("Ground", ground_attributes), NULL, NULL, NULL},
+    {KIND_MISSION, KIND_GROUND, SOURCE_EXACTLY, WITH("Ground", ground_attributes), NULL,
+     mission_builder_ground, NULL},
 };
 
 void mission_builder_begin(mission_builder_t* const builder, mission_descriptor_t* const mission,

@@ -53,6 +53,21 @@ static const mission_bus_t* find_bus(const mission_descriptor_t* const mission, 
     return descriptor_named(mission->buses, mission->bus_count, sizeof mission->buses[0], name);
 }
 
+/// Others than this machine may send telecommands only where a key tells who they are.
+void mission_builder_ground(source_t* const source)
+{
+    const mission_descriptor_t* const mission = source->item;
+    const bool has_key                        = source_has(source, "key");
+    if (has_key && (mission->ground_key[0] == '\0')) {
+        source_wrong(source, "key", "the path of a file, or no such attribute");
+    } else if ((mission->is_ground_open != 0U) && !has_key) {
+        source_fail(source, source->line,
+                    "<Ground address=\"0.0.0.0\"> needs a key: only this machine has none");
+    } else {
+        // As it should be.
+    }
+}
+
 /// Each redundant bus is the one redundant bus of another.
 void mission_builder_buses_end(source_t* const source)
 {

@@ -25,7 +25,7 @@ static bool is_participant(const communication_t* const self, const unsigned cli
     osal_address_t peer   = {0U, 0U};
     const uint16_t wanted = self->hooks.participant_port(self->hooks.context);
     return (wanted != 0U) && (flow_tcp_peer(&self->flow, client, &peer) == STATUS_OK) &&
-           (peer.port == wanted);
+           (peer.ipv4 == OSAL_IPV4_LOOPBACK) && (peer.port == wanted);
 }
 
 static void connected(void* const context, const unsigned client)

@@ -83,6 +83,8 @@ static void reads_modes_log_buses_and_ground(void)
     TEST_ASSERT_EQUAL_UINT8(DESCRIPTOR_TIPC, mission.message_method);
     TEST_ASSERT_EQUAL_UINT8(DESCRIPTOR_UDP, mission.link_method);
     TEST_ASSERT_EQUAL_UINT16(10015U, mission.ground_port);
+    TEST_ASSERT_EQUAL_UINT8(0U, mission.is_ground_open);
+    TEST_ASSERT_EQUAL_STRING("", mission.ground_key);
     TEST_ASSERT_EQUAL_UINT16(1U, mission.users[0].id);
 }
 
@@ -202,6 +204,8 @@ static const damage_t damages[] = {
     {"<Bus name='robot'", "<Bus name='other'", 47U, "expected a bus of the mission"}, // In arm.xml.
     {"<Ground address='127.0.0.1' port='10015'/>\n", "", 1U, "<Mission> has no <Ground>"},
     {"address='127.0.0.1' port", "address='10.0.0.1' port", 28U, "one of 127.0.0.1"},
+    {"address='127.0.0.1' port", "address='0.0.0.0' port", 28U, "needs a key"},
+    {"port='10015'/", "port='10015' key=''/", 28U, "the path of a file"},
     {"<Users>", "<Users/><Users>", 9U, "a second <Users>"},
     {"<User name='CLI' id='1'/>", "<User name='CLI' id='1'/>\n<User name='CLI' id='2'/>", 10U,
      "name CLI is taken in line 9"},
@@ -230,6 +234,14 @@ static void tells_file_line_and_cause_of_each_error(void)
         }
         TEST_ASSERT_EQUAL_UINT16(0U, mission.subsystem_count);
     }
+}
+
+static void a_ground_with_a_key_may_be_open(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "address='127.0.0.1' port='10015'",
+                                              "address='0.0.0.0' port='10015' key='../ground.key'")));
+    TEST_ASSERT_EQUAL_UINT8(1U, mission.is_ground_open);
+    TEST_ASSERT_EQUAL_STRING("../ground.key", mission.ground_key);
 }
 
 static void an_error_in_a_subsystem_names_its_file(void)
@@ -473,6 +485,7 @@ int main(void)
     RUN_TEST(resolves_links_to_the_ids_of_ports);
     RUN_TEST(resolves_plans_and_finds_the_first_that_matches);
     RUN_TEST(tells_file_line_and_cause_of_each_error);
+    RUN_TEST(a_ground_with_a_key_may_be_open);
     RUN_TEST(an_error_in_a_subsystem_names_its_file);
     RUN_TEST(ports_that_share_no_method_make_no_link);
     RUN_TEST(reads_epochs_of_leap_years_and_at_the_ends);
