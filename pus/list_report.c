@@ -5,10 +5,11 @@
 
 #include <string.h>
 
-pus_list_target_t pus_list_answer(const pus_request_t* const request, const uint8_t subtype)
+pus_list_target_t pus_list_answer(pus_request_t* const request, const uint8_t subtype)
 {
     FSW_ASSERT(request != NULL);
-    return (pus_list_target_t){.process     = request->process,
+    return (pus_list_target_t){.request     = request,
+                               .process     = request->process,
                                .service     = request->token.service,
                                .subtype     = subtype,
                                .destination = request->token.source,
@@ -28,8 +29,14 @@ static void begin_packet(pus_list_report_t* const list)
 static void end_packet(pus_list_report_t* const list)
 {
     octets_put_u16(list->head, list->count);
-    list->lost =
-        (uint16_t)(list->lost + ((pus_tm_post(list->target.process, &list->writer) != STATUS_OK) ? 1U : 0U));
+    if (list->target.request != NULL) {
+        pus_answer_send(list->target.request, &list->writer);
+        list->lost = list->target.request->packets_lost;
+    } else if (pus_tm_post(list->target.process, &list->writer) != STATUS_OK) {
+        list->lost++;
+    } else {
+        // Sent, or kept.
+    }
 }
 
 void pus_list_report_begin(pus_list_report_t* const list, const pus_list_target_t* const target,
@@ -59,5 +66,8 @@ pus_reply_t pus_list_report_end(pus_list_report_t* const list)
 {
     FSW_ASSERT(list != NULL);
     end_packet(list);
+    if ((list->target.request != NULL) && list->target.request->is_unfinished) {
+        return pus_started();
+    }
     return (list->lost == 0U) ? pus_done() : pus_failed(PUS_FAILURE_SOME_FAILED, list->lost);
 }

@@ -503,8 +503,7 @@ static void write_entry(page_t* const page, const pus_selection_list_t list,
 }
 
 void pus_selection_report(const pus_selection_t* const selection, const pus_selection_list_t list,
-                          const pus_request_t* const request, const uint8_t subtype,
-                          const uint8_t* const name)
+                          pus_request_t* const request, const uint8_t subtype, const uint8_t* const name)
 {
     FSW_ASSERT((selection != NULL) && (list < PUS_SELECTION_LISTS) && (request != NULL));
     const uint32_t last = key_of(list, 0x7FFU, 0xFFFFU);
@@ -512,10 +511,10 @@ void pus_selection_report(const pus_selection_t* const selection, const pus_sele
     for (uint16_t i = place_of(selection, key_of_process(list, 0U));
          (i < selection->count) && (selection->entries[i].key <= last); i++) {
         if ((page.writer.capacity - page.writer.position) < GROUP_ROOM) {
-            (void)pus_tm_post(request->process, &page.writer); // What is lost the process counts.
+            pus_answer_send(request, &page.writer);
             page = begin_page(request, subtype, name);
         }
         write_entry(&page, list, &selection->entries[i]);
     }
-    (void)pus_tm_post(request->process, &page.writer);
+    pus_answer_send(request, &page.writer);
 }

@@ -80,7 +80,7 @@ MUST_USE status_t pus_selection_put(const pus_selection_editor_t* editor, const 
 MUST_USE status_t pus_selection_restore(pus_selection_t* selection, const uint8_t* octets, size_t size);
 /// Answer with the content of a list, in as many reports as it takes: each is whole in itself and begins with
 /// `name` (PUS_NAME_SIZE octets) unless that is null.
-void pus_selection_report(const pus_selection_t* selection, pus_selection_list_t list,
-                          const pus_request_t* request, uint8_t subtype, const uint8_t* name);
+void pus_selection_report(const pus_selection_t* selection, pus_selection_list_t list, pus_request_t* request,
+                          uint8_t subtype, const uint8_t* name);
 
 #endif // PUS_REPORT_SELECTION_H

@@ -5,6 +5,8 @@
 #include "pus/shape.h"
 #include "pus/st01_verification.h"
 
+#include <string.h>
+
 #define REQUEST_ID_SIZE 4U // Octets a packet needs to be named in a report.
 
 pus_reply_t pus_done(void)
@@ -54,6 +56,9 @@ void pus_request_refuse(pus_request_t* const request, const uint16_t instruction
     FSW_ASSERT((request != NULL) && (instruction >= 1U));
     const pus_failure_t failure = {.code = code, .instruction = instruction, .detail = detail};
     request->refused++;
+    if (request->is_resumed) {
+        return; // Told before.
+    }
     if ((request->refused > 1U) && pus_process_is_waiting(request->process) &&
         !pus_process_has_firm_room(request->process)) {
         request->process->counters.lost++; // The end of the request tells how many there were.
@@ -68,6 +73,28 @@ pus_service_t pus_service_of(const uint8_t type, const pus_subtype_t* const subt
     FSW_ASSERT((subtypes != NULL) && (self != NULL));
     return (pus_service_t){
         .type = type, .subtype_count = (uint8_t)subtype_count, .subtypes = subtypes, .self = self};
+}
+
+void pus_answer_send(pus_request_t* const request, octet_writer_t* const writer)
+{
+    FSW_ASSERT((request != NULL) && (writer != NULL));
+    request->packets++;
+    if (request->is_unfinished || (request->packets <= request->packets_out)) {
+        pus_tm_cancel(request->process); // Behind one that waits, or sent before.
+        return;
+    }
+    const status_t status =
+        request->may_resume ? pus_tm_send(request->process, writer) : pus_tm_post(request->process, writer);
+    request->is_unfinished = request->may_resume && (status == STATUS_FULL);
+    request->packets_lost =
+        (uint16_t)(request->packets_lost + (((status == STATUS_OK) || request->is_unfinished) ? 0U : 1U));
+    request->packets_out = (uint16_t)(request->packets_out + (request->is_unfinished ? 0U : 1U));
+}
+
+bool pus_answer_is_whole(const pus_request_t* const request)
+{
+    FSW_ASSERT(request != NULL);
+    return !request->is_unfinished && (request->packets_lost == 0U);
 }
 
 octet_writer_t pus_answer_begin(const pus_request_t* const request, const uint8_t subtype)
@@ -228,6 +255,13 @@ static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_
     const status_t status = (persistence != NULL) ? persistence->commit(persistence->context) : STATUS_OK;
     if ((status != STATUS_OK) && (reply.kind != PUS_REFUSED) && (reply.kind != PUS_FAILED)) {
         reply = pus_failed(PUS_FAILURE_IO, (uint32_t)status);
+    } else if (request->is_unfinished) {
+        start(request);
+        reply = pus_started();
+    } else if ((request->packets_lost > 0U) && (reply.kind == PUS_DONE)) {
+        reply = pus_failed(PUS_FAILURE_SOME_FAILED, request->packets_lost);
+    } else {
+        // As the service says.
     }
     settle(request, &reply);
     return reply.kind;
@@ -244,6 +278,52 @@ void pus_perform(pus_process_t* const process, const pus_service_t* const servic
     (void)execute(&request, service, subtype, data, size, NULL);
 }
 
+/// Keep a request whose answer is not out, to execute it again.
+static void put_off(pus_unfinished_t* const unfinished, const pus_request_t* const request,
+                    const pus_service_t* const service, const pus_subtype_t* const subtype,
+                    const pus_tc_t* const tc)
+{
+    unfinished->service      = service;
+    unfinished->subtype      = subtype;
+    unfinished->token        = request->token;
+    unfinished->packets_out  = request->packets_out;
+    unfinished->packets_lost = request->packets_lost;
+    unfinished->size         = (uint16_t)tc->size;
+    if (tc->size > 0U) {
+        (void)memcpy(unfinished->data, tc->data, tc->size);
+    }
+}
+
+bool pus_dispatcher_is_answering(const pus_dispatcher_t* const dispatcher)
+{
+    FSW_ASSERT(dispatcher != NULL);
+    return dispatcher->unfinished.service != NULL;
+}
+
+bool pus_dispatcher_resume(pus_dispatcher_t* const dispatcher, const uint64_t now_ns)
+{
+    FSW_ASSERT(dispatcher != NULL);
+    pus_unfinished_t* const unfinished = &dispatcher->unfinished;
+    const status_t status              = pus_process_flush(dispatcher->process);
+    if ((unfinished->service == NULL) || (status != STATUS_OK)) {
+        return unfinished->service != NULL; // What waits already goes first.
+    }
+    pus_request_t request = {.token        = unfinished->token,
+                             .now_ns       = now_ns,
+                             .process      = dispatcher->process,
+                             .is_started   = true,
+                             .may_resume   = true,
+                             .is_resumed   = true,
+                             .packets_out  = unfinished->packets_out,
+                             .packets_lost = unfinished->packets_lost};
+    (void)execute(&request, unfinished->service, unfinished->subtype, unfinished->data, unfinished->size,
+                  NULL);
+    unfinished->packets_out  = request.packets_out;
+    unfinished->packets_lost = request.packets_lost;
+    unfinished->service      = request.is_unfinished ? unfinished->service : NULL;
+    return request.is_unfinished;
+}
+
 static status_t dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* const packet, const size_t size,
                          const decode_t decode, const uint64_t now_ns)
 {
@@ -256,7 +336,11 @@ static status_t dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* cons
     const pus_service_t* service = NULL;
     const pus_subtype_t* subtype = NULL;
     const pus_failure_t failure  = find(dispatcher, packet, size, decode, &tc, &service, &subtype);
-    pus_request_t request = {.token = pus_token_of(&tc), .now_ns = now_ns, .process = dispatcher->process};
+    pus_request_t request        = {.token      = pus_token_of(&tc),
+                                    .now_ns     = now_ns,
+                                    .process    = dispatcher->process,
+                                    .may_resume = (tc.size <= PUS_RESUMED_DATA_MAX) &&
+                                                  (dispatcher->unfinished.service == NULL)};
     if (failure.code != PUS_FAILURE_NONE) {
         dispatcher->counters.rejected++;
         pus_verify_rejected(request.process, &request.token, &failure, now_ns);
@@ -272,6 +356,9 @@ static status_t dispatch(pus_dispatcher_t* const dispatcher, const uint8_t* cons
     }
     if (reply.kind == PUS_DONE) {
         reply.kind = execute(&request, service, subtype, tc.data, tc.size, dispatcher->persistence);
+        if (request.is_unfinished) {
+            put_off(&dispatcher->unfinished, &request, service, subtype, &tc);
+        }
     } else {
         settle(&request, &reply);
     }
@@ -294,7 +381,7 @@ status_t pus_dispatch_large(pus_dispatcher_t* const dispatcher, const uint8_t* c
 void pus_dispatcher_step(pus_dispatcher_t* const dispatcher, const uint64_t now_ns, const uint32_t cycle)
 {
     FSW_ASSERT(dispatcher != NULL);
-    (void)pus_process_flush(dispatcher->process); // What remains is sent in a later step.
+    (void)pus_dispatcher_resume(dispatcher, now_ns); // What remains is sent in a later step.
     for (size_t i = 0U; i < dispatcher->service_count; i++) {
         if (dispatcher->services[i].step != NULL) {
             dispatcher->services[i].step(dispatcher->services[i].self, now_ns, cycle);

@@ -51,6 +51,12 @@ typedef struct {
     uint16_t performed;     ///< Private: instructions performed.
     uint16_t refused;       ///< Private: instructions refused.
     bool is_started;        ///< Private: TM[1,3] is out.
+    bool may_resume;        ///< Private: the dispatcher can execute it again in a later step.
+    bool is_resumed;        ///< Private: it does.
+    bool is_unfinished;     ///< Private: the port did not take a packet of the answer.
+    uint16_t packets;       ///< Private: of the answer, in this execution.
+    uint16_t packets_out;   ///< Private: of these, sent or lost in this or an earlier execution.
+    uint16_t packets_lost;  ///< Private: neither sent nor kept.
 } pus_request_t;
 
 /// Note that an instruction is about to be performed; the first sends TM[1,3] as asked.
@@ -59,6 +65,13 @@ void pus_request_perform(pus_request_t* request);
 /// first is told by its own report; the number of all is in TM[1,8].
 void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t code, uint32_t detail);
 
+/// Finish and send one packet of an answer that may need several. What the port does not take is sent in a
+/// later step: the dispatcher executes the request again, without what has been sent and refused before, so
+/// `execute` of such a request may change nothing while pus_answer_is_whole is false. The request ends behind
+/// the last packet; one that is lost ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
+void pus_answer_send(pus_request_t* request, octet_writer_t* writer);
+/// True if all packets of the answer so far are out.
+bool pus_answer_is_whole(const pus_request_t* request);
 /// Begin a report of the request's service in answer to it; the request's process finishes it.
 octet_writer_t pus_answer_begin(const pus_request_t* request, uint8_t subtype);
 /// The same for a list, whose count comes first and is written when its entries are known.
@@ -109,10 +122,25 @@ bool pus_shape_empty(void* self, octet_reader_t* reader);
 bool pus_shape_u8(void* self, octet_reader_t* reader);
 bool pus_shape_u16(void* self, octet_reader_t* reader);
 
+/// Application data of the longest request that is executed again [octets]: a list of identifiers.
+#define PUS_RESUMED_DATA_MAX (1U + (2U * PUS_COUNT_MAX))
+
+/// Private: a request whose answer is not out yet.
+typedef struct {
+    const pus_service_t* service; // Null: there is none.
+    const pus_subtype_t* subtype;
+    pus_token_t token;
+    uint16_t packets_out;
+    uint16_t packets_lost;
+    uint16_t size;
+    uint8_t data[PUS_RESUMED_DATA_MAX];
+} pus_unfinished_t;
+
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_process_t* process;
     const pus_service_t* services;
     size_t service_count;
+    pus_unfinished_t unfinished;
     pus_performer_t performer;            // `take` is null: all is performed at once.
     const pus_persistence_t* persistence; // Null: nothing is kept.
     struct {
@@ -142,7 +170,12 @@ status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_
 /// The same with a request that may be larger than a packet, as ST[13] has put it together.
 status_t pus_dispatch_large(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size,
                             uint64_t now_ns);
-/// Send what the process keeps, then step each service; call once per cycle. `cycle` counts minimum sampling
+/// Send what the process keeps, then go on with an answer that is not out yet. True if one still is not: a
+/// second request of that kind fails then where the port does not take its answer.
+bool pus_dispatcher_resume(pus_dispatcher_t* dispatcher, uint64_t now_ns);
+/// The same without trying.
+bool pus_dispatcher_is_answering(const pus_dispatcher_t* dispatcher);
+/// The same, then step each service; call once per cycle. `cycle` counts minimum sampling
 /// intervals and may jump forward.
 void pus_dispatcher_step(pus_dispatcher_t* dispatcher, uint64_t now_ns, uint32_t cycle);
 

@@ -273,7 +273,7 @@ pus_reply_t hk_functional_report(void* const self, pus_request_t* const request)
             octet_write_u8(&writer, member->is_periodic ? 1U : 0U);
             octet_write_u32(&writer, member->interval);
         }
-        (void)pus_tm_post(hk->config.process, &writer); // What is lost here the process counts.
+        pus_answer_send(request, &writer);
     }
     return pus_done();
 }

@@ -261,10 +261,11 @@ uint32_t hk_interval_min(const pus_hk_structure_t* const structure)
     return interval;
 }
 
-void hk_sample_now(pus_hk_t* const hk, const pus_hk_structure_t* const structure, const uint16_t destination,
-                   const uint64_t now_ns)
+void hk_sample_now(pus_hk_t* const hk, const pus_hk_structure_t* const structure,
+                   pus_request_t* const request)
 {
-    octet_writer_t writer = begin_report(hk, structure->is_diagnostic, structure->id, destination, now_ns);
+    octet_writer_t writer =
+        begin_report(hk, structure->is_diagnostic, structure->id, request->token.source, request->now_ns);
     read_entries(hk, structure, 0U, structure->simple_count, &writer);
     for (uint8_t i = 0U; i < structure->set_count; i++) {
         const pus_hk_set_t* const set = &structure->sets[i];
@@ -272,7 +273,11 @@ void hk_sample_now(pus_hk_t* const hk, const pus_hk_structure_t* const structure
             read_entries(hk, structure, set->first, set->count, &writer);
         }
     }
-    count(hk, pus_tm_post(hk->config.process, &writer));
+    const uint32_t out  = request->packets_out;
+    const uint32_t lost = request->packets_lost;
+    pus_answer_send(request, &writer);
+    hk->counters.dropped += request->packets_lost - lost;
+    hk->counters.reports += (request->packets_out - out) - (request->packets_lost - lost);
 }
 
 static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)

@@ -68,7 +68,7 @@ static pus_reply_t append(void* const self, pus_request_t* const request)
 typedef struct {
     bool needs_disabled; // Not while its periodic generation is enabled.
     bool has_interval;   // An interval follows each id.
-    void (*perform)(pus_hk_t*, pus_hk_structure_t*, const pus_request_t*, uint32_t interval);
+    void (*perform)(pus_hk_t*, pus_hk_structure_t*, pus_request_t*, uint32_t interval);
 } operation_t;
 
 static pus_reply_t for_each(pus_hk_t* const hk, pus_request_t* const request,
@@ -97,8 +97,8 @@ static pus_reply_t for_each(pus_hk_t* const hk, pus_request_t* const request,
     return pus_done();
 }
 
-static void remove_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request, const uint32_t interval)
+static void remove_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
+                       const uint32_t interval)
 {
     (void)hk;
     (void)request;
@@ -106,8 +106,8 @@ static void remove_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
     structure->in_use = false;
 }
 
-static void enable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request, const uint32_t interval)
+static void enable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
+                       const uint32_t interval)
 {
     (void)hk;
     (void)request;
@@ -115,8 +115,8 @@ static void enable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
     hk_set_periodic(structure, true);
 }
 
-static void disable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                        const pus_request_t* const request, const uint32_t interval)
+static void disable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
+                        const uint32_t interval)
 {
     (void)hk;
     (void)request;
@@ -124,8 +124,8 @@ static void disable_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
     hk_set_periodic(structure, false);
 }
 
-static void modify_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request, const uint32_t interval)
+static void modify_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
+                       const uint32_t interval)
 {
     (void)hk;
     (void)request;
@@ -147,9 +147,10 @@ static void write_state(octet_writer_t* const writer, const pus_hk_structure_t* 
     octet_write_u32(writer, structure->interval);
 }
 
-static void report_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request, const uint32_t interval)
+static void report_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
+                       const uint32_t interval)
 {
+    (void)hk;
     (void)interval;
     octet_writer_t writer = pus_answer_begin(request, is_diagnostic(request) ? 12U : 10U);
     write_state(&writer, structure);
@@ -159,19 +160,19 @@ static void report_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
         octet_write_u16(&writer, structure->sets[i].repetitions);
         write_ids(&writer, &structure->entries[structure->sets[i].first], structure->sets[i].count);
     }
-    (void)pus_tm_post(hk->config.process, &writer); // What is lost here the process counts.
+    pus_answer_send(request, &writer);
 }
 
-static void sample_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                       const pus_request_t* const request, const uint32_t interval)
+static void sample_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
+                       const uint32_t interval)
 {
     (void)interval;
-    hk_sample_now(hk, structure, request->token.source, request->now_ns);
+    hk_sample_now(hk, structure, request);
 }
 
 /// That the structure is there is all that matters.
-static void note_one(pus_hk_t* const hk, pus_hk_structure_t* const structure,
-                     const pus_request_t* const request, const uint32_t interval)
+static void note_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
+                     const uint32_t interval)
 {
     (void)hk;
     (void)structure;
@@ -235,7 +236,7 @@ static pus_reply_t report_properties(void* const self, pus_request_t* const requ
             write_state(&writer, structure);
         }
     }
-    (void)pus_tm_post(hk->config.process, &writer); // What is lost here the process counts.
+    pus_answer_send(request, &writer);
     return pus_done();
 }
 

@@ -37,7 +37,7 @@ void hk_set_periodic(pus_hk_structure_t* structure, bool is_periodic);
 /// Shortest interval that a structure may have: the largest repetition number of its sets.
 uint32_t hk_interval_min(const pus_hk_structure_t* structure);
 /// Report a structure's values of now to a user.
-void hk_sample_now(pus_hk_t* hk, const pus_hk_structure_t* structure, uint16_t destination, uint64_t now_ns);
+void hk_sample_now(pus_hk_t* hk, const pus_hk_structure_t* structure, pus_request_t* request);
 /// st03_requests.c: the entry for a dispatcher, without its step.
 pus_service_t hk_requests(pus_hk_t* hk);
 

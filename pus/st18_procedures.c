@@ -279,9 +279,10 @@ static void abort_all(pus_procedures_t* const self, const uint64_t now_ns)
 
 static pus_reply_t abort_and_report(void* const context, pus_request_t* const request)
 {
-    pus_procedures_t* const self   = context;
-    const pus_list_target_t target = pus_list_answer(request, 18U);
+    pus_procedures_t* const self = context;
+    pus_list_target_t target     = pus_list_answer(request, 18U);
     pus_list_report_t list;
+    target.request = NULL; // Procedures are aborted once: it cannot be executed again.
     pus_request_perform(request);
     abort_all(self, request->now_ns);
     pus_list_report_begin(&list, &target, NULL, 0U);

@@ -36,10 +36,13 @@ static bool is_firm(const uint16_t type, const uint8_t* const packet, const size
 static bool is_bulk(const uint16_t type)
 {
     static const uint16_t types[] = {
-        TYPE(2U, 6U),   TYPE(2U, 9U),  TYPE(2U, 12U),  TYPE(3U, 25U),  TYPE(3U, 26U),  TYPE(4U, 2U),
-        TYPE(6U, 4U),   TYPE(6U, 6U),  TYPE(11U, 10U), TYPE(11U, 13U), TYPE(12U, 12U), TYPE(13U, 1U),
-        TYPE(13U, 2U),  TYPE(13U, 3U), TYPE(19U, 7U),  TYPE(19U, 11U), TYPE(21U, 12U), TYPE(22U, 10U),
-        TYPE(22U, 13U), TYPE(23U, 8U), TYPE(23U, 13U)};
+        TYPE(2U, 6U),   TYPE(2U, 9U),   TYPE(2U, 12U),  TYPE(3U, 10U),  TYPE(3U, 12U),  TYPE(3U, 25U),
+        TYPE(3U, 26U),  TYPE(3U, 41U),  TYPE(4U, 2U),   TYPE(4U, 9U),   TYPE(12U, 9U),  TYPE(12U, 11U),
+        TYPE(12U, 14U), TYPE(12U, 26U), TYPE(12U, 28U), TYPE(14U, 4U),  TYPE(14U, 8U),  TYPE(14U, 12U),
+        TYPE(14U, 16U), TYPE(15U, 6U),  TYPE(15U, 36U), TYPE(15U, 38U), TYPE(15U, 40U), TYPE(18U, 9U),
+        TYPE(6U, 4U),   TYPE(6U, 6U),   TYPE(11U, 10U), TYPE(11U, 13U), TYPE(12U, 12U), TYPE(13U, 1U),
+        TYPE(13U, 2U),  TYPE(13U, 3U),  TYPE(19U, 7U),  TYPE(19U, 11U), TYPE(21U, 12U), TYPE(22U, 10U),
+        TYPE(22U, 13U), TYPE(23U, 8U),  TYPE(23U, 13U)};
     for (size_t i = 0U; i < (sizeof types / sizeof types[0]); i++) {
         if (types[i] == type) {
             return true;

@@ -69,7 +69,8 @@ bool component_may_accept(component_t* const component)
     if (!pus_process_may_answer(&component->process)) {
         (void)pus_process_flush(&component->process); // The port may take it by now.
     }
-    return pus_process_may_answer(&component->process);
+    return pus_process_may_answer(&component->process) &&
+           !pus_dispatcher_is_answering(&component->dispatcher);
 }
 
 void component_accept(component_t* const component, const uint8_t* const packet, const size_t size,
@@ -215,8 +216,8 @@ static bool is_cyclic(const component_t* const component)
 
 static uint64_t step_own_loop(component_t* const component)
 {
-    const uint64_t now_ns = component->now_ns;
-    (void)pus_process_flush(&component->process);
+    const uint64_t now_ns   = component->now_ns;
+    const bool is_answering = pus_dispatcher_resume(&component->dispatcher, now_ns);
     if (is_cyclic(component) && (now_ns >= component->next_cycle_ns)) {
         if (component->machine.state != STATE_OFFLINE) {
             run_cycle(component);
@@ -232,7 +233,7 @@ static uint64_t step_own_loop(component_t* const component)
         report_status(component);
         component->next_status_ns = next_on_grid(now_ns, STATUS_INTERVAL_NS);
     }
-    if (pus_process_is_waiting(&component->process)) {
+    if (is_answering || pus_process_is_waiting(&component->process)) {
         return next_on_grid(now_ns, component->period_ns);
     }
     return (is_cyclic(component) && (component->next_cycle_ns < component->next_status_ns))

@@ -12,6 +12,9 @@ bench_t bench;
 static status_t keep(void* const context, const uint8_t* const packet, const size_t size)
 {
     bench_t* const self = context;
+    if ((self->accepts > 0U) && (self->count >= self->accepts)) {
+        return STATUS_FULL;
+    }
     if (self->refusals > 0U) {
         self->refusals--;
         return STATUS_FULL;

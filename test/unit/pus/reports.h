@@ -22,6 +22,7 @@ typedef struct {
     uint16_t sequence;   ///< Of the next request.
     uint32_t request_id; ///< Of the last request.
     unsigned refusals;   ///< Packets the port refuses from now on.
+    size_t accepts;      ///< The port refuses all when it has so many reports; 0: no limit.
     size_t count;        ///< Reports sent.
     size_t sizes[REPORTS_MAX];
     uint8_t packets[REPORTS_MAX][PUS_PACKET_MAX];

@@ -72,14 +72,139 @@ static void entries_go_over_as_many_packets_as_needed(void)
 static void what_is_lost_is_told(void)
 {
     begin(NULL, 0U);
-    bench.refusals = 100U; // The process keeps two of three.
+    bench.refusals = 100U; // Nothing of their class is kept.
     for (unsigned i = 0U; i < 3U; i++) {
         (void)octet_write_space(pus_list_report_entry(&list, 3500U), 3500U);
     }
     const pus_reply_t reply = pus_list_report_end(&list);
     TEST_ASSERT_EQUAL(PUS_FAILED, reply.kind);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_SOME_FAILED, reply.failure.code);
-    TEST_ASSERT_EQUAL_UINT32(1U, reply.failure.detail);
+    TEST_ASSERT_EQUAL_UINT32(3U, reply.failure.detail);
+}
+
+// ---- In answer to a request ----
+
+enum {
+    PACKETS = 5
+};
+
+static unsigned executions;
+static bool was_whole;
+
+/// A list of one entry in each packet; one instruction is refused before.
+static pus_reply_t answer(void* const self, pus_request_t* const request)
+{
+    (void)self;
+    executions++;
+    pus_request_refuse(request, 1U, PUS_FAILURE_UNKNOWN_ID, 9U);
+    pus_request_perform(request);
+    const pus_list_target_t target = pus_list_answer(request, 9U);
+    pus_list_report_begin(&list, &target, NULL, 0U);
+    for (uint32_t i = 0U; i < (uint32_t)PACKETS; i++) {
+        octet_writer_t* const writer = pus_list_report_entry(&list, 3000U);
+        octet_write_u32(writer, i);
+        (void)octet_write_space(writer, 2996U);
+    }
+    const pus_reply_t reply = pus_list_report_end(&list);
+    was_whole               = pus_answer_is_whole(request);
+    TEST_ASSERT_EQUAL(request->is_unfinished ? PUS_STARTED : was_whole ? PUS_DONE : PUS_FAILED, reply.kind);
+    return reply;
+}
+
+static bool any_shape(void* const self, octet_reader_t* const reader)
+{
+    (void)self;
+    return octet_read_octets(reader, octet_reader_left(reader)) != NULL;
+}
+
+static void serve_list(void)
+{
+    static const pus_subtype_t subtypes[] = {{8U, any_shape, answer, NULL}};
+    bench_serve(pus_service_of(12U, subtypes, 1U, &list));
+    executions = 0U;
+}
+
+static void expect_whole_list(const size_t first)
+{
+    for (uint32_t i = 0U; i < (uint32_t)PACKETS; i++) {
+        const pus_tm_t tm = bench_report(first + i);
+        TEST_ASSERT_EQUAL_UINT8(12U, tm.service);
+        TEST_ASSERT_EQUAL_UINT32(i, octets_u32_at(&tm.data[2]));
+        TEST_ASSERT_EQUAL_UINT16(first + i, tm.sequence);
+    }
+}
+
+static void what_the_port_refuses_is_sent_later_and_then_the_request_ends(void)
+{
+    serve_list();
+    for (unsigned sent = 0U; sent <= (unsigned)PACKETS; sent++) { // Full behind so many, for three steps.
+        bench_start();
+        serve_list();
+        bench.accepts = 3U + sent; // TM[1,1], TM[1,4], TM[1,3].
+        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U));
+        TEST_ASSERT_EQUAL_UINT64(3U + sent, bench.count);
+        TEST_ASSERT_EQUAL(sent == (unsigned)PACKETS, was_whole);
+        TEST_ASSERT_EQUAL(sent < (unsigned)PACKETS, pus_dispatcher_is_answering(&bench.dispatcher));
+        for (unsigned step = 0U; step < 2U; step++) {
+            pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, step);
+            TEST_ASSERT_EQUAL_UINT64(3U + sent, bench.count);
+        }
+        bench.accepts = 0U;
+        pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, 3U);
+        EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 12, 9, 12, 9, 12, 9, 12, 9, 12, 9, 1, 8);
+        expect_whole_list(3U);
+        expect_failure(8U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U); // The instruction that was refused.
+        TEST_ASSERT_FALSE(pus_dispatcher_is_answering(&bench.dispatcher));
+        pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, 4U);
+        TEST_ASSERT_EQUAL_UINT64(9U, bench.count);
+    }
+}
+
+static void packet_after_packet_goes_out_as_the_port_takes_them(void)
+{
+    bench.accepts = 3U;
+    serve_list();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U));
+    for (unsigned i = 1U; i < (unsigned)PACKETS; i++) {
+        bench.accepts = 1U + bench.count;
+        TEST_ASSERT_TRUE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
+        TEST_ASSERT_EQUAL_UINT64(3U + i, bench.count);
+    }
+    bench.accepts = 0U;
+    TEST_ASSERT_FALSE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
+    expect_whole_list(3U);
+    TEST_ASSERT_EQUAL_UINT32(PACKETS + 1U, executions);
+}
+
+static void a_second_list_meanwhile_fails_honestly(void)
+{
+    serve_list();
+    bench.accepts = 3U;
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U)); // Nothing of it gets out.
+    TEST_ASSERT_EQUAL_UINT64(3U, bench.count);
+    bench.accepts = 0U;
+    pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, 1U);
+    EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 1, 1, 1, 4, 1, 3, 1, 8, 12, 9, 12, 9, 12, 9, 12, 9, 12, 9, 1, 8);
+    expect_failure(6U, 8U, PUS_FAILURE_SOME_FAILED, 0U, PACKETS);
+}
+
+static void a_request_too_long_to_be_executed_again_fails_honestly(void)
+{
+    static uint8_t data[PUS_RESUMED_DATA_MAX + 1U];
+    serve_list();
+    bench.accepts = 3U;
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, data, sizeof(data)));
+    TEST_ASSERT_FALSE(pus_dispatcher_is_answering(&bench.dispatcher));
+    bench.accepts = 0U;
+    pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, 1U);
+    expect_failure(3U, 8U, PUS_FAILURE_SOME_FAILED, 0U, PACKETS);
+    bench.accepts = bench.count;
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, data, sizeof(data) - 1U));
+    TEST_ASSERT_TRUE(pus_dispatcher_is_answering(&bench.dispatcher));
+    bench.accepts = 0U;
+    pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, 2U);
+    TEST_ASSERT_FALSE(pus_dispatcher_is_answering(&bench.dispatcher));
 }
 
 int main(void)
@@ -88,5 +213,9 @@ int main(void)
     RUN_TEST(an_empty_list_is_one_packet);
     RUN_TEST(entries_go_over_as_many_packets_as_needed);
     RUN_TEST(what_is_lost_is_told);
+    RUN_TEST(what_the_port_refuses_is_sent_later_and_then_the_request_ends);
+    RUN_TEST(packet_after_packet_goes_out_as_the_port_takes_them);
+    RUN_TEST(a_second_list_meanwhile_fails_honestly);
+    RUN_TEST(a_request_too_long_to_be_executed_again_fails_honestly);
     return UNITY_END();
 }

@@ -249,7 +249,7 @@ static void counts_are_bounded_by_the_octets_that_are_there(void)
     }
 }
 
-static void a_step_sends_the_backlog_and_steps_the_services(void)
+static void a_step_sends_what_is_kept_and_steps_the_services(void)
 {
     bench.refusals = 2U;
     bench.ack      = PUS_ACK_COMPLETION;
@@ -363,7 +363,7 @@ int main(void)
     RUN_TEST(a_malformed_packet_is_rejected_if_it_can_be_named);
     RUN_TEST(shapes_end_exactly_on_the_last_octet);
     RUN_TEST(counts_are_bounded_by_the_octets_that_are_there);
-    RUN_TEST(a_step_sends_the_backlog_and_steps_the_services);
+    RUN_TEST(a_step_sends_what_is_kept_and_steps_the_services);
     RUN_TEST(a_request_that_is_taken_is_performed_later);
     RUN_TEST(a_performer_may_have_no_room_or_no_business);
     RUN_TEST(what_is_not_kept_is_not_completed);
