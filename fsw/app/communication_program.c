@@ -94,13 +94,13 @@ static void secure(communication_program_t* const self, const char* const path)
 bool communication_open(seat_t* const seat, program_t* const out_program)
 {
     const communication_hooks_t hooks = {seat, sent, participant_port, intruded};
-    if (!member_load(&storage.member, seat, COMMUNICATION_INTERFACE_HASH)) {
+    if (!member_load(&storage.member, seat, COMMUNICATION_INTERFACE_HASH, communication_callbacks())) {
         return false;
     }
     communication_init(&storage.communication, &storage.member.component, &seat->uplink, &hooks,
                        seat->run->ground_descriptor);
     secure(&storage, seat->run->key);
-    member_begin(&storage.member, communication_callbacks(), &storage.communication,
+    member_begin(&storage.member, &storage.communication,
                  (component_services_t){&storage.services, communication_add_services});
     *out_program = (program_t){.self          = &storage,
                                .step          = step,

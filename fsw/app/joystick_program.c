@@ -20,11 +20,11 @@ static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t 
 
 bool joystick_open(seat_t* const seat, program_t* const out_program)
 {
-    if (!member_load(&storage.member, seat, JOYSTICK_INTERFACE_HASH)) {
+    if (!member_load(&storage.member, seat, JOYSTICK_INTERFACE_HASH, joystick_callbacks())) {
         return false;
     }
     joystick_init(&storage.joystick, &storage.member.component, &seat->flows);
-    member_begin(&storage.member, joystick_callbacks(), &storage.joystick,
+    member_begin(&storage.member, &storage.joystick,
                  (component_services_t){&storage.services, joystick_add_services});
     *out_program = (program_t){.self          = &storage,
                                .step          = step,

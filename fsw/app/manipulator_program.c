@@ -20,11 +20,11 @@ static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t 
 
 bool manipulator_open(seat_t* const seat, program_t* const out_program)
 {
-    if (!member_load(&storage.member, seat, MANIPULATOR_INTERFACE_HASH)) {
+    if (!member_load(&storage.member, seat, MANIPULATOR_INTERFACE_HASH, manipulator_callbacks())) {
         return false;
     }
     manipulator_init(&storage.manipulator, &storage.member.component, &seat->flows);
-    member_begin(&storage.member, manipulator_callbacks(), &storage.manipulator,
+    member_begin(&storage.member, &storage.manipulator,
                  (component_services_t){&storage.services, manipulator_add_services});
     *out_program = (program_t){.self          = &storage,
                                .step          = step,

@@ -3,6 +3,7 @@
 
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/text.h"
+#include "fsw/framework/subsystem/fitting.h"
 #include "osal/include/osal/console.h"
 
 #include <string.h>
@@ -23,18 +24,26 @@ bool descriptor_path(const run_block_t* const run, const char* const relative, c
 
 static status_t check(member_t* const member, const subsystem_descriptor_t* const descriptor)
 {
-    return descriptor_check_interface(&member->seat->reader->loader, member->path, descriptor,
-                                      member->interface_hash);
+    descriptor_loader_t* const loader = &member->seat->reader->loader;
+    subsystem_misfit_t misfit         = {0U, ""};
+    const status_t status =
+        descriptor_check_interface(loader, member->path, descriptor, member->interface_hash);
+    if ((status == STATUS_OK) && !subsystem_fits(descriptor, member->callbacks, &misfit)) {
+        return descriptor_refuse(loader, member->path, misfit.line, misfit.says);
+    }
+    return status;
 }
 
-bool member_load(member_t* const member, seat_t* const seat, const uint64_t interface_hash)
+bool member_load(member_t* const member, seat_t* const seat, const uint64_t interface_hash,
+                 const subsystem_callbacks_t* const callbacks)
 {
-    FSW_ASSERT((member != NULL) && (seat != NULL));
+    FSW_ASSERT((member != NULL) && (seat != NULL) && (callbacks != NULL));
     const mission_subsystem_t* const subsystem = mission_find_subsystem(seat->mission, seat->apid);
     FSW_ASSERT(subsystem != NULL);
     member->seat           = seat;
     member->in_force       = seat->own;
     member->interface_hash = interface_hash;
+    member->callbacks      = callbacks;
     if (!descriptor_path(seat->run, subsystem->descriptor, member->path, sizeof member->path) ||
         (check(member, seat->own) != STATUS_OK)) {
         text_t text = text_in(seat->error, sizeof seat->error);
@@ -86,15 +95,14 @@ static void take_back(void* const context, const uint8_t table, const uint32_t k
     }
 }
 
-void member_begin(member_t* const member, const subsystem_callbacks_t* const callbacks, void* const self,
-                  const component_services_t services)
+void member_begin(member_t* const member, void* const self, const component_services_t services)
 {
     seat_t* const seat = member->seat;
     member->persistence =
         (pus_persistence_t){&member->records.journal, journal_put, journal_erase, journal_commit};
     const component_config_t config = {.descriptor          = member->in_force,
                                        .is_descriptor_valid = true,
-                                       .callbacks           = callbacks,
+                                       .callbacks           = member->callbacks,
                                        .self                = self,
                                        .mission_epoch_s     = seat->mission->epoch_s,
                                        .start_count         = seat->life,

@@ -15,6 +15,7 @@ typedef struct { // Private, except `component`.
     component_t component;
     subsystem_descriptor_t* in_force;
     uint64_t interface_hash;
+    const subsystem_callbacks_t* callbacks;
     char path[RUN_PATH_MAX];
     uint8_t packet[PUS_PACKET_MAX];
     uint8_t inbox[MESSAGE_INBOX_OCTETS(1U)]; // From the supervisor.
@@ -24,13 +25,13 @@ typedef struct { // Private, except `component`.
     uint32_t records_refused; // Lasting records that no service took back.
 } member_t;
 
-/// Check that the seat's descriptor is the one the program was made for, and open its lasting records. False:
-/// seat->error says file, line, value and what was expected.
-bool member_load(member_t* member, seat_t* seat, uint64_t interface_hash);
+/// Check that the seat's descriptor is the one the program was made for and asks nothing that it cannot do,
+/// and open its lasting records. False: seat->error says file, line, value and what was expected.
+bool member_load(member_t* member, seat_t* seat, uint64_t interface_hash,
+                 const subsystem_callbacks_t* callbacks);
 /// Begin life in OFFLINE with the loaded descriptor, and the services that it lists with their lasting
-/// records.
-void member_begin(member_t* member, const subsystem_callbacks_t* callbacks, void* self,
-                  component_services_t services);
+/// records. `self` is the first argument of the callbacks.
+void member_begin(member_t* member, void* self, component_services_t services);
 /// Take in all messages, then step.
 void member_take_in(member_t* member, uint64_t now_ns);
 uint64_t member_step(member_t* member, uint64_t now_ns);

@@ -5,6 +5,7 @@
 #include "fsw/app/record_store.h"
 #include "fsw/app/store_files.h"
 #include "fsw/framework/base/text.h"
+#include "fsw/framework/subsystem/fitting.h"
 #include "fsw/supervisor/supervisor.h"
 #include "generated/supervisor_services.h"
 
@@ -175,9 +176,14 @@ static bool is_fitting(seat_t* const seat)
 {
     char path[RUN_PATH_MAX];
     const mission_subsystem_t* const subsystem = mission_find_subsystem(seat->mission, seat->apid);
-    const bool fits = descriptor_path(seat->run, subsystem->descriptor, path, sizeof path) &&
-                      (descriptor_check_interface(&seat->reader->loader, path, seat->own,
-                                                  SUPERVISOR_INTERFACE_HASH) == STATUS_OK);
+    const bool is_same = descriptor_path(seat->run, subsystem->descriptor, path, sizeof path) &&
+                         (descriptor_check_interface(&seat->reader->loader, path, seat->own,
+                                                     SUPERVISOR_INTERFACE_HASH) == STATUS_OK);
+    subsystem_misfit_t misfit = {0U, ""};
+    const bool fits           = is_same && subsystem_fits(seat->own, supervisor_callbacks(), &misfit);
+    if (is_same && !fits) {
+        (void)descriptor_refuse(&seat->reader->loader, path, misfit.line, misfit.says);
+    }
     if (!fits) {
         text_t text = text_in(seat->error, sizeof seat->error);
         text_add(&text, descriptor_error(&seat->reader->loader));

@@ -194,6 +194,8 @@ typedef struct supervisor { // All fields are private.
 MUST_USE status_t supervisor_init(supervisor_t* supervisor, const supervisor_config_t* config);
 /// Take in messages and run what is due. Returns the time of the next wake [ns of the run].
 uint64_t supervisor_step(supervisor_t* supervisor, uint64_t now_ns);
+/// What makes it a subsystem; publishes status and counters.
+const subsystem_callbacks_t* supervisor_callbacks(void);
 /// Flush and close the log.
 void supervisor_close(supervisor_t* supervisor);
 

@@ -92,7 +92,4 @@ void sequence_shutdown(supervisor_t* supervisor);
 /// mission_service.c
 pus_mission_port_t mission_service_port(supervisor_t* supervisor);
 
-/// supervisor.c: publishes status and counters.
-const subsystem_callbacks_t* supervisor_callbacks(void);
-
 #endif // FSW_SUPERVISOR_SUPERVISOR_INTERNAL_H

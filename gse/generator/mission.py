@@ -57,6 +57,7 @@ class Mission:
     modes: list = field(default_factory=list)
     rules: list = field(default_factory=list)
     links: list = field(default_factory=list)
+    bus_owners: dict = field(default_factory=dict)  # of the name of each bus: the subsystem whose devices it carries
     interface_hash: int = 0
     configuration_hash: int = 0
 
@@ -274,6 +275,14 @@ def _check_action(mission, action):
     action.time_us("after", 0, 600000000)
 
 
+def _take_bus(mission, subsystem, endnode, attribute):
+    """A bus has one master: SYNC and network management of two would act on each other's devices."""
+    if endnode.text(attribute) is not None:
+        owner = mission.bus_owners.setdefault(endnode.text(attribute), subsystem)
+        if owner is not subsystem:
+            endnode.wrong(attribute, f"a bus of its own, it is that of {owner.name}")
+
+
 def _load_subsystem(mission, path, element):
     place = os.path.normpath(path.parent / element.attributes["descriptor"])
     if not os.path.exists(place):
@@ -290,8 +299,10 @@ def _load_subsystem(mission, path, element):
             for endnode in device.endnodes:
                 if endnode.text("bus") is not None and endnode.text("bus") not in known:
                     endnode.wrong("bus", "a bus of the mission")
+                _take_bus(mission, loaded, endnode, "bus")
                 if endnode.text("redundantBus") is not None and known.get(endnode.text("redundantBus")) != endnode.text("bus"):
                     endnode.wrong("redundantBus", "a bus of the mission that is redundantTo its bus")
+                _take_bus(mission, loaded, endnode, "redundantBus")
     mission.subsystems.append((element, loaded))
 
 

@@ -203,7 +203,7 @@ def test_both_readers_agree_on_who_reads_a_port_and_the_schema_on_who_writes_one
     """The port of a mission with up to six readers, two writers for one port, and a port that reads its own subsystem."""
     shutil.copytree(DESCRIPTORS / "subsystems", tmp_path / "subsystems")
     (tmp_path / "missions").mkdir()
-    stick = (tmp_path / "subsystems" / "joystick.xml").read_text()
+    stick = re.sub(r"<Devices>.*?</Devices>", "", (tmp_path / "subsystems" / "joystick.xml").read_text(), flags=re.DOTALL)  # A bus has one master.
     text, listed, links, paths = MISSION.read_text(), "", "", []
     for number in range(1, 7):
         (tmp_path / "subsystems" / f"s{number}.xml").write_text(stick.replace('name="JOYSTICK" id="17"', f'name="S{number}" id="{100 + number}"', 1))

@@ -82,6 +82,38 @@ def test_error_is_told_with_file_and_line(house, form, path, old, new, words):
     flying.assert_clean(flight)
 
 
+JOYSTICK = "descriptors/subsystems/joystick.xml"
+STICK = '<Endnode type="CAN" bus="joystick" redundantBus="joystick-b" node="0x21"/>'
+JOINT = '<Endnode type="CAN" bus="robot" redundantBus="robot-b" node="0x11"/>'
+
+
+@pytest.mark.parametrize(
+    ("path", "old", "new", "words"),
+    [
+        (JOYSTICK, 'type="joystick"', 'type="joypad"', "type of <Device>: expected joystick"),
+        (MANIPULATOR, 'type="cia402-drive"', 'type="gyro"', "type of <Device>: expected cia402-drive"),
+        (JOYSTICK, STICK, '<Endnode type="UDP" address="127.0.0.1" port="9"/>', "type of <Endnode>: expected CAN"),
+        (MANIPULATOR, JOINT, '<Endnode type="SHM" name="joint"/>', "type of <Endnode>: expected CAN"),
+        (MANIPULATOR, JOINT, '<Endnode type="SERIAL" name="/dev/ttyS0" baud="19200"/>', "type of <Endnode>: expected CAN"),
+        (MANIPULATOR, JOINT.replace("0x11", "0x12"), '<Endnode type="CAN" bus="robot" node="0x12"/>', "bus of <Endnode>: expected bus and redundantBus"),
+        (JOYSTICK, STICK, '<Endnode type="CAN" bus="robot" redundantBus="robot-b" node="0x21"/>', "expected a bus of its own"),
+    ],
+)
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_devices_that_a_subsystem_cannot_drive_are_refused_before_the_flight(house, form, path, old, new, words):
+    """Not in flight, as a step that failed."""
+    line = _replace(house, path, old, new)
+    flight = _fly(house, form)
+    assert flight.code == 1
+    told = flight.output + flight.console
+    place = re.search(r"(\w+\.xml):(\d+): [^\n]*" + re.escape(words), told)
+    assert place, flight.told()
+    if "of its own" not in words:  # There the second to name the bus is told.
+        assert (place[1], int(place[2])) == (path.rpartition("/")[2], line)
+    assert "0x0301" not in told
+    flying.assert_clean(flight)
+
+
 def test_descriptor_that_is_not_there(house):
     line = _replace(house, MISSION, 'descriptor="../subsystems/manipulator.xml"', 'descriptor="../subsystems/nowhere.xml"')
     flight = _fly(house)
@@ -202,29 +234,29 @@ def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_
     assert told[0][10:] != told[0][2:10]
 
 
-def _add_joysticks(house, count):
-    """Subsystems with a copy of the joystick's descriptor and program each, under a name and an id of their own. Returns the folder of the programs and the last
-    one's line in the mission."""
+def _add_subsystems(house, count):
+    """Subsystems with a copy of communication's descriptor and program each, which need no bus, under a name and an id of their own. Returns the folder of the
+    programs and the last one's line in the mission."""
     programs = house / "programs"
     shutil.copytree(flying.BIN, programs)
-    plain = (house / "descriptors/subsystems/joystick.xml").read_text(encoding="utf-8")
-    program = (programs / "joystick").read_bytes()
-    compiled = subsystem.load(house / "descriptors/subsystems/joystick.xml").interface_hash.to_bytes(8, sys.byteorder)
+    plain = (house / "descriptors/subsystems/communication.xml").read_text(encoding="utf-8")
+    program = (programs / "communication").read_bytes()
+    compiled = subsystem.load(house / "descriptors/subsystems/communication.xml").interface_hash.to_bytes(8, sys.byteorder)
     assert program.count(compiled) == 1
     listed = ""
     for number in range(1, count + 1):
-        path = house / f"descriptors/subsystems/joystick{number}.xml"
-        path.write_text(plain.replace('name="JOYSTICK" id="17"', f'name="JOYSTICK{number}" id="{100 + number}"', 1), encoding="utf-8")
+        path = house / f"descriptors/subsystems/copy{number}.xml"
+        path.write_text(plain.replace('name="COMMUNICATION" id="2"', f'name="COPY{number}" id="{100 + number}"', 1), encoding="utf-8")
         own = subsystem.load(path).interface_hash.to_bytes(8, sys.byteorder)
-        (programs / f"joystick{number}").write_bytes(program.replace(compiled, own))
-        (programs / f"joystick{number}").chmod(0o755)
-        listed += f'    <Subsystem name="JOYSTICK{number}" id="{100 + number}" executable="joystick{number}" descriptor="../subsystems/joystick{number}.xml" memoryKiB="65536"/>\n'
+        (programs / f"copy{number}").write_bytes(program.replace(compiled, own))
+        (programs / f"copy{number}").chmod(0o755)
+        listed += f'    <Subsystem name="COPY{number}" id="{100 + number}" executable="copy{number}" descriptor="../subsystems/copy{number}.xml" memoryKiB="65536"/>\n'
     return programs, _replace(house, MISSION, "  </Subsystems>\n", listed + "  </Subsystems>\n") + count - 1
 
 
 def test_mission_with_as_many_subsystems_as_there_can_be_flies(house):
     """Sixteen subsystems, the simulator and the operator take part in stepped time."""
-    programs, _ = _add_joysticks(house, 12)
+    programs, _ = _add_subsystems(house, 12)
     flight = _fly(house, binaries=programs)
     assert flight.code == 0, flight.told()
     assert flight.facts["exit_code"] == 0
@@ -232,7 +264,7 @@ def test_mission_with_as_many_subsystems_as_there_can_be_flies(house):
 
 
 def test_one_subsystem_more_is_refused(house):
-    programs, line = _add_joysticks(house, 13)
+    programs, line = _add_subsystems(house, 13)
     flight = _fly(house, binaries=programs)
     assert flight.code == 1
     assert f"rokviss.xml:{line}: too many subsystems, at most 16" in flight.output, flight.told()

@@ -187,6 +187,19 @@ status_t descriptor_check_interface(descriptor_loader_t* const loader, const cha
     return STATUS_CHECKSUM;
 }
 
+status_t descriptor_refuse(descriptor_loader_t* const loader, const char* const path, const uint32_t line,
+                           const char* const says)
+{
+    FSW_ASSERT((loader != NULL) && (path != NULL) && (says != NULL));
+    text_t error = text_in(loader->error, sizeof loader->error);
+    text_add(&error, path);
+    text_add(&error, ":");
+    text_add_unsigned(&error, line);
+    text_add(&error, ": ");
+    text_add(&error, says);
+    return STATUS_UNSUPPORTED;
+}
+
 const char* descriptor_error(const descriptor_loader_t* const loader)
 {
     FSW_ASSERT(loader != NULL);

@@ -23,10 +23,11 @@ struct mission_scope {               // What a reader of the whole mission does 
 struct mission_builder {
     source_t source;
     mission_descriptor_t* mission;
-    const mission_scope_t* scope;                 ///< NULL: only subsystem `only` is taken in.
-    uint16_t only;                                ///< APID.
-    uint16_t power_seen;                          ///< Bit n: power of state n of the subsystem being read.
-    const char* rule_words[MISSION_RULES_MAX];    ///< Function or configuration still to be found, or NULL.
+    const mission_scope_t* scope;              ///< NULL: only subsystem `only` is taken in.
+    uint16_t only;                             ///< APID.
+    uint16_t power_seen;                       ///< Bit n: power of state n of the subsystem being read.
+    const char* rule_words[MISSION_RULES_MAX]; ///< Function or configuration still to be found, or NULL.
+    const mission_subsystem_t* bus_owners[MISSION_BUSES_MAX]; ///< Whose devices each bus carries.
     const char* link_words[MISSION_LINKS_MAX][2]; ///< Ports still to be found: producer, consumer.
     const char* plan_events[MISSION_PLANS_MAX];   ///< Event still to be found, or NULL.
 };

@@ -91,9 +91,25 @@ void mission_builder_buses_end(source_t* const source)
     }
 }
 
+/// A bus has one master: SYNC and network management of two would act on each other's devices.
+static void take_bus(mission_builder_t* const builder, const mission_bus_t* const bus,
+                     const mission_subsystem_t* const subsystem, const char* const path, const uint32_t line,
+                     const char* const attribute)
+{
+    source_t* const source                  = &builder->source;
+    const mission_subsystem_t** const owner = &builder->bus_owners[bus - builder->mission->buses];
+    if ((*owner != NULL) && (*owner != subsystem)) {
+        source->path = path;
+        source_refuse(source, line, "%=\"%\" of <Endnode>: expected a bus of its own, ", attribute, bus->name,
+                      0U);
+        source_say(source, "it is that of %", (*owner)->name, NULL, 0U);
+    }
+    *owner = subsystem;
+}
+
 /// Every bus that an endnode names is a bus of the mission, and its redundant bus is channel B of that.
-static void check_buses(mission_builder_t* const builder, const char* const path,
-                        const subsystem_descriptor_t* const descriptor)
+static void check_buses(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
+                        const char* const path, const subsystem_descriptor_t* const descriptor)
 {
     source_t* const source = &builder->source;
     for (uint16_t i = 0U; i < descriptor->endnode_count; i++) {
@@ -101,10 +117,13 @@ static void check_buses(mission_builder_t* const builder, const char* const path
         if (endnode->type != DESCRIPTOR_ENDNODE_CAN) {
             continue;
         }
-        if (find_bus(builder->mission, endnode->bus) == NULL) {
+        const mission_bus_t* const bus = find_bus(builder->mission, endnode->bus);
+        if (bus == NULL) {
             source->path = path;
             mission_builder_refuse(source, endnode->line, "bus", endnode->bus,
                                    "Endnode>: expected a bus of the mission");
+        } else {
+            take_bus(builder, bus, subsystem, path, endnode->line, "bus");
         }
         const mission_bus_t* const redundant = find_bus(builder->mission, endnode->redundant_bus);
         const bool is_channel = (redundant != NULL) && (strcmp(redundant->redundant_to, endnode->bus) == 0);
@@ -112,6 +131,10 @@ static void check_buses(mission_builder_t* const builder, const char* const path
             source->path = path;
             mission_builder_refuse(source, endnode->line, "redundantBus", endnode->redundant_bus,
                                    "Endnode>: expected a bus of the mission that is redundantTo its bus");
+        } else if (redundant != NULL) {
+            take_bus(builder, redundant, subsystem, path, endnode->line, "redundantBus");
+        } else {
+            // One channel.
         }
     }
 }
@@ -133,7 +156,7 @@ status_t mission_builder_take(mission_builder_t* const builder, const uint16_t i
     if (builder->scope != NULL) {
         builder->scope->take(builder, subsystem, descriptor);
     }
-    check_buses(builder, path, descriptor);
+    check_buses(builder, subsystem, path, descriptor);
     return source->status;
 }
 

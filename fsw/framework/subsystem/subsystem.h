@@ -49,6 +49,11 @@ typedef struct {
 
 /// Entry actions return STATUS_BUSY while running (called again each cycle), STATUS_OK when done, anything
 /// else when failed; the descriptor's time-out for the state ends an action that does not end by itself.
+typedef struct {      // What of a descriptor a program cannot do.
+    uint32_t line;    ///< Of its file.
+    const char* says; ///< What was found, and what was expected.
+} subsystem_misfit_t;
+
 typedef struct {
     status_t (*software_init)(void* self); ///< Publish parameters with subsystem_publish.
     status_t (*hardware_init)(void* self); ///< Power on, wait for boot-up, initialise devices.
@@ -84,6 +89,9 @@ typedef struct {
     /// The program ends, in whatever state: give back to the system what is open, and leave devices as they
     /// are. May be null.
     void (*release)(void* self);
+    /// Whether the subsystem can drive the devices of a descriptor; false: *out_misfit says what it cannot.
+    /// May be null: it takes whatever is there. Called before the subsystem is made.
+    bool (*fits)(const subsystem_descriptor_t* descriptor, subsystem_misfit_t* out_misfit);
 } subsystem_callbacks_t;
 
 // ---- Called by a specific subsystem from its callbacks -------------------------------------------------

@@ -3,6 +3,7 @@
 #include "fsw/subsystems/joystick/joystick.h"
 
 #include "fsw/canopen/cia402.h"
+#include "fsw/drives/drives_fitting.h"
 #include "fsw/framework/base/assertion.h"
 #include "fsw/subsystems/joystick/joystick_internal.h"
 
@@ -117,6 +118,19 @@ static void release(void* const self)
     drives_release(&((joystick_t*)self)->drives);
 }
 
+static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
+{
+    static const int modes[]         = {CIA402_MODE_CST, 0};
+    static const drives_need_t stick = {
+        .type       = "joystick",
+        .says_type  = "type of <Device>: expected joystick, the class of the force-reflecting stick",
+        .count      = 1U,
+        .says_count = "<Configuration>: expected one <Device>, the stick",
+        .modes      = modes,
+        .says_mode  = "<Device>: expected a <Setting> of 0x6060:00 to 10 (torque)"};
+    return drives_fit(descriptor, &stick, out_misfit);
+}
+
 const subsystem_callbacks_t* joystick_callbacks(void)
 {
     static const subsystem_callbacks_t callbacks = {
@@ -136,6 +150,7 @@ const subsystem_callbacks_t* joystick_callbacks(void)
         .perform         = joystick_perform,
         .parameter_set   = joystick_parameter_set,
         .release         = release,
+        .fits            = fits,
     };
     return &callbacks;
 }

@@ -4,6 +4,7 @@
 
 #include "fsw/canopen/cia402.h"
 #include "fsw/drives/drives_access.h"
+#include "fsw/drives/drives_fitting.h"
 #include "fsw/framework/base/assertion.h"
 #include "fsw/subsystems/manipulator/manipulator_internal.h"
 
@@ -155,6 +156,21 @@ static void release(void* const self)
     drives_release(&((manipulator_t*)self)->drives);
 }
 
+static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
+{
+    static const int modes[]         = {CIA402_MODE_CST, CIA402_MODE_CSP, 0};
+    static const drives_need_t joint = {
+        .type       = "cia402-drive",
+        .says_type  = "type of <Device>: expected cia402-drive, the class of the arm's joints",
+        .count      = ARM_JOINTS,
+        .says_count = "<Configuration>: expected two <Device>, one for each joint",
+        .modes      = modes,
+        .says_mode =
+            "<Device>: expected a <Setting> of 0x6060:00 to 10 (torque) or 8 (position), the same for "
+            "both joints"};
+    return drives_fit(descriptor, &joint, out_misfit);
+}
+
 const subsystem_callbacks_t* manipulator_callbacks(void)
 {
     static const subsystem_callbacks_t callbacks = {
@@ -175,6 +191,7 @@ const subsystem_callbacks_t* manipulator_callbacks(void)
         .parameter_set   = manipulator_parameter_set,
         .release         = release,
         .device_port     = device_port,
+        .fits            = fits,
     };
     return &callbacks;
 }

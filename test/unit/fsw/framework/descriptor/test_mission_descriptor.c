@@ -356,6 +356,30 @@ static void a_redundant_bus_belongs_to_one_other(void)
     }
 }
 
+#define DEVICE(bus)                                                                                          \
+    "<Devices><Device name='D' type='x'>\n<Endnode type='CAN' bus='robot" bus                                \
+    "' node='1'/></Device></Devices>"
+
+/// Two masters on one bus would act on each other's devices.
+static void a_bus_has_the_devices_of_one_subsystem(void)
+{
+    static const char* const buses[] = {"", "-b"};
+    for (size_t i = 0U; i < 2U; i++) {
+        char says[160];
+        write_file("arm.xml", damaged(arm_document, "bus='robot'", "bus='robot' redundantBus='robot-b'"));
+        write_file("hand.xml",
+                   damaged(hand_document, "</RTLinkService>\n",
+                           (i == 0U) ? "</RTLinkService>" DEVICE("") : "</RTLinkService>" DEVICE("-b")));
+        TEST_ASSERT_EQUAL(STATUS_INVALID,
+                          load(damaged(flight_document, "</Buses>", SPARE("robot-b", "robot") "</Buses>")));
+        (void)snprintf(
+            says, sizeof says,
+            "hand.xml:12: bus=\"robot%s\" of <Endnode>: expected a bus of its own, it is that of ARM",
+            buses[i]);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), says), descriptor_error(&loader));
+    }
+}
+
 static void a_folder_is_no_descriptor(void)
 {
     TEST_ASSERT_EQUAL(STATUS_IO, descriptor_load_subsystem(&loader, folder, &scratch));
@@ -494,6 +518,7 @@ int main(void)
     RUN_TEST(of_several_mistakes_the_first_is_told);
     RUN_TEST(paths_are_relative_to_the_mission_or_absolute);
     RUN_TEST(a_redundant_bus_belongs_to_one_other);
+    RUN_TEST(a_bus_has_the_devices_of_one_subsystem);
     RUN_TEST(a_folder_is_no_descriptor);
     RUN_TEST(its_hashes_see_every_subsystem);
     RUN_TEST(a_subsystem_reads_no_descriptor_but_its_own);

@@ -182,7 +182,7 @@ static const subsystem_callbacks_t callbacks = {
     engage,          disengage,     secure,    post,          hardware_deinit,
     software_deinit, sense,         control,   emit,          perform,
     parameter_set,   NULL,          NULL,      NULL,          NULL,
-    release};
+    release,         NULL};
 
 // ---- Ports ----
 

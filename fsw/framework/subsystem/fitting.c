@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/framework/subsystem/fitting.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/subsystem/component.h"
+
+#include <stddef.h>
+
+#define SERVICE_DEVICE_ACCESS 2U
+
+static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
+{
+    *misfit = (subsystem_misfit_t){line, says};
+    return false;
+}
+
+static bool services_fit(const subsystem_descriptor_t* const descriptor,
+                         const subsystem_callbacks_t* const callbacks, subsystem_misfit_t* const out_misfit)
+{
+    for (uint16_t i = 0U; i < descriptor->service_count; i++) {
+        const descriptor_service_t* const service = &descriptor->services[i];
+        if ((service->type == SERVICE_DEVICE_ACCESS) && (callbacks->device_port == NULL)) {
+            return refuse(out_misfit, service->line,
+                          "type=\"2\" of <Service>: expected a subsystem with the callback device_port");
+        }
+    }
+    return true;
+}
+
+/// Octets of a function's arguments as a C compiler lays out the generated structure.
+static size_t argument_octets(const subsystem_descriptor_t* const descriptor,
+                              const descriptor_function_t* const function)
+{
+    size_t octets = 0U;
+    for (uint16_t i = 0U; i < function->argument_count; i++) {
+        const descriptor_field_t* const field = &descriptor->fields[function->first_argument + i];
+        const size_t size                     = value_size(field->type);
+        octets = (((octets + size - 1U) / size) * size) + (size * field->count);
+    }
+    return octets;
+}
+
+static bool functions_fit(const subsystem_descriptor_t* const descriptor,
+                          subsystem_misfit_t* const out_misfit)
+{
+    uint32_t count = 0U;
+    for (uint16_t i = 0U; i < descriptor->function_count; i++) {
+        const descriptor_function_t* const function = &descriptor->functions[i];
+        count += function->argument_count;
+        if (count > COMPONENT_ARGUMENTS) {
+            return refuse(out_misfit, function->line, "too many <Argument> in one descriptor, at most 96");
+        }
+        if (argument_octets(descriptor, function) > (COMPONENT_ARGUMENT_WORDS * sizeof(uint64_t))) {
+            return refuse(out_misfit, function->line, "too many octets of arguments in memory, at most 512");
+        }
+    }
+    return true;
+}
+
+static bool structure_fits(const descriptor_structure_t* const structure,
+                           subsystem_misfit_t* const out_misfit)
+{
+    if (structure->sampled_count > PUS_HK_SETS_MAX) {
+        return refuse(out_misfit, structure->line,
+                      "too many <SampledNREPTimes> in one <HKService>, at most 8");
+    }
+    if (structure->octets > COMPONENT_SAMPLE_OCTETS) {
+        return refuse(out_misfit, structure->line, "too many octets in one <HKService>, at most 1024");
+    }
+    return true;
+}
+
+static bool housekeeping_fits(const subsystem_descriptor_t* const descriptor,
+                              subsystem_misfit_t* const out_misfit)
+{
+    bool fits = true;
+    for (uint16_t c = 0U; fits && (c < descriptor->configuration_count); c++) {
+        const descriptor_configuration_t* const configuration = &descriptor->configurations[c];
+        if (configuration->structure_count > COMPONENT_STRUCTURES) {
+            return refuse(out_misfit, configuration->line,
+                          "too many <HKService> in one <Configuration>, at most 16");
+        }
+        for (uint16_t i = 0U; fits && (i < configuration->structure_count); i++) {
+            fits = structure_fits(&descriptor->structures[configuration->first_structure + i], out_misfit);
+        }
+    }
+    return fits;
+}
+
+bool subsystem_fits(const subsystem_descriptor_t* const descriptor,
+                    const subsystem_callbacks_t* const callbacks, subsystem_misfit_t* const out_misfit)
+{
+    FSW_ASSERT((descriptor != NULL) && (callbacks != NULL) && (out_misfit != NULL));
+    return services_fit(descriptor, callbacks, out_misfit) && functions_fit(descriptor, out_misfit) &&
+           housekeeping_fits(descriptor, out_misfit) &&
+           ((callbacks->fits == NULL) || callbacks->fits(descriptor, out_misfit));
+}

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Descriptors with one thing changed by a seed: each is refused with file and line, or flies; and what fails in flight says why.
+
+    build/venv/bin/python -m pytest test/mission/test_mission_mutations.py -k 'seed3'        one seed again
+    MUTATION_SEEDS=500 build/venv/bin/python -m pytest test/mission/test_mission_mutations.py    a campaign"""
+
+import os
+import pathlib
+import random
+import re
+import shutil
+import subprocess
+import sys
+
+import flying
+import pytest
+
+sys.path[:0] = [str(flying.ROOT / "test" / "conformance"), str(flying.ROOT / "gse" / "generator")]
+
+import mission as mission_reader
+import test_descriptors as damages
+from source import DescriptorError
+
+SEEDS = int(os.environ.get("MUTATION_SEEDS", "8"))
+FILES = ("missions/rokviss.xml", "subsystems/joystick.xml", "subsystems/manipulator.xml", "subsystems/communication.xml", "subsystems/supervisor.xml")
+PLACE = re.compile(r"\w+\.xml:\d+: ")
+
+
+def _mutate(place, chance):
+    """Damage one descriptor until the readers take it with the interface that is compiled; its name."""
+    plain = mission_reader.load(flying.ROOT / "descriptors" / FILES[0]).interface_hash
+    while True:
+        name = chance.choice(FILES)
+        text = (flying.ROOT / "descriptors" / name).read_text(encoding="utf-8")
+        changed = damages.damage(text, chance)
+        (place / name).write_text(changed, encoding="utf-8")
+        try:
+            if changed != text and mission_reader.load(place / FILES[0]).interface_hash == plain:
+                return name
+        except DescriptorError as error:
+            assert PLACE.search(str(error)), error
+        (place / name).write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize("seed", range(SEEDS), ids=lambda seed: f"seed{seed}")
+def test_a_descriptor_is_refused_with_its_place_or_flies(folder, seed):
+    chance = random.Random(seed)
+    folder.mkdir()
+    shutil.copytree(flying.ROOT / "descriptors", folder / "descriptors")
+    for name in ("build", "sim", "gse"):
+        (folder / name).symlink_to(flying.ROOT / name)
+    changed = _mutate(folder / "descriptors", chance)
+    difference = f"diff {flying.ROOT}/descriptors/{changed} {folder}/descriptors/{changed}"
+    flight = flying.fly(folder / "out", "--scenario", "hil", "--form", chance.choice(("image", "processes")), root=folder)
+    told = flight.output + flight.console
+    assert "ssertion" not in told, f"{difference}\n{told}"
+    assert "ended by signal" not in told, f"{difference}\n{told}"
+    if flight.code != 0 and not PLACE.search(told):
+        assert _explains(flight), f"{difference}\n{flight.told()}"
+    flying.assert_clean(flight)
+
+
+def _explains(flight):
+    """A step that failed is explained by an event of its subsystem, anything else by the refusal itself."""
+    if "0x0301" not in flight.console:
+        return re.search(r"FAILED: .+|[Cc]annot|expected", flight.console + flight.output) is not None
+    done = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=False)
+    return re.search(r" TM (2|16|17) #\d+ \[5,[1-4]\]", done.stdout) is not None

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a descriptor may hold and a program cannot do is told with its line before the program starts.
+#include "fsw/framework/subsystem/fitting.h"
+
+#include "fsw/framework/descriptor/descriptor.h"
+#include "test/support/assertion.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static descriptor_loader_t loader;
+static subsystem_descriptor_t descriptor;
+static subsystem_callbacks_t callbacks;
+static subsystem_misfit_t misfit;
+static char document[65536];
+static size_t length;
+
+static void add(const char* words)
+{
+    TEST_ASSERT_LESS_THAN_UINT64(sizeof document - length, strlen(words));
+    (void)strcpy(&document[length], words);
+    length += strlen(words);
+}
+
+static void add_numbered(const char* before, const char* behind, unsigned count)
+{
+    for (unsigned i = 1U; i <= count; i++) {
+        char number[12];
+        (void)snprintf(number, sizeof number, "%u", i);
+        add(before);
+        add(number);
+        add(behind);
+    }
+}
+
+static bool fits(void)
+{
+    add("</Subsystem>");
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK,
+                              descriptor_parse_subsystem(&loader, "arm.xml", document, length, &descriptor),
+                              descriptor_error(&loader));
+    misfit = (subsystem_misfit_t){0U, ""};
+    return subsystem_fits(&descriptor, &callbacks, &misfit);
+}
+
+static void begin(void)
+{
+    length = 0U;
+    add("<Subsystem name='ARM' id='16'>\n");
+}
+
+static void expect(bool is_good, uint32_t line, const char* says)
+{
+    TEST_ASSERT_EQUAL_MESSAGE(is_good, fits(), misfit.says);
+    if (!is_good) {
+        TEST_ASSERT_EQUAL_UINT32(line, misfit.line);
+        TEST_ASSERT_EQUAL_STRING(says, misfit.says);
+    }
+}
+
+void setUp(void)
+{
+    descriptor_loader_init(&loader);
+    (void)memset(&callbacks, 0, sizeof callbacks);
+    begin();
+}
+
+void tearDown(void)
+{
+}
+
+// ---- Services ----
+
+static pus_device_port_t no_devices(void* self)
+{
+    (void)self;
+    return (pus_device_port_t){0};
+}
+
+static void access_to_devices_needs_its_callback(void)
+{
+    add("<Services><Service type='4'/>\n<Service type='2'/></Services>");
+    expect(false, 3U, "type=\"2\" of <Service>: expected a subsystem with the callback device_port");
+    begin();
+    add("<Services><Service type='4'/>\n<Service type='2'/></Services>");
+    callbacks.device_port = no_devices;
+    expect(true, 0U, "");
+}
+
+// ---- Functions ----
+
+static void arguments_have_room(void)
+{
+    for (unsigned more = 0U; more < 2U; more++) {
+        begin();
+        add("<Functions>");
+        for (unsigned f = 1U; f <= 3U; f++) {
+            char line[64];
+            (void)snprintf(line, sizeof line, "\n<Function name='F%u' id='%u' states='*'>", f, f);
+            add(line);
+            for (unsigned i = 1U; i <= (32U + ((f == 3U) ? more : 0U)); i++) {
+                (void)snprintf(line, sizeof line, "<Argument name='A%u' id='%u' type='INT8'/>", i, i);
+                add(line);
+            }
+            add("</Function>");
+        }
+        add("</Functions>");
+        expect(more == 0U, 5U, "too many <Argument> in one descriptor, at most 96");
+    }
+}
+
+static void the_arguments_of_one_function_have_room_as_they_lie_in_memory(void)
+{
+    for (unsigned more = 0U; more < 2U; more++) {
+        begin();
+        add("<Functions>\n<Function name='F' id='1' states='*'><Argument name='A' id='1' type='DOUBLE' "
+            "count='62'/>"
+            "<Argument name='B' id='2' type='INT8'/><Argument name='C' id='3' type='DOUBLE'");
+        add((more == 0U) ? "/>" : " count='2'/>");
+        add("</Function></Functions>");
+        expect(more == 0U, 3U, "too many octets of arguments in memory, at most 512");
+    }
+}
+
+// ---- Housekeeping ----
+
+#define PARAMETERS "<Parameters><ParamRef name='P' id='1' type='INT8'/></Parameters>"
+#define CONFIGURATION "\n<Configuration name='C' id='1' priority='1' samplingTime='1ms'>\n"
+#define ONCE "<SampledOnce><ParamRef name='P'/></SampledOnce>"
+
+static void a_configuration_has_room_for_sixteen_structures(void)
+{
+    for (unsigned more = 0U; more < 2U; more++) {
+        begin();
+        add(PARAMETERS CONFIGURATION);
+        add_numbered("<HKService id='", "' interval='1'>" ONCE "</HKService>", 16U + more);
+        add("</Configuration>");
+        expect(more == 0U, 3U, "too many <HKService> in one <Configuration>, at most 16");
+    }
+}
+
+static void a_structure_has_room_for_eight_sets(void)
+{
+    for (unsigned more = 0U; more < 2U; more++) {
+        begin();
+        add("<Parameters>");
+        for (unsigned i = 1U; i <= 9U; i++) {
+            char line[64];
+            (void)snprintf(line, sizeof line, "<ParamRef name='P%u' id='%u' type='INT8'/>", i, i);
+            add(line);
+        }
+        add("</Parameters>" CONFIGURATION "<HKService id='1' interval='2'>");
+        add_numbered("<SampledNREPTimes nrep='2'><ParamRef name='P", "'/></SampledNREPTimes>", 8U + more);
+        add("</HKService></Configuration>");
+        expect(more == 0U, 4U, "too many <SampledNREPTimes> in one <HKService>, at most 8");
+    }
+}
+
+static void a_structure_has_room_for_its_octets(void)
+{
+    for (unsigned more = 0U; more < 2U; more++) {
+        begin();
+        add("<Parameters><ParamRef name='P' id='1' type='DOUBLE' count='16'/><ParamRef name='Q' id='2' "
+            "type='INT8'/></Parameters>" CONFIGURATION "<HKService id='1' interval='8'>");
+        add((more == 0U) ? "" : "<SampledOnce><ParamRef name='Q'/></SampledOnce>");
+        add("<SampledNREPTimes nrep='8'><ParamRef name='P'/></SampledNREPTimes></HKService></Configuration>");
+        expect(more == 0U, 4U, "too many octets in one <HKService>, at most 1024");
+    }
+}
+
+// ---- Devices ----
+
+static bool refuses(const subsystem_descriptor_t* of, subsystem_misfit_t* out_misfit)
+{
+    TEST_ASSERT_EQUAL_PTR(&descriptor, of);
+    *out_misfit = (subsystem_misfit_t){7U, "no"};
+    return false;
+}
+
+static bool takes(const subsystem_descriptor_t* of, subsystem_misfit_t* out_misfit)
+{
+    (void)of;
+    (void)out_misfit;
+    return true;
+}
+
+static void the_subsystem_has_the_last_word(void)
+{
+    callbacks.fits = refuses;
+    expect(false, 7U, "no");
+    begin();
+    callbacks.fits = takes;
+    expect(true, 0U, "");
+}
+
+static void the_refusal_is_an_error_with_file_and_line(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, descriptor_refuse(&loader, "arm.xml", 7U, "no"));
+    TEST_ASSERT_EQUAL_STRING("arm.xml:7: no", descriptor_error(&loader));
+}
+
+static void fit_nothing(void)
+{
+    (void)subsystem_fits(NULL, &callbacks, &misfit);
+}
+
+static void without_a_descriptor_nothing_is_asked(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(fit_nothing));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(access_to_devices_needs_its_callback);
+    RUN_TEST(arguments_have_room);
+    RUN_TEST(the_arguments_of_one_function_have_room_as_they_lie_in_memory);
+    RUN_TEST(a_configuration_has_room_for_sixteen_structures);
+    RUN_TEST(a_structure_has_room_for_eight_sets);
+    RUN_TEST(a_structure_has_room_for_its_octets);
+    RUN_TEST(the_subsystem_has_the_last_word);
+    RUN_TEST(the_refusal_is_an_error_with_file_and_line);
+    RUN_TEST(without_a_descriptor_nothing_is_asked);
+    return UNITY_END();
+}
