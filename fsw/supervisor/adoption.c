@@ -10,7 +10,7 @@
 #include <string.h>
 
 CAPACITY_CHECK(every_session_has_room, VITALS_SESSIONS >= SUPERVISOR_LINK_SESSIONS);
-CAPACITY_CHECK(every_plan_has_room, VITALS_PLANS >= SUPERVISOR_PLANS);
+CAPACITY_CHECK(every_plan_has_room, VITALS_PLANS >= PLAN_RUNS);
 CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(all_counters_have_room, sizeof(supervisor_counters_t) <= (VITALS_COUNTERS * sizeof(uint32_t)));
 
@@ -217,39 +217,44 @@ static void take_links(supervisor_t* const supervisor, const supervisor_vitals_t
 
 static void keep_plans(const supervisor_t* const supervisor, supervisor_vitals_t* const state)
 {
-    for (size_t i = 0U; i < SUPERVISOR_PLANS; i++) {
-        const plan_run_t* const run = &supervisor->plans[i];
+    for (size_t i = 0U; i < PLAN_RUNS; i++) {
+        const plan_run_t* const run = &supervisor->plans.runs[i];
         vitals_plan_t* const kept   = &state->plans[i];
         if (!run->is_used) {
             continue;
         }
-        *kept      = (vitals_plan_t){.start_ns     = run->start_ns,
-                                     .is_used      = 1U,
-                                     .apid         = run->apid,
-                                     .lost         = run->lost,
-                                     .next_action  = run->next_action,
-                                     .member_count = run->member_count};
-        kept->plan = (run->plan != NULL) ? (uint16_t)((run->plan - supervisor->mission->plans) + 1)
-                                         : (uint16_t)VITALS_NO_PLAN;
+        *kept = (vitals_plan_t){.start_ns     = run->start_ns,
+                                .is_used      = 1U,
+                                .severity     = (uint16_t)run->severity,
+                                .plan         = (run->plan == PLAN_BUILT_IN) ? VITALS_NO_PLAN
+                                                                             : (uint16_t)(run->plan + 1U),
+                                .apid         = run->apid,
+                                .event_id     = run->event_id,
+                                .lost         = run->lost,
+                                .next_action  = run->next_action,
+                                .member_count = run->member_count};
         (void)memcpy(kept->members, run->members, sizeof kept->members);
     }
 }
 
 static void take_plans(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
 {
-    for (size_t i = 0U; i < SUPERVISOR_PLANS; i++) {
+    for (size_t i = 0U; i < PLAN_RUNS; i++) {
         const vitals_plan_t* const kept = &state->plans[i];
-        plan_run_t* const run           = &supervisor->plans[i];
+        plan_run_t* const run           = &supervisor->plans.runs[i];
         if (kept->is_used == 0U) {
             continue;
         }
-        *run      = (plan_run_t){.is_used      = true,
-                                 .apid         = kept->apid,
-                                 .lost         = kept->lost,
-                                 .member_count = kept->member_count,
-                                 .start_ns     = kept->start_ns,
-                                 .next_action  = kept->next_action};
-        run->plan = (kept->plan != VITALS_NO_PLAN) ? &supervisor->mission->plans[kept->plan - 1U] : NULL;
+        *run =
+            (plan_run_t){.is_used  = true,
+                         .severity = (descriptor_severity_t)kept->severity,
+                         .plan = (kept->plan == VITALS_NO_PLAN) ? PLAN_BUILT_IN : (uint16_t)(kept->plan - 1U),
+                         .apid = kept->apid,
+                         .event_id     = kept->event_id,
+                         .lost         = kept->lost,
+                         .member_count = kept->member_count,
+                         .start_ns     = kept->start_ns,
+                         .next_action  = kept->next_action};
         (void)memcpy(run->members, kept->members, sizeof run->members);
     }
 }

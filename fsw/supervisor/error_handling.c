@@ -1,12 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reaction to events by severity and reason (paper, 4.3 and 5). HIGH: all members of the real-time network go
-// to ERROR_OPERATIONAL at once, then the recovery plan (default: OFFLINE). MEDIUM: the plan (default: the
-// subsystem to SAFE_OPERATIONAL). LOW and informative: the log has them.
+// Reaction to events by severity and reason (paper, 4.3 and 5), in layers:
+//     0  the subsystem itself, in its cycle (fsw/framework/subsystem)
+//     1  here, always: HIGH takes the real-time network to ERROR_OPERATIONAL, MEDIUM the subsystem from
+//        OPERATIONAL to SAFE_OPERATIONAL
+//     2  the recovery plan of the mission, or what is built in for HIGH: the network to OFFLINE
+// No plan under way, and nothing that a plan says, switches layer 1 off. LOW and informative events are
+// logged.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "fsw/framework/base/assertion.h"
 
-#define DEFAULT_PLAN_DELAY_NS 500000000ULL ///< HIGH without a plan of the mission: OFFLINE after this time.
+#include <stddef.h>
+#include <string.h>
+
+#define ORDER_STANDS_NS 1000000000ULL ///< Longest time for which an order without an answer is not repeated.
+
+typedef struct { // What happened, and to whom.
+    descriptor_severity_t severity;
+    uint16_t apid; ///< The subsystem that failed; SUPERVISOR_APID for an event that concerns no other.
+    uint16_t event_id;
+    const mission_plan_t* plan; ///< Null: none of the mission.
+    bool is_finding;            ///< Found out by the supervisor: the subsystem has not acted by itself.
+} failure_t;
 
 void raise_u16(supervisor_t* const supervisor, const uint16_t event_id, const uint16_t first)
 {
@@ -39,93 +54,37 @@ void error_set_mode(supervisor_t* const supervisor, const uint8_t mode, const ui
     (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_MODE_CHANGED, octets, sizeof octets);
 }
 
-static plan_run_t* free_plan(supervisor_t* const supervisor)
+static uint16_t number_of(const supervisor_t* const supervisor, const mission_plan_t* const plan)
 {
-    for (size_t i = 0U; i < SUPERVISOR_PLANS; i++) {
-        if (!supervisor->plans[i].is_used) {
-            return &supervisor->plans[i];
-        }
-    }
-    return NULL;
+    return (plan != NULL) ? (uint16_t)(plan - supervisor->mission->plans) : PLAN_BUILT_IN;
 }
 
-/// A plan for the network of `apid` is under way: a second error of the same failure starts no second plan.
-static bool is_planned(const supervisor_t* const supervisor, const uint16_t apid)
-{
-    for (size_t i = 0U; i < SUPERVISOR_PLANS; i++) {
-        const plan_run_t* const run = &supervisor->plans[i];
-        for (uint16_t k = 0U; run->is_used && (k < run->member_count); k++) {
-            if (run->members[k] == apid) {
-                return true;
-            }
-        }
-    }
-    return false;
-}
+// ---- Orders ----
 
-/// `lost`: a member whose process died; it begins anew in OFFLINE and is no part of the plan. 0: none.
-static void start_plan(supervisor_t* const supervisor, const mission_plan_t* const plan, const uint16_t apid,
-                       const uint16_t event_id, const uint16_t lost)
+/// True if `open` is an order that takes a subsystem to `state` or makes it safe on a way further down.
+static bool is_covered(const state_t open, const state_t state)
 {
-    plan_run_t* const run = free_plan(supervisor);
-    if (run == NULL) {
-        return; // Every member named by the plans under way is on its way down already.
-    }
-    *run              = (plan_run_t){.is_used = true, .plan = plan, .apid = apid, .lost = lost};
-    run->start_ns     = supervisor->now_ns;
-    run->member_count = link_graph_members(&supervisor->graph, apid, run->members);
-    supervisor->counters.plans_started++;
-    raise_u16_u16(supervisor, SUPERVISOR_EVENT_PLAN_STARTED, apid, event_id);
-}
-
-/// All other members of the network to ERROR_OPERATIONAL, at once. The failed one goes there by itself.
-static void shut_network_down(supervisor_t* const supervisor, const uint16_t apid)
-{
-    uint16_t members[LINK_GRAPH_MEMBERS];
-    const uint16_t count = link_graph_members(&supervisor->graph, apid, members);
-    for (uint16_t i = 1U; i < count; i++) {
-        const roster_entry_t* const member = roster_find(supervisor, members[i]);
-        if ((member != NULL) && (member->process == PROCESS_RUNNING) &&
-            (member->state != STATE_ERROR_OPERATIONAL)) {
-            (void)order_state(supervisor, members[i], STATE_ERROR_OPERATIONAL);
-        }
-    }
-    if (count > 1U) {
-        raise_u16_u16(supervisor, SUPERVISOR_EVENT_NETWORK_SHUT_DOWN,
-                      link_graph_network(&supervisor->graph, apid), apid);
+    switch (state) {
+    case STATE_SAFE_OPERATIONAL:
+        return (open == STATE_OFFLINE) || (open == STATE_PRE_OPERATIONAL) ||
+               (open == STATE_SAFE_OPERATIONAL) || (open == STATE_ERROR_OPERATIONAL);
+    case STATE_PRE_OPERATIONAL:
+        return (open == STATE_OFFLINE) || (open == STATE_PRE_OPERATIONAL);
+    default:
+        return open == state;
     }
 }
 
-static void member_failed(supervisor_t* const supervisor, const mission_plan_t* const plan,
-                          const uint16_t apid, const uint16_t event_id, const uint16_t lost)
+/// True if an order that is owed, or was given and not answered yet, does what an order for `state` would.
+static bool is_ordered(const supervisor_t* const supervisor, const roster_entry_t* const entry,
+                       const state_t state)
 {
-    if (!is_planned(supervisor, apid) && (supervisor->shutdown_step == 0U)) {
-        shut_network_down(supervisor, apid);
-        start_plan(supervisor, plan, apid, event_id, lost);
-    }
-}
-
-/// What the supervisor itself found out about a member is an event of the supervisor: a plan for that event,
-/// or else one for any event of the member.
-static const mission_plan_t* plan_of_finding(const supervisor_t* const supervisor, const uint16_t apid,
-                                             const uint16_t event_id)
-{
-    const mission_plan_t* const own =
-        mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, SUPERVISOR_APID, event_id);
-    const bool is_meant = (own != NULL) && (own->apid == SUPERVISOR_APID);
-    return is_meant ? own : mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, apid, 0U);
-}
-
-void error_member_lost(supervisor_t* const supervisor, const uint16_t apid)
-{
-    const uint16_t event_id = SUPERVISOR_EVENT_PROCESS_LOST;
-    member_failed(supervisor, plan_of_finding(supervisor, apid, event_id), apid, event_id, apid);
-}
-
-void error_member_silent(supervisor_t* const supervisor, const uint16_t apid)
-{
-    const uint16_t event_id = SUPERVISOR_EVENT_SUBSYSTEM_SILENT;
-    member_failed(supervisor, plan_of_finding(supervisor, apid, event_id), apid, event_id, 0U);
+    const bool is_recent =
+        (entry->order.request_id != 0U) && ((supervisor->now_ns - entry->order.time_ns) < ORDER_STANDS_NS);
+    const bool is_open =
+        entry->is_order_owed ||
+        (is_recent && pending_is_open(&supervisor->pending, entry->mission->apid, entry->order.request_id));
+    return is_open && is_covered(entry->ordered, state);
 }
 
 /// True if a state is one to go down to: a reaction to an error takes nothing up.
@@ -142,46 +101,84 @@ static bool is_downwards(const state_t from, const state_t to)
     }
 }
 
-static void order_down(supervisor_t* const supervisor, const uint16_t apid, const state_t state)
+/// True if an order has been given. The supervisor itself is taken down by the shutdown only.
+static bool order_down(supervisor_t* const supervisor, const uint16_t apid, const state_t state)
 {
     const roster_entry_t* const entry = roster_find(supervisor, apid);
-    if ((entry != NULL) && (entry->process == PROCESS_RUNNING) && is_downwards(entry->state, state)) {
+    const bool is_due = (entry != NULL) && (apid != SUPERVISOR_APID) && (entry->process == PROCESS_RUNNING) &&
+                        is_downwards(entry->state, state) && !is_ordered(supervisor, entry, state);
+    if (is_due) {
         (void)order_state(supervisor, apid, state);
     }
+    return is_due;
 }
 
-static void medium(supervisor_t* const supervisor, const uint16_t apid, const uint16_t event_id)
+// ---- Layer 1 ----
+
+/// All members of the network to ERROR_OPERATIONAL. The failed one goes there by itself, unless it is the
+/// supervisor that found the failure. Returns how many were ordered to.
+static uint16_t secure_network(supervisor_t* const supervisor, const failure_t* const failure,
+                               const uint16_t* const members, const uint16_t count)
 {
-    const mission_plan_t* const plan =
-        mission_find_plan(supervisor->mission, DESCRIPTOR_MEDIUM, apid, event_id);
-    if (plan != NULL) {
-        start_plan(supervisor, plan, apid, event_id, 0U);
-        error_run_plans(supervisor); // What is due at once goes out in this cycle.
+    uint16_t ordered = 0U;
+    for (uint16_t i = 0U; i < count; i++) {
+        const bool is_meant = failure->is_finding || (members[i] != failure->apid);
+        if (is_meant && order_down(supervisor, members[i], STATE_ERROR_OPERATIONAL)) {
+            ordered++;
+        }
+    }
+    return ordered;
+}
+
+// ---- Layer 2 ----
+
+static plan_run_t run_for(supervisor_t* const supervisor, const failure_t* const failure)
+{
+    plan_run_t run   = {.severity = failure->severity,
+                        .plan     = number_of(supervisor, failure->plan),
+                        .apid     = failure->apid,
+                        .event_id = failure->event_id,
+                        .start_ns = supervisor->now_ns};
+    run.member_count = link_graph_members(&supervisor->graph, failure->apid, run.members);
+    return run;
+}
+
+/// The reaction to an event of a subsystem ends, or does not begin, for that to another one.
+static void tell_overruled(supervisor_t* const supervisor, const plan_run_t* const run,
+                           const plan_run_t* const other)
+{
+    uint8_t octets[8];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_u16(&writer, run->apid);
+    octet_write_u16(&writer, run->event_id);
+    octet_write_u16(&writer, other->apid);
+    octet_write_u16(&writer, other->event_id);
+    supervisor->reactions.overruled++;
+    (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_PLAN_OVERRULED, octets, writer.position);
+}
+
+static void start_plan(supervisor_t* const supervisor, const plan_run_t* const wanted)
+{
+    plan_run_t ended;
+    while (plan_runner_overrule(&supervisor->plans, wanted, &ended)) {
+        tell_overruled(supervisor, &ended, wanted);
+    }
+    const plan_verdict_t verdict = plan_runner_start(&supervisor->plans, wanted);
+    if (verdict == PLAN_STARTED) {
+        supervisor->counters.plans_started++;
+        raise_u16_u16(supervisor, SUPERVISOR_EVENT_PLAN_STARTED, wanted->apid, wanted->event_id);
+    } else if (verdict == PLAN_JOINED) {
+        supervisor->reactions.joined++;
     } else {
-        order_down(supervisor, apid, STATE_SAFE_OPERATIONAL);
+        tell_overruled(supervisor, wanted, plan_runner_of(&supervisor->plans, wanted->apid));
     }
 }
-
-void error_event(supervisor_t* const supervisor, const pus_event_occurrence_t* const event)
-{
-    if (event->severity == (uint8_t)PUS_SEVERITY_HIGH) {
-        const mission_plan_t* const plan =
-            mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, event->apid, event->event);
-        member_failed(supervisor, plan, event->apid, event->event, 0U);
-    } else if (event->severity == (uint8_t)PUS_SEVERITY_MEDIUM) {
-        medium(supervisor, event->apid, event->event);
-    } else {
-        // Logged, nothing else.
-    }
-}
-
-// ---- Plans under way ----
 
 static void order_members(supervisor_t* const supervisor, const plan_run_t* const run, const state_t state)
 {
     for (uint16_t i = 0U; i < run->member_count; i++) {
-        if (run->members[i] != run->lost) {
-            order_down(supervisor, run->members[i], state);
+        if (plan_runner_concerns(run, run->members[i])) {
+            (void)order_down(supervisor, run->members[i], state);
         }
     }
 }
@@ -195,8 +192,8 @@ static void act(supervisor_t* const supervisor, const plan_run_t* const run,
         const uint16_t target = (action->target == MISSION_SELF) ? run->apid : action->target;
         if (action->target == MISSION_NETWORK) {
             order_members(supervisor, run, (state_t)action->state);
-        } else if (target != run->lost) {
-            order_down(supervisor, target, (state_t)action->state);
+        } else if (plan_runner_concerns(run, target)) {
+            (void)order_down(supervisor, target, (state_t)action->state);
         } else {
             // Its process died: it begins anew in OFFLINE.
         }
@@ -205,33 +202,188 @@ static void act(supervisor_t* const supervisor, const plan_run_t* const run,
     }
 }
 
-static void run_plan(supervisor_t* const supervisor, plan_run_t* const run)
-{
-    const uint64_t age_ns = supervisor->now_ns - run->start_ns;
-    if (run->plan == NULL) { // Built in for HIGH.
-        if (age_ns >= DEFAULT_PLAN_DELAY_NS) {
-            order_members(supervisor, run, STATE_OFFLINE);
-            run->is_used = false;
-        }
-        return;
-    }
-    while (run->next_action < run->plan->action_count) {
-        const mission_action_t* const action =
-            &supervisor->mission->actions[run->plan->first_action + run->next_action];
-        if (age_ns < ((uint64_t)action->after_us * 1000U)) {
-            return;
-        }
-        act(supervisor, run, action);
-        run->next_action++;
-    }
-    run->is_used = false;
-}
-
 void error_run_plans(supervisor_t* const supervisor)
 {
-    for (size_t i = 0U; i < SUPERVISOR_PLANS; i++) {
-        if (supervisor->plans[i].is_used) {
-            run_plan(supervisor, &supervisor->plans[i]);
+    for (size_t i = 0U; i < PLAN_RUNS; i++) {
+        plan_run_t* const run          = &supervisor->plans.runs[i];
+        const mission_action_t* action = plan_runner_next(run, supervisor->mission, supervisor->now_ns);
+        while (action != NULL) {
+            act(supervisor, run, action);
+            action = plan_runner_next(run, supervisor->mission, supervisor->now_ns);
         }
+    }
+}
+
+// ---- Events ----
+
+static void high(supervisor_t* const supervisor, const failure_t* const failure)
+{
+    const plan_run_t wanted         = run_for(supervisor, failure);
+    const plan_run_t* const present = plan_runner_of(&supervisor->plans, failure->apid);
+    const bool is_new               = (present == NULL) || (present->severity < failure->severity);
+    const uint16_t ordered = secure_network(supervisor, failure, wanted.members, wanted.member_count);
+    if ((wanted.member_count > 1U) && (is_new || (ordered > 0U))) {
+        raise_u16_u16(supervisor, SUPERVISOR_EVENT_NETWORK_SHUT_DOWN,
+                      link_graph_network(&supervisor->graph, failure->apid), failure->apid);
+    }
+    if ((supervisor->shutdown_step == 0U) &&
+        ((failure->plan != NULL) || (failure->apid != SUPERVISOR_APID))) {
+        start_plan(supervisor, &wanted);
+    }
+}
+
+/// The plan first, in this step: where it orders something further down, nothing is ordered twice.
+static void medium(supervisor_t* const supervisor, const failure_t* const failure)
+{
+    if ((failure->plan != NULL) && (supervisor->shutdown_step == 0U)) {
+        const plan_run_t wanted = run_for(supervisor, failure);
+        start_plan(supervisor, &wanted);
+        error_run_plans(supervisor);
+    }
+    (void)order_down(supervisor, failure->apid, STATE_SAFE_OPERATIONAL);
+}
+
+/// LOW and informative: logged, and nothing else without a plan of the mission.
+static void lesser(supervisor_t* const supervisor, const failure_t* const failure)
+{
+    if ((failure->plan != NULL) && (supervisor->shutdown_step == 0U)) {
+        const plan_run_t wanted = run_for(supervisor, failure);
+        start_plan(supervisor, &wanted);
+    }
+}
+
+/// Once the shutdown has ordered all to OFFLINE, nothing is to stop them on the way.
+static void react(supervisor_t* const supervisor, const failure_t* const failure)
+{
+    if (sequence_is_ending(supervisor)) {
+        return;
+    }
+    if (failure->severity == DESCRIPTOR_HIGH) {
+        high(supervisor, failure);
+    } else if (failure->severity == DESCRIPTOR_MEDIUM) {
+        medium(supervisor, failure);
+    } else {
+        lesser(supervisor, failure);
+    }
+}
+
+void error_event(supervisor_t* const supervisor, const pus_event_occurrence_t* const event)
+{
+    if ((event->apid == SUPERVISOR_APID) || (roster_find(supervisor, event->apid) == NULL)) {
+        return;
+    }
+    const descriptor_severity_t severity = (descriptor_severity_t)event->severity;
+    const failure_t failure              = {
+                     .severity = severity,
+                     .apid     = event->apid,
+                     .event_id = event->event,
+                     .plan     = mission_find_plan(supervisor->mission, severity, event->apid, event->event)};
+    react(supervisor, &failure);
+}
+
+// ---- Events of the supervisor itself ----
+
+/// What the supervisor itself found out is an event of the supervisor: a plan that names the supervisor, or
+/// else, where a subsystem is concerned, one for any event of that subsystem.
+static const mission_plan_t* plan_of_finding(const supervisor_t* const supervisor,
+                                             const descriptor_severity_t severity, const uint16_t apid,
+                                             const uint16_t event_id)
+{
+    const mission_plan_t* const own =
+        mission_find_plan(supervisor->mission, severity, SUPERVISOR_APID, event_id);
+    if ((own != NULL) && (own->apid == SUPERVISOR_APID)) {
+        return own;
+    }
+    return (apid != SUPERVISOR_APID) ? mission_find_plan(supervisor->mission, severity, apid, 0U) : NULL;
+}
+
+static void found(supervisor_t* const supervisor, const descriptor_severity_t severity, const uint16_t apid,
+                  const uint16_t event_id)
+{
+    const failure_t failure = {.severity   = severity,
+                               .apid       = apid,
+                               .event_id   = event_id,
+                               .plan       = plan_of_finding(supervisor, severity, apid, event_id),
+                               .is_finding = true};
+    react(supervisor, &failure);
+}
+
+void error_member_lost(supervisor_t* const supervisor, const uint16_t apid)
+{
+    found(supervisor, DESCRIPTOR_HIGH, apid, SUPERVISOR_EVENT_PROCESS_LOST);
+    plan_runner_mark_lost(&supervisor->plans, apid);
+}
+
+void error_member_silent(supervisor_t* const supervisor, const uint16_t apid)
+{
+    found(supervisor, DESCRIPTOR_HIGH, apid, SUPERVISOR_EVENT_SUBSYSTEM_SILENT);
+}
+
+/// The subsystem that an event of the supervisor concerns: its first value, if the descriptor calls it APID
+/// and the mission has that subsystem. SUPERVISOR_APID: none, or a notice, which has no values.
+static uint16_t subject_of(supervisor_t* const supervisor, const pus_tm_t* const tm, const uint16_t event_id)
+{
+    const subsystem_descriptor_t* const descriptor = supervisor->config.descriptor;
+    const descriptor_event_t* const event          = descriptor_find_event(descriptor, event_id);
+    octet_reader_t reader                          = octet_reader(tm->data, tm->size);
+    if ((event == NULL) || (event->field_count == 0U) || (tm->service != PUS_SERVICE_EVENTS)) {
+        return SUPERVISOR_APID;
+    }
+    const descriptor_field_t* const first = &descriptor->fields[event->first_field];
+    (void)octet_read_u16(&reader); // The event.
+    const bool is_named = (strcmp(first->name, "APID") == 0) && (first->type == VALUE_UINT16);
+    const uint16_t apid = is_named ? octet_read_u16(&reader) : SUPERVISOR_APID;
+    return (roster_find(supervisor, apid) != NULL) ? apid : SUPERVISOR_APID;
+}
+
+/// True if there is a reaction to an event of the supervisor: a plan, or layer 1 for the subsystem concerned.
+static bool is_worth_a_reaction(const supervisor_t* const supervisor, const own_event_t* const event)
+{
+    const descriptor_severity_t severity = (descriptor_severity_t)event->severity;
+    const bool is_layer_1 = (event->subject != SUPERVISOR_APID) && (severity >= DESCRIPTOR_MEDIUM);
+    return is_layer_1 || (plan_of_finding(supervisor, severity, event->subject, event->event_id) != NULL);
+}
+
+static bool is_noted(const supervisor_t* const supervisor, const own_event_t* const event)
+{
+    for (uint16_t i = 0U; i < supervisor->own_event_count; i++) {
+        const own_event_t* const noted = &supervisor->own_events[i];
+        if ((noted->event_id == event->event_id) && (noted->subject == event->subject)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void error_own_event(supervisor_t* const supervisor, const pus_tm_t* const tm,
+                     const pus_event_occurrence_t* const occurrence)
+{
+    const bool is_handled =
+        (occurrence->event == SUPERVISOR_EVENT_PROCESS_LOST) ||
+        (occurrence->event == SUPERVISOR_EVENT_SUBSYSTEM_SILENT); // Where they are raised.
+    const own_event_t event = {.event_id = occurrence->event,
+                               .severity = occurrence->severity,
+                               .subject  = subject_of(supervisor, tm, occurrence->event)};
+    // An informative event takes none: PLAN_STARTED would start plans for ever.
+    if (is_handled || (event.severity < (uint8_t)PUS_SEVERITY_LOW) || is_noted(supervisor, &event) ||
+        !is_worth_a_reaction(supervisor, &event)) {
+        return;
+    }
+    if (supervisor->own_event_count == SUPERVISOR_OWN_EVENTS) {
+        supervisor->reactions.missed++;
+        return;
+    }
+    supervisor->own_events[supervisor->own_event_count] = event;
+    supervisor->own_event_count++;
+}
+
+void error_own_events(supervisor_t* const supervisor)
+{
+    own_event_t events[SUPERVISOR_OWN_EVENTS];
+    const uint16_t count = supervisor->own_event_count;
+    (void)memcpy(events, supervisor->own_events, sizeof events);
+    supervisor->own_event_count = 0U; // Those that a reaction raises wait for the next step.
+    for (uint16_t i = 0U; i < count; i++) {
+        found(supervisor, (descriptor_severity_t)events[i].severity, events[i].subject, events[i].event_id);
     }
 }

@@ -5,6 +5,8 @@
 
 #include <string.h>
 
+#define PENDING_SUPERVISOR (PUS_USER_ONBOARD | 1U) // Source of its requests.
+
 void pending_init(pending_table_t* const table)
 {
     FSW_ASSERT(table != NULL);
@@ -60,6 +62,19 @@ void pending_report(pending_table_t* const table, const uint16_t apid, const uin
             return;
         }
     }
+}
+
+bool pending_is_open(const pending_table_t* const table, const uint16_t apid, const uint32_t request_id)
+{
+    FSW_ASSERT(table != NULL);
+    for (size_t i = 0U; i < PENDING_MAX; i++) {
+        const pus_token_t* const token = &table->entries[i].token;
+        if (table->entries[i].is_used && (table->entries[i].apid == apid) &&
+            (token->request_id == request_id) && (token->source == PENDING_SUPERVISOR)) {
+            return true;
+        }
+    }
+    return false;
 }
 
 static void take_out(pending_table_t* const table, const size_t index, pus_token_t* const out_token)

@@ -34,6 +34,8 @@ status_t pending_add(pending_table_t* table, uint16_t apid, const pus_token_t* t
 /// A verification report of `apid` to `destination` has passed; drops the entry if its chain ends here.
 void pending_report(pending_table_t* table, uint16_t apid, uint16_t destination,
                     const pus_verification_t* verification);
+/// True if that request of the supervisor to `apid` is in the table.
+bool pending_is_open(const pending_table_t* table, uint16_t apid, uint32_t request_id);
 /// Take one request of `apid` out. False if there is none (left).
 bool pending_take(pending_table_t* table, uint16_t apid, pus_token_t* out_token);
 /// Take one request out that was passed before `since_ns`, asked for its acceptance, and got no report at

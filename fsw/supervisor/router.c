@@ -333,6 +333,10 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
         send_heartbeat(supervisor, packet, size);
     }
     roster_report(supervisor, &tm);
+    pus_event_occurrence_t occurrence;
+    if (pus_event_occurrence_read(&tm, &occurrence) == STATUS_OK) {
+        error_own_event(supervisor, &tm, &occurrence);
+    }
     onboard_observe(supervisor, &tm, packet, size);
     return STATUS_OK;
 }
@@ -361,10 +365,13 @@ status_t order_state(supervisor_t* const supervisor, const uint16_t apid, const 
     octet_writer_t writer       = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_MANAGEMENT,
                                                PUS_MANAGEMENT_REQUEST_STATE, PUS_ACK_COMPLETION);
     octet_write_u8(&writer, (uint8_t)target);
-    const status_t status = pus_tc_send(&supervisor->requester, &writer, NULL);
+    pus_token_t token     = {.request_id = 0U};
+    const status_t status = pus_tc_send(&supervisor->requester, &writer, &token);
     FSW_ASSERT(entry != NULL); // Members of the mission are ordered about, nobody else.
-    entry->is_order_owed = (status == STATUS_FULL);
-    entry->ordered       = target;
+    entry->is_order_owed    = (status == STATUS_FULL);
+    entry->ordered          = target;
+    entry->order.request_id = token.request_id;
+    entry->order.time_ns    = supervisor->now_ns;
     return status;
 }
 

@@ -161,6 +161,11 @@ static bool is_step_done(supervisor_t* const supervisor)
     }
 }
 
+bool sequence_is_ending(const supervisor_t* const supervisor)
+{
+    return supervisor->shutdown_step >= (unsigned)SHUTDOWN_TO_OFFLINE;
+}
+
 void sequence_shutdown(supervisor_t* const supervisor)
 {
     if ((supervisor->shutdown_step == SHUTDOWN_NONE) || supervisor->is_finished) {

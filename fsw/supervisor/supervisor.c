@@ -33,6 +33,11 @@ static status_t publish(void* const self)
         status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_BLOCKS],
                                    &supervisor->blocks);
     }
+    if (status == STATUS_OK) {
+        status =
+            subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_REACTIONS],
+                              &supervisor->reactions);
+    }
     return status;
 }
 
@@ -168,6 +173,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     }
     const uint64_t onboard_wake_ns = onboard_step(supervisor, now_ns);
     router_flush_log(supervisor);
+    error_own_events(supervisor);
     adoption_commit(supervisor);
     uint64_t wake_ns = (component_wake_ns < onboard_wake_ns) ? component_wake_ns : onboard_wake_ns;
     return (wake_ns < supervisor->next_tick_ns) ? wake_ns : supervisor->next_tick_ns;

@@ -21,6 +21,7 @@
 #include "fsw/supervisor/onboard.h"
 #include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
+#include "fsw/supervisor/plan_runner.h"
 #include "fsw/supervisor/vitals.h"
 #include "generated/supervisor_descriptor.h"
 #include "pus/requester.h"
@@ -32,7 +33,7 @@
 #define SUPERVISOR_LINK_SESSIONS 8U
 #define SUPERVISOR_GROUND_BACKLOG 65536U ///< Reports that wait for the mailbox of `communication` [octets].
 #define SUPERVISOR_PARTS_ROOM (SUPERVISOR_GROUND_BACKLOG / 2U) ///< Left in it before a part of a long report.
-#define SUPERVISOR_PLANS 8U                                    ///< Recovery plans under way.
+#define SUPERVISOR_OWN_EVENTS 16U ///< Events of its own that wait for the end of the step.
 
 /// How the supervisor reaches processes; the launcher is behind it.
 typedef struct {
@@ -75,6 +76,10 @@ typedef struct { // What is known of one subsystem.
     uint8_t restarts;
     bool is_order_owed; ///< `ordered` found no room in its mailbox.
     state_t ordered;
+    struct {
+        uint32_t request_id; ///< Of the last order; 0: none.
+        uint64_t time_ns;
+    } order;
     uint64_t heard_ns;
     uint64_t started_ns;
     uint64_t
@@ -104,16 +109,11 @@ typedef struct { // Negotiation, opening or closing of one link under way.
     uint64_t deadline_ns;
 } link_session_t;
 
-typedef struct { // A recovery plan under way.
-    bool is_used;
-    const mission_plan_t* plan;
-    uint16_t apid; ///< Raised the event.
-    uint16_t lost; ///< Member whose process died: no part of the plan; 0: none.
-    uint16_t members[LINK_GRAPH_MEMBERS];
-    uint16_t member_count;
-    uint64_t start_ns;
-    uint16_t next_action;
-} plan_run_t;
+typedef struct { // An event of the supervisor itself that has a reaction.
+    uint16_t event_id;
+    uint8_t severity;
+    uint16_t subject; ///< The subsystem it concerns, or SUPERVISOR_APID.
+} own_event_t;
 
 typedef struct {
     const mission_descriptor_t* mission;
@@ -165,7 +165,9 @@ typedef struct supervisor { // All fields are private.
     link_edge_t accepted[MISSION_LINKS_MAX]; // Negotiated, by mission link number - 1; link 0 = none.
     uint32_t link_epoch;
     uint32_t link_transaction;
-    plan_run_t plans[SUPERVISOR_PLANS];
+    plan_runner_t plans;
+    own_event_t own_events[SUPERVISOR_OWN_EVENTS];
+    uint16_t own_event_count;
     unsigned autostart_step;
     unsigned shutdown_step; // 0: not under way.
     uint64_t shutdown_ns;
@@ -178,11 +180,12 @@ typedef struct supervisor { // All fields are private.
     onboard_t onboard;
     uint16_t network_members[LINK_GRAPH_MEMBERS];
     uint16_t network_links[LINK_GRAPH_EDGES];
-    supervisor_status_t status;     // Published.
-    supervisor_counters_t counters; // Published.
-    supervisor_blocks_t blocks;     // Published.
-    uint32_t orbit_period_ms;       // Published.
-    supervisor_orbit_t orbit;       // Published.
+    supervisor_status_t status;       // Published.
+    supervisor_counters_t counters;   // Published.
+    supervisor_blocks_t blocks;       // Published.
+    uint32_t orbit_period_ms;         // Published.
+    supervisor_orbit_t orbit;         // Published.
+    supervisor_reactions_t reactions; // Published.
     octet_ring_t ground_backlog;
     packet_log_t log;
     uint8_t ground_storage[SUPERVISOR_GROUND_BACKLOG];

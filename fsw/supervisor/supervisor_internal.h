@@ -72,8 +72,13 @@ void link_manager_watch(supervisor_t* supervisor);
 void link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
 
 /// error_handling.c
-/// An event of a member, by its report or by the notice that takes its place while the report is disabled.
+/// React to an event of a member, by its report or by the notice that takes its place while the report is
+/// disabled.
 void error_event(supervisor_t* supervisor, const pus_event_occurrence_t* event);
+/// Note an event of the supervisor itself, told by `tm`; error_own_events reacts. It is called while the
+/// report is being sent, when no other may be built.
+void error_own_event(supervisor_t* supervisor, const pus_tm_t* tm, const pus_event_occurrence_t* event);
+void error_own_events(supervisor_t* supervisor);
 /// The process of a member died; its links are still in the graph.
 void error_member_lost(supervisor_t* supervisor, uint16_t apid);
 /// A member has not been heard for too long.
@@ -88,6 +93,8 @@ void raise_u16_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first, 
 void sequence_autostart(supervisor_t* supervisor);
 void sequence_shutdown_begin(supervisor_t* supervisor, const pus_token_t* token);
 void sequence_shutdown(supervisor_t* supervisor);
+/// True once the shutdown has ordered everybody to OFFLINE.
+bool sequence_is_ending(const supervisor_t* supervisor);
 
 /// mission_service.c
 pus_mission_port_t mission_service_port(supervisor_t* supervisor);

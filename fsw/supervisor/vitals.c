@@ -224,11 +224,12 @@ static bool is_plan_sound(const vitals_plan_t* const run, const uint64_t now_ns,
 {
     const mission_descriptor_t* const mission = limits->mission;
     if ((run->plan > mission->plan_count) || (run->member_count > LINK_GRAPH_MEMBERS) ||
-        (run->start_ns > now_ns) || !is_member(limits, run->apid) ||
-        ((run->lost != 0U) && !is_member(limits, run->lost))) {
+        (run->member_count == 0U) || (run->start_ns > now_ns) || !is_member(limits, run->apid) ||
+        (run->severity < (uint16_t)DESCRIPTOR_INFORMATIVE) || (run->severity > (uint16_t)DESCRIPTOR_HIGH) ||
+        (run->lost >= (1UL << run->member_count))) {
         return false;
     }
-    const uint16_t actions = (run->plan == VITALS_NO_PLAN) ? 0U : mission->plans[run->plan - 1U].action_count;
+    const uint16_t actions = (run->plan == VITALS_NO_PLAN) ? 1U : mission->plans[run->plan - 1U].action_count;
     for (uint16_t i = 0U; i < run->member_count; i++) {
         if (!is_member(limits, run->members[i])) {
             return false;

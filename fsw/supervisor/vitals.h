@@ -26,7 +26,7 @@
 #include <stdint.h>
 
 #define VITALS_SESSIONS 8U
-#define VITALS_PLANS 8U
+#define VITALS_PLANS 16U
 #define VITALS_COUNTERS 16U
 #define VITALS_RINGS (2U + MESSAGE_PEERS_MAX)
 #define VITALS_STATES_MAX 32768U ///< The fields of both banks together [octets].
@@ -83,9 +83,11 @@ typedef struct { // A negotiation under way.
 typedef struct { // A recovery plan under way.
     uint64_t start_ns;
     uint16_t is_used;
-    uint16_t plan; ///< Number in the mission, from 1.
+    uint16_t severity; ///< descriptor_severity_t.
+    uint16_t plan;     ///< Number in the mission, from 1.
     uint16_t apid;
-    uint16_t lost;
+    uint16_t event_id;
+    uint16_t lost; ///< Bit n: the process of member n died.
     uint16_t next_action;
     uint16_t member_count;
     uint16_t members[LINK_GRAPH_MEMBERS];

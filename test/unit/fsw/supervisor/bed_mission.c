@@ -16,7 +16,8 @@ static const char arm_document[] =
     "<Subsystem name='ARM' id='16' samplingTime='1ms'><Parameters/>\n"
     "<Events><Event name='BROKEN' id='1' severity='HIGH'/><Event name='STRAIN' id='2' severity='MEDIUM'/>\n"
     "<Event name='TIRED' id='3' severity='MEDIUM'/><Event name='NOTE' id='4' severity='LOW'/>\n"
-    "<Event name='GRIPLESS' id='5' severity='HIGH'/></Events>\n"
+    "<Event name='GRIPLESS' id='5' severity='HIGH'/><Event name='TORQUE' id='6' severity='MEDIUM'/>\n"
+    "<Event name='JAMMED' id='7' severity='HIGH'/><Event name='WORN' id='8' severity='LOW'/></Events>\n"
     "<Functions><Function name='MOVE' id='1' states='OPERATIONAL'/>\n"
     "<Function name='REST' id='2' states='SAFE_OPERATIONAL'/></Functions>\n"
     "<Configuration name='ALONE' id='1' priority='10' samplingTime='1ms'/>\n"
@@ -47,7 +48,7 @@ static const char lone_document[] =
 
 // HIGH of HAND has a plan of its own, and ARM's BROKEN, whose number is that of the supervisor's
 // PROCESS_LOST; HIGH of the others is left to what is built in. MEDIUM of STRAIN of ARM and LONE has a plan,
-// ARM's TIRED has none.
+// ARM's TIRED has none. Plans that go on for a while: ARM's TORQUE and JAMMED.
 static const char mission_document[] =
     "<Mission name='bed' epoch='2026-06-01T12:00:00' power='100'><Subsystems>\n"
     "<Subsystem name='ARM' id='16' executable='arm' descriptor='arm.xml' restarts='2'>\n"
@@ -86,13 +87,16 @@ static const char mission_document[] =
     "<Allow tc='22,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='23,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='6,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
+    "<Allow tc='5,*' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='131,1' to='SUPERVISOR' modes='SAFE NOMINAL' states='*'/>\n"
     "<Allow tc='131,3' to='SUPERVISOR' modes='SAFE NOMINAL' states='*'/>\n"
     "<Allow tc='131,6' to='SUPERVISOR' modes='SAFE NOMINAL' states='*'/>\n"
     "<Allow tc='131,7' to='SUPERVISOR' modes='SAFE NOMINAL' states='*'/></Permissions>\n"
     "<Links><Link name='ARM_STATE' from='ARM.STATE' to='HAND.STATE'/>\n"
     "<Link name='HAND_POS' from='HAND.POS' to='ARM.POS'/>\n"
-    "<Link name='LONE_STATE' from='ARM.STATE' to='LONE.STATE'/></Links>\n"
+    "<Link name='LONE_STATE' from='ARM.STATE' to='LONE.STATE'/></Links>\n";
+
+static const char plans_document[] =
     "<RecoveryPlans>\n"
     "<Plan name='HAND_DOWN' severity='HIGH' subsystem='HAND'>\n"
     "<Action do='MODE' mode='SAFE'/><Action do='STATE' target='NETWORK' state='OFFLINE' "
@@ -100,6 +104,16 @@ static const char mission_document[] =
     "<Plan name='NOTED' severity='HIGH' subsystem='ARM' event='BROKEN'><Action do='LOG'/></Plan>\n"
     "<Plan name='MUTE' severity='HIGH' subsystem='SUPERVISOR' event='SUBSYSTEM_SILENT'>\n"
     "<Action do='MODE' mode='SAFE'/></Plan>\n"
+    "<Plan name='UNLOGGED' severity='HIGH' subsystem='SUPERVISOR' event='LOG_FAILED'>\n"
+    "<Action do='MODE' mode='SAFE'/><Action do='STATE' target='SELF' state='OFFLINE'/>\n"
+    "<Action do='STATE' target='LONE' state='OFFLINE' after='100ms'/></Plan>\n"
+    "<Plan name='SLOW' severity='MEDIUM' subsystem='ARM' event='TORQUE'>\n"
+    "<Action do='STATE' target='SELF' state='SAFE_OPERATIONAL'/>\n"
+    "<Action do='STATE' target='NETWORK' state='PRE_OPERATIONAL' after='20s'/></Plan>\n"
+    "<Plan name='SLOWER' severity='HIGH' subsystem='ARM' event='JAMMED'>\n"
+    "<Action do='STATE' target='NETWORK' state='OFFLINE' after='2s'/><Action do='LOG' after='30s'/></Plan>\n"
+    "<Plan name='CARE' severity='LOW' subsystem='ARM' event='WORN'>\n"
+    "<Action do='STATE' target='NETWORK' state='SAFE_OPERATIONAL' after='100ms'/></Plan>\n"
     "<Plan name='HALT' severity='MEDIUM' subsystem='LONE' event='STRAIN'>\n"
     "<Action do='STATE' target='SELF' state='ERROR_OPERATIONAL'/></Plan>\n"
     "<Plan name='EASE' severity='MEDIUM' subsystem='ARM' event='STRAIN'>\n"
@@ -140,7 +154,8 @@ void bed_mission_load(const char* folder, mission_descriptor_t* out_mission,
     write_file(folder, "arm.xml", arm_document, strlen(arm_document));
     write_file(folder, "hand.xml", hand_document, strlen(hand_document));
     write_file(folder, "lone.xml", lone_document, strlen(lone_document));
-    write_file(folder, "mission.xml", mission_document, strlen(mission_document));
+    (void)snprintf(own, sizeof own, "%s%s", mission_document, plans_document);
+    write_file(folder, "mission.xml", own, strlen(own));
     descriptor_loader_init(&loader);
     const status_t status = descriptor_load_mission(
         &loader, path_of(folder, "mission.xml"), MISSION_ANY_TARGET, &mission_whole, out_mission, &scratch);

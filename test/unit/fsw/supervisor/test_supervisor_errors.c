@@ -353,8 +353,8 @@ static void no_history_of_errors_breaks_the_supervisor(void)
     for (unsigned i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
         TEST_ASSERT_EQUAL(SESSION_FREE, bed.supervisor.sessions[i].step);
     }
-    for (unsigned i = 0U; i < SUPERVISOR_PLANS; i++) {
-        TEST_ASSERT_FALSE(bed.supervisor.plans[i].is_used);
+    for (unsigned i = 0U; i < PLAN_RUNS; i++) {
+        TEST_ASSERT_FALSE(bed.supervisor.plans.runs[i].is_used);
     }
     TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
 }

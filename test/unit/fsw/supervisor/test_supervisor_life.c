@@ -208,9 +208,10 @@ static void nothing_is_recovered_on_the_way_down(void)
     bed_forget();
     bed_event(BED_ARM, 4U, 5U);
     bed_run(2U);
-    TEST_ASSERT_FALSE(bed_has("17 TC 129.1 06"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06")); // The network is secured; no plan, no restart.
     bed.members[BED_ARM].is_running = false;
     bed_run(20U);
+    TEST_ASSERT_EQUAL(0U, bed.supervisor.counters.plans_started);
     TEST_ASSERT_EQUAL(0U, bed.starts);
     TEST_ASSERT_EQUAL(MODE_NOMINAL, bed.supervisor.mode);
 }

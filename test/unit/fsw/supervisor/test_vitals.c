@@ -55,7 +55,7 @@ static void make_state(void)
     state.now_ns         = NOW - 1U;
     state.log_number     = 77U;
     state.lives          = 1U;
-    state.message_life = 1U;
+    state.message_life   = 1U;
     state.mode           = 1U;
     state.member_count   = 3U;
     state.channel_count  = 1U;
@@ -64,11 +64,16 @@ static void make_state(void)
     for (unsigned i = 0U; i < 3U; i++) {
         state.members[i] = (vitals_member_t){.apid = mission.subsystems[i].apid, .process = 1U, .life = 1U};
     }
-    state.accepted[0] = edge;
-    state.open[0]     = edge;
-    state.sessions[0] = (vitals_session_t){.edge = edge, .step = 1U};
-    state.plans[0]    = (vitals_plan_t){
-           .is_used = 1U, .plan = 1U, .apid = 16U, .lost = 17U, .member_count = 2U, .members = {16U, 17U}};
+    state.accepted[0]        = edge;
+    state.open[0]            = edge;
+    state.sessions[0]        = (vitals_session_t){.edge = edge, .step = 1U};
+    state.plans[0]           = (vitals_plan_t){.is_used      = 1U,
+                                               .plan         = 1U,
+                                               .apid         = 16U,
+                                               .severity     = 4U,
+                                               .lost         = 2U,
+                                               .member_count = 2U,
+                                               .members      = {16U, 17U}};
     state.passed[0]          = (vitals_request_t){.apid = 16U, .token = {.ack = 9U, .source = 1U}};
     state.own[3]             = (vitals_request_t){.apid = 1U, .token = {.ack = 8U, .source = 1U}};
     state.counts.messages[0] = (pus_message_count_t){1U, 7U, 1U, 12U};
@@ -184,9 +189,9 @@ static void a_commit_that_was_cut_short_leaves_the_one_before(void)
 static void commit_for_ever(vitals_t* const shared)
 {
     for (uint64_t i = 1U;; i++) {
-        state.log_number   = i;
+        state.log_number  = i;
         state.shutdown_ns = i;
-        state.link_epoch   = (uint32_t)i;
+        state.link_epoch  = (uint32_t)i;
         vitals_commit(shared, &state, &rings);
     }
 }
@@ -293,7 +298,10 @@ static void a_plan_that_the_mission_does_not_have_is_refused(void)
     REFUSED(VITALS_PLAN, plans[0].is_used, 2U);
     REFUSED(VITALS_PLAN, plans[0].next_action, 3U);
     REFUSED(VITALS_PLAN, plans[0].apid, 99U);
-    REFUSED(VITALS_PLAN, plans[0].lost, 99U);
+    REFUSED(VITALS_PLAN, plans[0].lost, 4U); // Of two members.
+    REFUSED(VITALS_PLAN, plans[0].severity, 0U);
+    REFUSED(VITALS_PLAN, plans[0].severity, 5U);
+    REFUSED(VITALS_PLAN, plans[0].member_count, 0U);
     REFUSED(VITALS_PLAN, plans[0].member_count, LINK_GRAPH_MEMBERS + 1U);
     REFUSED(VITALS_PLAN, plans[0].members[1], 99U);
     REFUSED(VITALS_PLAN, plans[0].start_ns, NOW);

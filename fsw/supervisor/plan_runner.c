@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/plan_runner.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/capacities.h"
+
+#include <stddef.h>
+
+CAPACITY_CHECK(run_has_room_for_every_subsystem, LINK_GRAPH_MEMBERS >= MISSION_SUBSYSTEMS_MAX);
+CAPACITY_CHECK(lost_has_a_bit_for_every_member, LINK_GRAPH_MEMBERS <= 16U);
+
+static const mission_action_t built_in = {.kind     = MISSION_ACTION_STATE,
+                                          .target   = MISSION_NETWORK,
+                                          .state    = 0U, // OFFLINE.
+                                          .after_us = PLAN_BUILT_IN_DELAY_US};
+
+/// Position of a subsystem among the members of a run; member_count if it is none.
+static uint16_t position_in(const plan_run_t* const run, const uint16_t apid)
+{
+    uint16_t position = 0U;
+    while ((position < run->member_count) && (run->members[position] != apid)) {
+        position++;
+    }
+    return position;
+}
+
+static bool has_member(const plan_run_t* const run, const uint16_t apid)
+{
+    return run->is_used && (position_in(run, apid) < run->member_count);
+}
+
+static plan_run_t* run_of(plan_runner_t* const runner, const uint16_t apid)
+{
+    for (size_t i = 0U; i < PLAN_RUNS; i++) {
+        if (has_member(&runner->runs[i], apid)) {
+            return &runner->runs[i];
+        }
+    }
+    return NULL;
+}
+
+const plan_run_t* plan_runner_of(const plan_runner_t* const runner, const uint16_t apid)
+{
+    FSW_ASSERT(runner != NULL);
+    for (size_t i = 0U; i < PLAN_RUNS; i++) {
+        if (has_member(&runner->runs[i], apid)) {
+            return &runner->runs[i];
+        }
+    }
+    return NULL;
+}
+
+bool plan_runner_overrule(plan_runner_t* const runner, const plan_run_t* const wanted,
+                          plan_run_t* const out_ended)
+{
+    FSW_ASSERT((runner != NULL) && (wanted != NULL) && (out_ended != NULL));
+    for (uint16_t i = 0U; i < wanted->member_count; i++) {
+        plan_run_t* const run = run_of(runner, wanted->members[i]);
+        if ((run != NULL) && (run->severity < wanted->severity)) {
+            *out_ended   = *run;
+            run->is_used = false;
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Add those of the wanted members that belong to no run.
+static void add_members(plan_runner_t* const runner, plan_run_t* const run, const plan_run_t* const wanted)
+{
+    for (uint16_t i = 0U; i < wanted->member_count; i++) {
+        if (run_of(runner, wanted->members[i]) == NULL) {
+            FSW_ASSERT(run->member_count < LINK_GRAPH_MEMBERS);
+            run->members[run->member_count] = wanted->members[i];
+            run->member_count++;
+        }
+    }
+}
+
+static plan_run_t* free_run(plan_runner_t* const runner)
+{
+    size_t place = 0U;
+    while ((place < PLAN_RUNS) && runner->runs[place].is_used) {
+        place++;
+    }
+    FSW_ASSERT(place < PLAN_RUNS); // Each run has a subsystem of its own, and the failed one has none.
+    return &runner->runs[place];
+}
+
+plan_verdict_t plan_runner_start(plan_runner_t* const runner, const plan_run_t* const wanted)
+{
+    FSW_ASSERT((runner != NULL) && (wanted != NULL) && (wanted->member_count >= 1U) &&
+               (wanted->members[0] == wanted->apid));
+    plan_run_t* const present = run_of(runner, wanted->apid);
+    if (present == NULL) {
+        plan_run_t* const run = free_run(runner);
+        *run                  = *wanted;
+        run->is_used          = true;
+        run->member_count     = 0U;
+        run->lost             = 0U;
+        run->next_action      = 0U;
+        add_members(runner, run, wanted);
+        return PLAN_STARTED;
+    }
+    if (present->severity == wanted->severity) {
+        add_members(runner, present, wanted);
+        return PLAN_JOINED;
+    }
+    FSW_ASSERT(present->severity > wanted->severity); // Lesser ones have been overruled.
+    return PLAN_OUTRANKED;
+}
+
+void plan_runner_mark_lost(plan_runner_t* const runner, const uint16_t apid)
+{
+    FSW_ASSERT(runner != NULL);
+    plan_run_t* const run = run_of(runner, apid);
+    if (run != NULL) {
+        run->lost = (uint16_t)(run->lost | (1UL << position_in(run, apid)));
+    }
+}
+
+bool plan_runner_concerns(const plan_run_t* const run, const uint16_t apid)
+{
+    FSW_ASSERT(run != NULL);
+    const uint16_t position = position_in(run, apid);
+    return (position == run->member_count) || (((run->lost >> position) & 1U) == 0U);
+}
+
+const mission_action_t* plan_runner_next(plan_run_t* const run, const mission_descriptor_t* const mission,
+                                         const uint64_t now_ns)
+{
+    FSW_ASSERT((run != NULL) && (mission != NULL));
+    if (!run->is_used) {
+        return NULL;
+    }
+    const bool is_built_in           = (run->plan == PLAN_BUILT_IN);
+    const mission_plan_t* const plan = is_built_in ? NULL : &mission->plans[run->plan];
+    const uint16_t count             = is_built_in ? 1U : plan->action_count;
+    if (run->next_action >= count) {
+        run->is_used = false;
+        return NULL;
+    }
+    const mission_action_t* const action =
+        is_built_in ? &built_in : &mission->actions[plan->first_action + run->next_action];
+    if ((now_ns - run->start_ns) < ((uint64_t)action->after_us * 1000U)) {
+        return NULL;
+    }
+    run->next_action++;
+    return action;
+}
