@@ -96,18 +96,23 @@ def read_mark(descriptor, check):
 def make_key(path):
     """A new key and its marks. Raises SecurityError; nothing is overwritten."""
     path, key = pathlib.Path(path), secrets.token_bytes(KEY_OCTETS)
-    check = key_check(key)
-    mode = os.O_RDWR | os.O_CREAT | os.O_EXCL
+    check, made = key_check(key), []
     try:
-        descriptors = [os.open(f"{path}{ending}", mode, 0o600) for ending in ("", ".sent", ".received")]
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        for name in (f"{path}.received", f"{path}.sent", path):  # The key last: it is never there without its marks.
+            descriptor = os.open(name, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
+            made.append(name)
+            with open(descriptor, "wb", buffering=0) as file:
+                if name == path:
+                    file.write(key.hex().encode("ascii") + b"\n")
+                    os.fsync(descriptor)
+                else:
+                    _put(descriptor, 0, check)
     except OSError as error:
-        raise SecurityError(f"{error.filename}: cannot make the key: {error.strerror}; each key has a file name of its own") from error
-    os.write(descriptors[0], key.hex().encode("ascii") + b"\n")
-    for descriptor in descriptors[1:]:
-        _put(descriptor, 0, check)
-    for descriptor in descriptors:
-        os.fsync(descriptor)
-        os.close(descriptor)
+        for name in made:
+            os.unlink(name)
+        hint = "; each key has a file name of its own" if isinstance(error, FileExistsError) else ""
+        raise SecurityError(f"{error.filename or path}: cannot make the key: {error.strerror}{hint}") from error
 
 
 def next_session(path, check):

@@ -29,7 +29,7 @@ sys.path[:0] = [str(ROOT / part) for part in ("test/mission", "test/support", "g
 
 import flying
 import run as yamcs_run
-from hirosco_gse import packets, values
+from hirosco_gse import packets, sdls, values
 from hirosco_gse.dictionary import Dictionary
 from message_values import Values
 
@@ -223,6 +223,28 @@ def test_requests_complete_with_their_verifiers(yamcs):
     parameter = f"processors/mission/realtime/parameters/{MISSION}/MANIPULATOR/TORQUE_LIMIT"
     yamcs.carried_out("ST20/TC_20_1", apid=16, n_groups=["MANIPULATOR.TORQUE_LIMIT"])
     until(lambda: plain(yamcs.ask(parameter).get("engValue")) == [1.25, 0.75], "the value that was set")
+
+
+def test_it_commands_a_mission_with_a_key_through_the_gateway(place, stand_in):
+    key = place / "ground.key"
+    sdls.make_key(key)
+    flight = flying.start(place / "secured", "--scenario", "none", "--duration", 1_000_000, "--form", "image", "--key", key)
+    words = ("--port", str(flight.port()), "--key", str(key), "gateway", "--listen", str(flying.free_port()))
+    gateway = subprocess.Popen([sys.executable, ROOT / "gse" / "gse", *words], stdout=subprocess.PIPE, text=True)
+    port = int(re.search(r"packets at 127\.0\.0\.1:(\d+)", gateway.stdout.readline())[1])
+    server = Yamcs(place / "yamcs-secured", port, stand_in.getsockname()[1])
+    try:
+        until(server.has_started, "start of Yamcs")
+        until(lambda: all(link["status"] == "OK" for link in server.ask("links/mission")["links"]), "the links")
+        history = server.carried_out("ST17/TC_17_1", apid=16)
+        assert history["CommandComplete_Status"] == "OK", history
+    finally:
+        server.end()
+        gateway.send_signal(signal.SIGINT)
+        gateway.wait(PATIENCE_S)
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    assert flight.code == 0, flight.told()
 
 
 # ---- made-up reports ----

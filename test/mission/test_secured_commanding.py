@@ -212,7 +212,7 @@ def test_attackers_are_refused_over_restarts(folder, key):
             _attack(flight, key, tape, chance, 100)
             told = _counters(flight, key)
             assert told["FORGED"] > 10 and told["REPLAYED"] > 10 and told["NO_FRAME"] > 10
-            os.kill(flight.children()["communication"], signal.SIGKILL)
+            _revive(flight)
             flying.wait_until(_is_up(flight, key), "communication is back")
             _attack(flight, key, tape, chance, 20)
             assert _counters(flight, key)["REPLAYED"] >= len(tape)
@@ -224,6 +224,47 @@ def test_attackers_are_refused_over_restarts(folder, key):
             assert told, "TC_NOT_AUTHENTIC"
         finally:
             flight.abandon()
+
+
+def _revive(flight):
+    """Let communication die; its next life."""
+    before = flight.children()["communication"]
+    os.kill(before, signal.SIGKILL)
+    flying.wait_until(lambda: flight.children().get("communication", before) != before, "another life of communication")
+
+
+def test_a_mark_that_is_lost_in_flight_closes_the_link(folder, key):
+    """Telemetry goes on and tells of it; with the mark there again, so is commanding."""
+    flight = flying.start(folder, *LIVE, "--key", key)
+    mark, away = key.with_name("ground.key.received"), key.with_name("away")
+    try:
+        flying.wait_until(_is_up(flight, key), "everybody alive")
+        mark.rename(away)
+        _revive(flight)
+        with flying.connect(flight.port()) as listener:
+            listener.settimeout(flying.MOMENT_S)
+            done = flying.gse(flight, "--key", key, "--timeout", "2", "ping", "SUPERVISOR")
+            assert done.returncode in (NO_LINK, TIMED_OUT), done
+            _wait_for_event(listener, b"\0\x15")  # TC_NOT_KEPT
+        assert not mark.exists()
+        away.rename(mark)
+        _revive(flight)
+        flying.wait_until(_is_up(flight, key), "commanding is back")
+        assert flying.gse(flight, "--key", key, "shutdown").returncode == SUCCESS
+        flight.wait()
+        assert "ground.key.received: the mark of the key is not there" in flight.console
+    finally:
+        flight.abandon()
+
+
+def _wait_for_event(stream, number):
+    splitter = packets.Splitter()
+    while True:
+        octets = stream.recv(65536)
+        assert octets, "the spacecraft has hung up"
+        for packet in map(packets.parse, splitter.feed(octets)):
+            if packet.service == 5 and packet.apid == COMMUNICATION and packet.data[:2] == number:
+                return
 
 
 @contextlib.contextmanager

@@ -54,6 +54,15 @@ def test_key_and_marks_are_their_owners_only(key):
         sdls.make_key(key)
 
 
+def test_a_key_is_made_whole_or_not_at_all(tmp_path):
+    sdls.make_key(tmp_path / "new" / "keys" / "ground.key")
+    assert (tmp_path / "new" / "keys").stat().st_mode & 0o777 == 0o700
+    (tmp_path / "half.sent").touch()
+    with pytest.raises(SecurityError, match="half.sent: cannot make the key: File exists"):
+        sdls.make_key(tmp_path / "half")
+    assert sorted(path.name for path in tmp_path.glob("half*")) == ["half.sent"]
+
+
 def test_a_key_is_octets_or_digits(key):
     octets = sdls.read_key(key)
     key.write_bytes(octets)
