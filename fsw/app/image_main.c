@@ -9,7 +9,7 @@
 #include "fsw/framework/resource/take_check.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/process.h"
-#include "sim/app/death.h"
+#include "sim/app/process_faults.h"
 #include "sim/app/simulator.h"
 #include "sim/clock/door.h"
 
@@ -33,6 +33,7 @@ typedef struct { // Everything the image holds beside its components' own storag
     subsystem_descriptor_t own[MISSION_SUBSYSTEMS_MAX];
     program_t programs[MISSION_SUBSYSTEMS_MAX];
     bool is_open[MISSION_SUBSYSTEMS_MAX];
+    process_faults_t process_faults;
     simulator_t* simulator;
     door_t door;
     bool has_door;
@@ -182,34 +183,18 @@ static void begin_life(image_t* const self, const unsigned participant)
     osal_calendar_done(self->calendar, participant, 0U);
 }
 
-static void act_on_process(void* const context, const fault_kind_t kind, const char* const process)
-{
-    image_t* const self = (image_t*)context;
-    for (uint16_t i = 0U; i < self->mission.subsystem_count; i++) {
-        const mission_subsystem_t* const subsystem = &self->mission.subsystems[i];
-        if ((strcmp(subsystem->executable, process) != 0) && (strcmp(subsystem->name, process) != 0)) {
-            continue;
-        }
-        if (kind == FAULT_KILL) {
-            osal_calendar_kill(self->calendar, run_participant(i), OSAL_CALENDAR_ANY_LIFE);
-        } else if (kind == FAULT_HANG) {
-            osal_calendar_suspend(self->calendar, run_participant(i));
-        } else {
-            osal_calendar_resume(self->calendar, run_participant(i));
-        }
-        return;
-    }
-    if (kind == FAULT_KILL) {
-        death_of(process);
-    } else {
-        (void)complain("a scenario's hang or resume names no component");
-    }
-}
-
 static const char* open_simulator(image_t* const self, const image_options_t* const options)
 {
-    simulator_config_t config = {.process_fault   = act_on_process,
-                                 .process_context = self,
+    self->process_faults.calendar = self->calendar;
+    for (uint16_t i = 0U; i < self->mission.subsystem_count; i++) {
+        const mission_subsystem_t* const subsystem = &self->mission.subsystems[i];
+        const bool is_named =
+            process_faults_name(&self->process_faults, subsystem->executable, run_participant(i)) &&
+            process_faults_name(&self->process_faults, subsystem->name, run_participant(i));
+        FSW_ASSERT(is_named); // The table has room for all that the calendar has.
+    }
+    simulator_config_t config = {.process_fault   = process_faults_act,
+                                 .process_context = &self->process_faults,
                                  .scenario_path   = options->scenario,
                                  .equipment_path  = options->equipment,
                                  .output_path     = self->run->folder,

@@ -3,7 +3,6 @@
 
 #include "sim/app/channels.h"
 #include "sim/app/equipment.h"
-#include "sim/app/faults.h"
 #include "sim/app/segment.h"
 #include "sim/app/supply.h"
 #include "sim/devices/drive.h"

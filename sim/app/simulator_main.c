@@ -7,11 +7,11 @@
 #include "osal/include/osal/process.h"
 #include "osal/include/osal/shm.h"
 #include "osal/include/osal/task.h"
-#include "sim/app/death.h"
+#include "sim/app/argument_values.h"
+#include "sim/app/process_faults.h"
 #include "sim/app/simulator.h"
 #include "sim/clock/door.h"
 
-#include <errno.h>
 #include <getopt.h>
 #include <signal.h>
 #include <stdio.h>
@@ -32,20 +32,9 @@ typedef enum {
     PACE_NONE      ///< As fast as it goes.
 } pace_t;
 
-#define PROCESSES_MAX (2U * OSAL_CALENDAR_PARTICIPANTS_MAX) ///< Each may have two names.
-
-typedef struct { ///< Processes of the run by name.
-    osal_calendar_t* calendar;
-    size_t count;
-    struct {
-        const char* name;
-        unsigned participant;
-    } process[PROCESSES_MAX];
-} processes_t;
-
 typedef struct {
     simulator_config_t simulator;
-    processes_t processes;
+    process_faults_t processes;
     pace_t pace;
     bool is_stepped;
     bool is_free;
@@ -159,50 +148,7 @@ static const struct option long_options[] = {{"calendar", required_argument, NUL
                                              {NULL, 0, NULL, 0}};
 
 // --- command line
-// ------------------------------------------------------------------------------------------------
-
-static bool complain(const char* option, const char* value, const char* expected)
-{
-    char line[256];
-    (void)snprintf(line, sizeof line, "simulator: --%.40s '%.80s': expected %.80s (see --help)", option,
-                   value, expected);
-    osal_console_complain(line);
-    return false;
-}
-
-static bool take_count(const char* option, const char* text, uint64_t limit, uint64_t* out_value)
-{
-    char* end                      = NULL;
-    errno                          = 0;
-    const unsigned long long value = strtoull(text, &end, 0);
-    const bool is_number           = (text[0] >= '0') && (text[0] <= '9') && (*end == '\0') && (errno == 0);
-    if (!is_number || (value > limit)) {
-        char expected[64];
-        (void)snprintf(expected, sizeof expected, "a whole number from 0 to %llu", (unsigned long long)limit);
-        return complain(option, text, expected);
-    }
-    *out_value = value;
-    return true;
-}
-
-static bool take_unsigned(const char* option, const char* text, uint64_t limit, unsigned* out_value)
-{
-    uint64_t value  = 0U;
-    const bool good = take_count(option, text, limit, &value);
-    *out_value      = (unsigned)value;
-    return good;
-}
-
-static bool take_seconds(const char* option, const char* text, uint64_t* out_ns)
-{
-    char* end          = NULL;
-    const double value = strtod(text, &end);
-    if ((end == text) || (*end != '\0') || !(value >= 0.0) || (value > 1e9)) {
-        return complain(option, text, "a time in seconds");
-    }
-    *out_ns = (uint64_t)((value * (double)NS_PER_S) + 0.5);
-    return true;
-}
+// ----------------------------------------------------------------------------------------------
 
 /// The bus of that name, added if it is new; null if there are too many.
 static simulator_bus_t* bus_of(options_t* options, const char* name)
@@ -226,12 +172,12 @@ static bool take_bus(options_t* options, const char* option, char* text)
 {
     char* equals = strchr(text, '=');
     if ((equals == NULL) || (equals == text) || (equals[1] == '\0')) {
-        return complain(option, text, "NAME=ADDRESS");
+        return argument_refuse(option, text, "NAME=ADDRESS");
     }
     *equals              = '\0';
     simulator_bus_t* bus = bus_of(options, text);
     if (bus == NULL) {
-        return complain(option, text, "at most 8 buses");
+        return argument_refuse(option, text, "at most 8 buses");
     }
     if (strcmp(option, "bus") == 0) {
         bus->address = &equals[1];
@@ -243,27 +189,22 @@ static bool take_bus(options_t* options, const char* option, char* text)
 
 static bool take_process(options_t* options, char* text)
 {
-    processes_t* processes = &options->processes;
-    char* equals           = strchr(text, '=');
-    unsigned participant   = 0U;
-    if ((equals == NULL) || (equals == text) || (processes->count == PROCESSES_MAX)) {
-        return complain("process", text, "NAME=PARTICIPANT");
+    char* equals         = strchr(text, '=');
+    unsigned participant = 0U;
+    if ((equals == NULL) || (equals == text)) {
+        return argument_refuse("process", text, "NAME=PARTICIPANT");
     }
     *equals = '\0';
-    if (!take_unsigned("process", &equals[1], OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, &participant)) {
-        return false;
-    }
-    processes->process[processes->count].name        = text;
-    processes->process[processes->count].participant = participant;
-    processes->count++;
-    return true;
+    return argument_unsigned("process", &equals[1], OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, &participant) &&
+           (process_faults_name(&options->processes, text, participant) ||
+            argument_refuse("process", text, "at most two names for each participant"));
 }
 
 static bool take_classic_bus(options_t* options, const char* name)
 {
     simulator_bus_t* bus = bus_of(options, name);
     if (bus == NULL) {
-        return complain("classic-bus", name, "at most 8 buses");
+        return argument_refuse("classic-bus", name, "at most 8 buses");
     }
     bus->is_classic = true;
     return true;
@@ -283,14 +224,14 @@ static bool take_redundant(options_t* options, char* text)
             }
         }
     }
-    return complain("redundant", text, "NAME=OF with a NAME that --bus has named before");
+    return argument_refuse("redundant", text, "NAME=OF with a NAME that --bus has named before");
 }
 
 static bool take_tools(options_t* options, const char* text)
 {
     unsigned port                  = 0U;
     options->simulator.serve_tools = strcmp(text, "off") != 0;
-    if (options->simulator.serve_tools && !take_unsigned("socketcand", text, UINT16_MAX, &port)) {
+    if (options->simulator.serve_tools && !argument_unsigned("socketcand", text, UINT16_MAX, &port)) {
         return false;
     }
     options->simulator.tool_port = (uint16_t)port;
@@ -307,7 +248,7 @@ static bool take_tool_option(options_t* options, int option, const char* text)
         options->simulator.tools_in_step = true;
         return true;
     case OPTION_QUANTUM:
-        if (!take_count("quantum", text, NS_PER_S, &quantum_us)) {
+        if (!argument_count("quantum", text, NS_PER_S, &quantum_us)) {
             return false;
         }
         options->simulator.tool_quantum_ns = quantum_us * 1000U;
@@ -319,10 +260,10 @@ static bool take_tool_option(options_t* options, int option, const char* text)
         options->door_name = text;
         return true;
     case OPTION_DOOR_SEAT:
-        return take_unsigned("door-seat", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, &options->door_seat);
+        return argument_unsigned("door-seat", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, &options->door_seat);
     default:
-        return take_unsigned("door-receiver", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U,
-                             &options->door_receiver);
+        return argument_unsigned("door-receiver", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U,
+                                 &options->door_receiver);
     }
 }
 
@@ -333,19 +274,20 @@ static bool take_time_option(options_t* options, int option, const char* text)
         options->calendar_name = text;
         return true;
     case OPTION_PARTICIPANT:
-        return take_unsigned("participant", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, &options->participant);
+        return argument_unsigned("participant", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U,
+                                 &options->participant);
     case OPTION_TIME:
         options->is_stepped = strcmp(text, "stepped") == 0;
         return options->is_stepped || (strcmp(text, "real") == 0) ||
-               complain("time", text, "stepped or real");
+               argument_refuse("time", text, "stepped or real");
     case OPTION_ORIGIN:
         options->has_origin = true;
-        return take_count("origin", text, UINT64_MAX, &options->origin_ns);
+        return argument_count("origin", text, UINT64_MAX, &options->origin_ns);
     case OPTION_FREE_RUN:
         options->is_free = true;
-        return take_seconds("free-run", text, &options->end_ns);
+        return argument_seconds("free-run", text, &options->end_ns);
     default:
-        return take_seconds("duration", text, &options->end_ns);
+        return argument_seconds("duration", text, &options->end_ns);
     }
 }
 
@@ -372,7 +314,7 @@ static bool take_option(options_t* options, int option, char* text)
         options->simulator.equipment_path = text;
         return true;
     case OPTION_SEED:
-        return take_count("seed", text, UINT64_MAX, &options->simulator.seed);
+        return argument_count("seed", text, UINT64_MAX, &options->simulator.seed);
     case OPTION_DEVICES:
         options->simulator.devices_path = text;
         return true;
@@ -391,7 +333,7 @@ static bool check_options(options_t* options)
     if (options->is_free) {
         options->pace = options->is_stepped ? PACE_NONE : PACE_REAL;
         if (options->calendar_name != NULL) {
-            return complain("free-run", options->calendar_name, "either --free-run or --calendar");
+            return argument_refuse("free-run", options->calendar_name, "either --free-run or --calendar");
         }
     } else if (options->calendar_name != NULL) {
         options->pace         = PACE_CALENDAR;
@@ -408,7 +350,7 @@ static bool check_options(options_t* options)
         return false;
     }
     if ((options->door_path != NULL) && (options->pace != PACE_CALENDAR)) {
-        return complain("door", options->door_path, "--calendar NAME with a door");
+        return argument_refuse("door", options->door_path, "--calendar NAME with a door");
     }
     if (options->simulator.tools_in_step) {
         options->pace = PACE_NONE;
@@ -430,7 +372,7 @@ static int parse(options_t* options, int count, char* arguments[])
             return EXIT_SUCCESS + 1;
         }
         if (option == '?') {
-            (void)complain("?", arguments[optind - 1], "a known option with its value");
+            (void)argument_refuse("?", arguments[optind - 1], "a known option with its value");
             return EXIT_USAGE + 1;
         }
         if (!take_option(options, option, optarg)) {
@@ -438,7 +380,7 @@ static int parse(options_t* options, int count, char* arguments[])
         }
     }
     if (optind < count) {
-        (void)complain("?", arguments[optind], "only options");
+        (void)argument_refuse("?", arguments[optind], "only options");
         return EXIT_USAGE + 1;
     }
     return check_options(options) ? 0 : (EXIT_USAGE + 1);
@@ -478,10 +420,10 @@ static bool open_door(doorman_t* doorman, const options_t* options, osal_calenda
     const status_t status =
         door_open(&doorman->door, options->door_path, options->door_name, calendar, DOOR_PATIENCE_MS);
     if (status != STATUS_OK) {
-        return complain("door", options->door_path, "a path where a local socket can be made");
+        return argument_refuse("door", options->door_path, "a path where a local socket can be made");
     }
     doorman->is_running = osal_task_start(&doorman->task, serve_door, doorman, 0) == STATUS_OK;
-    return doorman->is_running || complain("door", options->door_path, "room for one more thread");
+    return doorman->is_running || argument_refuse("door", options->door_path, "room for one more thread");
 }
 
 static void close_door(doorman_t* doorman, osal_calendar_t* calendar)
@@ -562,37 +504,6 @@ static void complain_of_tools(const simulator_t* simulator)
     }
 }
 
-/// In a calendar what happens to a participant happens at this instant of simulated time; its process
-/// follows.
-static void act_on_participant(osal_calendar_t* calendar, unsigned participant, fault_kind_t kind)
-{
-    if (kind == FAULT_KILL) {
-        osal_calendar_kill(calendar, participant, OSAL_CALENDAR_ANY_LIFE);
-    } else if (kind == FAULT_HANG) {
-        osal_calendar_suspend(calendar, participant);
-    } else {
-        osal_calendar_resume(calendar, participant);
-    }
-}
-
-static void act_on_process(void* context, fault_kind_t kind, const char* process)
-{
-    const processes_t* processes = context;
-    for (size_t i = 0U; i < processes->count; i++) {
-        if ((processes->calendar != NULL) && (strcmp(processes->process[i].name, process) == 0)) {
-            act_on_participant(processes->calendar, processes->process[i].participant, kind);
-            return;
-        }
-    }
-    if (kind == FAULT_KILL) { // Launcher, operator, archive, and all where there is no calendar.
-        death_of(process);
-    } else if (kind == FAULT_HANG) {
-        stop_of(process);
-    } else {
-        continuation_of(process);
-    }
-}
-
 static int fly(options_t* options, osal_calendar_t* calendar)
 {
     static doorman_t doorman;
@@ -600,7 +511,7 @@ static int fly(options_t* options, osal_calendar_t* calendar)
     simulator_t* simulator = NULL;
     osal_clock_t clock;
     options->processes.calendar        = calendar;
-    options->simulator.process_fault   = act_on_process;
+    options->simulator.process_fault   = process_faults_act;
     options->simulator.process_context = &options->processes;
     if (simulator_open(&options->simulator, &simulator, error) != STATUS_OK) {
         osal_console_complain(error);
@@ -655,7 +566,8 @@ int main(int count, char* arguments[])
         const status_t status = osal_shm_open(&shm, options.calendar_name);
         calendar              = (status == STATUS_OK) ? osal_calendar_attach(osal_shm_address(&shm)) : NULL;
         if (calendar == NULL) {
-            (void)complain("calendar", options.calendar_name, "the shared memory of a running launcher");
+            (void)argument_refuse("calendar", options.calendar_name,
+                                  "the shared memory of a running launcher");
             return EXIT_FAILURE;
         }
     }

@@ -263,6 +263,49 @@ static void a_process_that_dies_is_started_again(void)
     TEST_ASSERT_EQUAL(MODE_NOMINAL, bed.supervisor.mode);
 }
 
+/// 20 ms after it should have stepped (the mission's hangAfter), not before; and it costs its time of
+/// booting.
+static void a_process_that_hangs_is_killed_and_started_again(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed.late_apid  = ARM;
+    bed.promise_ns = bed.supervisor.now_ns;
+    run_ms(20);
+    TEST_ASSERT_EQUAL(0U, bed.kills);
+    bed_tick();
+    TEST_ASSERT_EQUAL(1U, bed.kills);
+    TEST_ASSERT_EQUAL(1U, bed.starts);
+    TEST_ASSERT_EQUAL_UINT64(50000000U, bed.boot_ns);
+    TEST_ASSERT_EQUAL_UINT32(bed.supervisor.link_epoch, bed.link_floor);
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("G 5.4 001E0010")); // PROCESS_HUNG, and not PROCESS_LOST as well.
+    TEST_ASSERT_FALSE(bed_has("G 5.4 00010010"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06"));
+}
+
+/// It might be told in the name of its earlier life, and would never know.
+static void a_restarted_process_is_told_nothing_before_it_is_heard(void)
+{
+    bed.members[BED_LONE].is_silent  = true;
+    bed.members[BED_LONE].is_running = false;
+    bed_tick();
+    TEST_ASSERT_EQUAL(1U, bed.starts);
+    bed.members[BED_LONE].heartbeats = 0U;
+    bed_forget();
+    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    run_ms(1500);
+    TEST_ASSERT_TRUE(bed_has("G 1.10 #0 0002"));
+    TEST_ASSERT_EQUAL(0U, bed.members[BED_LONE].heartbeats);
+    bed.members[BED_LONE].is_silent = false;
+    bed_place(BED_LONE, STATE_OFFLINE);
+    bed_run(2U);
+    bed_forget();
+    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    run_ms(1500);
+    TEST_ASSERT_TRUE(bed_has("18 TC 17.1"));
+    TEST_ASSERT_TRUE(bed.members[BED_LONE].heartbeats > 0U);
+}
+
 static void a_restart_budget_ends_in_mode_safe(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
@@ -376,6 +419,8 @@ int main(void)
     RUN_TEST(low_and_informative_are_logged);
     RUN_TEST(an_event_without_a_number_is_none);
     RUN_TEST(a_process_that_dies_is_started_again);
+    RUN_TEST(a_process_that_hangs_is_killed_and_started_again);
+    RUN_TEST(a_restarted_process_is_told_nothing_before_it_is_heard);
     RUN_TEST(a_restart_budget_ends_in_mode_safe);
     RUN_TEST(a_start_that_fails_ends_in_mode_safe);
     RUN_TEST(communication_comes_up_again_by_itself);

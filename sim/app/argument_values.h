@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Values of the simulator's command line. A value that is none is refused on the console: the option, the
+/// value, what was expected.
+#ifndef SIM_APP_ARGUMENT_VALUES_H
+#define SIM_APP_ARGUMENT_VALUES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/// Say what is wrong with an option. Always false.
+bool argument_refuse(const char* option, const char* value, const char* expected);
+/// A whole number from 0 to `limit`, decimal, octal (0...) or hexadecimal (0x...).
+bool argument_count(const char* option, const char* text, uint64_t limit, uint64_t* out_value);
+bool argument_unsigned(const char* option, const char* text, uint64_t limit, unsigned* out_value);
+/// A time in seconds, to nanoseconds.
+bool argument_seconds(const char* option, const char* text, uint64_t* out_ns);
+
+#endif // SIM_APP_ARGUMENT_VALUES_H

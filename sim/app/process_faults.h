@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Faults of the run's processes at an instant of simulated time: a scenario's kill, hang and resume.
+///
+/// Who takes part in the calendar is ended, suspended or resumed there, by who holds the grant: its process
+/// follows in wall-clock time. Others (launcher, operator, archive), and all where there is no calendar, get
+/// a signal (sim/app/death.h).
+#ifndef SIM_APP_PROCESS_FAULTS_H
+#define SIM_APP_PROCESS_FAULTS_H
+
+#include "osal/include/osal/calendar.h"
+#include "sim/app/faults.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define PROCESS_FAULTS_NAMES_MAX (2U * OSAL_CALENDAR_PARTICIPANTS_MAX) ///< Each process may have two names.
+
+typedef struct { // Private, except `calendar`: null if there is none.
+    osal_calendar_t* calendar;
+    size_t count;
+    struct {
+        const char* name;
+        unsigned participant;
+    } process[PROCESS_FAULTS_NAMES_MAX];
+} process_faults_t;
+
+/// Name the process of a participant; `name` outlives the table. False if the table is full.
+bool process_faults_name(process_faults_t* faults, const char* name, unsigned participant);
+/// As fault_world_t.process; the context is a process_faults_t. An unknown name is told on the console.
+void process_faults_act(void* context, fault_kind_t kind, const char* process);
+
+#endif // SIM_APP_PROCESS_FAULTS_H

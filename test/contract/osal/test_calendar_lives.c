@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lives of participants: start, stop, death and hang at a defined simulated time, whenever in wall-clock time
+// the processes follow.
+#define _GNU_SOURCE
+#include "osal/include/osal/calendar.h"
+
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+#define SLOT_NS 500U
+#define FIRST 0U
+#define SECOND 1U
+#define THIRD 2U
+
+static uint64_t storage[OSAL_CALENDAR_BYTES / 8U] __attribute__((aligned(64)));
+static osal_calendar_t* calendar;
+
+void setUp(void)
+{
+    calendar = osal_calendar_create(storage, SLOT_NS, false);
+    osal_calendar_done(calendar, FIRST, 0U);
+}
+
+void tearDown(void)
+{
+}
+
+static osal_grant_t next_is(unsigned expected, uint64_t now_ns)
+{
+    unsigned participant = UINT32_MAX;
+    osal_grant_t grant   = {0U, 0U, 0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_calendar_next(calendar, &participant, &grant));
+    TEST_ASSERT_EQUAL_UINT(expected, participant);
+    TEST_ASSERT_EQUAL_UINT64(now_ns, grant.now_ns);
+    return grant;
+}
+
+static void awaited_is(unsigned expected)
+{
+    unsigned participant = UINT32_MAX;
+    osal_grant_t grant   = {0U, 0U, 0U};
+    TEST_ASSERT_EQUAL(STATUS_BUSY, osal_calendar_next(calendar, &participant, &grant));
+    TEST_ASSERT_EQUAL_UINT(expected, participant);
+}
+
+static osal_calendar_presence_t presence(unsigned participant, uint32_t expected_life)
+{
+    uint32_t life                        = 0U;
+    const osal_calendar_presence_t found = osal_calendar_presence(calendar, participant, &life);
+    TEST_ASSERT_EQUAL_UINT32(expected_life, life);
+    return found;
+}
+
+static void test_a_life_begins_at_its_instant_and_not_before(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_calendar_expect(calendar, SECOND, 3U, 2000U);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_EXPECTED, presence(SECOND, 3U));
+    osal_calendar_done(calendar, FIRST, 1500U);
+    (void)next_is(FIRST, 1500U); // Time goes on until the instant.
+    osal_calendar_deliver(calendar, FIRST, SECOND, 3U, 2U, 5U);
+    osal_calendar_done(calendar, FIRST, 2000U);
+    awaited_is(SECOND); // The first of the order does not run at that instant either.
+    osal_calendar_done(calendar, SECOND, 0U);
+    (void)next_is(FIRST, 2000U);
+    osal_calendar_done(calendar, FIRST, 5000U);
+    const osal_grant_t grant = next_is(SECOND, 2000U);
+    TEST_ASSERT_EQUAL_UINT32(2U, grant.messages);
+    TEST_ASSERT_EQUAL_UINT32(5U, grant.octets);
+}
+
+static void test_who_joins_early_is_granted_no_earlier(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_calendar_expect(calendar, SECOND, 1U, 2000U);
+    osal_calendar_done(calendar, SECOND, 0U); // In wall-clock time it is quick.
+    osal_calendar_deliver(calendar, FIRST, SECOND, 1U, 1U, 0U);
+    osal_calendar_done(calendar, FIRST, 1000U);
+    (void)next_is(FIRST, 1000U);
+    osal_calendar_done(calendar, FIRST, 3000U);
+    TEST_ASSERT_EQUAL_UINT32(1U, next_is(SECOND, 2000U).messages);
+}
+
+static void test_nothing_is_counted_for_another_life(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_calendar_expect(calendar, SECOND, 1U, 0U);
+    osal_calendar_done(calendar, SECOND, 0U);
+    osal_calendar_dismiss(calendar, SECOND, 1U);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_ABSENT, presence(SECOND, 1U));
+    osal_calendar_expect(calendar, SECOND, 2U, 1000U);
+    osal_calendar_deliver(calendar, FIRST, SECOND, 1U, 7U, 7U); // Said to the first life.
+    osal_calendar_end(calendar, SECOND, 1U);                    // Its process is found dead only now.
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_EXPECTED, presence(SECOND, 2U));
+    osal_calendar_dismiss(calendar, SECOND, 1U);
+    osal_calendar_kill(calendar, SECOND, 1U);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_EXPECTED, presence(SECOND, 2U));
+    osal_calendar_expect(calendar, SECOND, 3U, 0U); // One life at a time.
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_EXPECTED, presence(SECOND, 2U));
+    osal_calendar_done(calendar, FIRST, 4000U);
+    awaited_is(SECOND);
+    osal_calendar_done(calendar, SECOND, 0U);
+    TEST_ASSERT_EQUAL_UINT32(0U, next_is(SECOND, 1000U).messages);
+}
+
+static void test_a_start_that_fails_is_seen_at_its_instant(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_calendar_expect(calendar, SECOND, 2U, 2000U);
+    osal_calendar_expect(calendar, THIRD, 2U, 2000U);
+    osal_calendar_done(calendar, THIRD, 0U); // Joins, and dies before its first grant.
+    osal_calendar_end(calendar, SECOND, 2U);
+    osal_calendar_end(calendar, THIRD, 2U);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_EXPECTED, presence(SECOND, 2U));
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_JOINED, presence(THIRD, 2U));
+    osal_calendar_done(calendar, FIRST, 1500U);
+    (void)next_is(FIRST, 1500U);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_EXPECTED, presence(SECOND, 2U));
+    osal_calendar_done(calendar, FIRST, 2500U);
+    (void)next_is(FIRST, 2500U);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_ABSENT, presence(SECOND, 2U));
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_ABSENT, presence(THIRD, 2U));
+}
+
+static void test_a_start_is_taken_back_at_once(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_calendar_expect(calendar, SECOND, 2U, 2000U);
+    osal_calendar_dismiss(calendar, SECOND, 2U);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_ABSENT, presence(SECOND, 2U));
+    osal_calendar_done(calendar, FIRST, 3000U);
+    (void)next_is(FIRST, 3000U);
+}
+
+static void test_what_was_due_in_a_hang_comes_after_it(void)
+{
+    osal_calendar_done(calendar, SECOND, 500U);
+    (void)next_is(FIRST, 0U);
+    osal_calendar_suspend(calendar, SECOND);
+    osal_calendar_suspend(calendar, THIRD); // Absent: no effect.
+    osal_calendar_deliver(calendar, FIRST, SECOND, OSAL_CALENDAR_ANY_LIFE, 3U, 0U);
+    osal_calendar_done(calendar, FIRST, 1000U);
+    (void)next_is(FIRST, 1000U);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_JOINED, presence(SECOND, 0U));
+    osal_calendar_resume(calendar, SECOND);
+    osal_calendar_resume(calendar, THIRD);
+    osal_calendar_done(calendar, FIRST, 9000U);
+    TEST_ASSERT_EQUAL_UINT32(3U, next_is(SECOND, 1000U).messages); // Its turn was still to come.
+    osal_calendar_suspend(calendar, FIRST);
+    osal_calendar_done(calendar, SECOND, 10000U);
+    (void)next_is(SECOND, 10000U); // Past the time at which the first one wanted to wake.
+    osal_calendar_resume(calendar, FIRST);
+    osal_calendar_done(calendar, SECOND, 20000U);
+    (void)next_is(FIRST, 10500U); // Its turn had passed: in the next slot.
+}
+
+static void test_a_suspended_participant_ends_as_any_other(void)
+{
+    osal_calendar_done(calendar, SECOND, 500U);
+    (void)next_is(FIRST, 0U);
+    osal_calendar_suspend(calendar, SECOND);
+    osal_calendar_kill(calendar, SECOND, OSAL_CALENDAR_ANY_LIFE);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_ABSENT, presence(SECOND, 0U));
+    osal_calendar_expect(calendar, SECOND, 1U, 1000U);
+    osal_calendar_done(calendar, FIRST, 3000U);
+    awaited_is(SECOND);
+    osal_calendar_done(calendar, SECOND, 0U);
+    (void)next_is(SECOND, 1000U); // Not suspended any more.
+}
+
+static void test_the_holder_is_told(void)
+{
+    uint32_t before = 0U;
+    uint32_t after  = 0U;
+    TEST_ASSERT_EQUAL_UINT(OSAL_CALENDAR_PARTICIPANTS_MAX, osal_calendar_holder(calendar, &before));
+    (void)next_is(FIRST, 0U);
+    TEST_ASSERT_EQUAL_UINT(FIRST, osal_calendar_holder(calendar, &after));
+    TEST_ASSERT_EQUAL_UINT32(1U, after - before);
+}
+
+// ---- Processes ----
+
+static osal_calendar_t* shared_calendar(void)
+{
+    void* const memory =
+        mmap(NULL, OSAL_CALENDAR_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    TEST_ASSERT_TRUE(memory != MAP_FAILED);
+    return osal_calendar_create(memory, SLOT_NS, true);
+}
+
+/// A process that waits as life 1 of the second participant, and exits with 7 when it is told that it is
+/// over.
+static pid_t wait_as_second(void)
+{
+    const pid_t child = fork();
+    if (child == 0) {
+        osal_grant_t grant = {0U, 0U, 0U};
+        status_t status    = STATUS_OK;
+        while (status == STATUS_OK) {
+            status = osal_calendar_wait(calendar, SECOND, 1U, OSAL_CALENDAR_NEVER, &grant);
+        }
+        _exit((status == STATUS_CLOSED) ? 7 : 8);
+    }
+    while (!osal_calendar_is_present(calendar, SECOND)) {
+        (void)usleep(1000U);
+    }
+    return child;
+}
+
+static int ending_of(pid_t child)
+{
+    int status = 0;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &status, 0));
+    return status;
+}
+
+static void test_the_dismissed_ends_by_itself_and_the_killed_does_nothing_more(void)
+{
+    calendar = shared_calendar();
+    osal_calendar_expect(calendar, SECOND, 1U, 0U);
+    pid_t child = wait_as_second();
+    osal_calendar_dismiss(calendar, SECOND, 1U);
+    int status = ending_of(child);
+    TEST_ASSERT_TRUE(WIFEXITED(status) && (WEXITSTATUS(status) == 7));
+
+    calendar = shared_calendar();
+    osal_calendar_expect(calendar, SECOND, 1U, 0U);
+    child = wait_as_second();
+    osal_calendar_kill(calendar, SECOND, 1U);
+    status = ending_of(child);
+    TEST_ASSERT_TRUE(WIFSIGNALED(status) && (WTERMSIG(status) == SIGKILL));
+}
+
+static void test_who_comes_back_to_an_ended_life_is_turned_away(void)
+{
+    calendar           = shared_calendar();
+    osal_grant_t grant = {0U, 0U, 0U};
+    osal_calendar_expect(calendar, FIRST, 1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_calendar_wait(calendar, FIRST, 1U, 0U, &grant));
+    osal_calendar_suspend(calendar, FIRST); // It holds the grant, and stands still.
+    uint32_t grants = 0U;
+    TEST_ASSERT_EQUAL_UINT(OSAL_CALENDAR_PARTICIPANTS_MAX, osal_calendar_holder(calendar, &grants));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_calendar_wait(calendar, FIRST, 1U, 0U, &grant));
+    osal_calendar_end(calendar, FIRST, 1U);
+    osal_calendar_expect(calendar, FIRST, 2U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_calendar_wait(calendar, FIRST, 1U, 0U, &grant));
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_EXPECTED, presence(FIRST, 2U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_calendar_wait(calendar, FIRST, 2U, 0U, &grant));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_life_begins_at_its_instant_and_not_before);
+    RUN_TEST(test_who_joins_early_is_granted_no_earlier);
+    RUN_TEST(test_nothing_is_counted_for_another_life);
+    RUN_TEST(test_a_start_that_fails_is_seen_at_its_instant);
+    RUN_TEST(test_a_start_is_taken_back_at_once);
+    RUN_TEST(test_what_was_due_in_a_hang_comes_after_it);
+    RUN_TEST(test_a_suspended_participant_ends_as_any_other);
+    RUN_TEST(test_the_holder_is_told);
+    RUN_TEST(test_the_dismissed_ends_by_itself_and_the_killed_does_nothing_more);
+    RUN_TEST(test_who_comes_back_to_an_ended_life_is_turned_away);
+    return UNITY_END();
+}
