@@ -3,6 +3,7 @@
 // by octet rings. The launcher starts it in place of the processes.
 #include "fsw/app/member.h"
 #include "fsw/app/program.h"
+#include "fsw/app/return_budget.h"
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/text.h"
 #include "fsw/framework/descriptor/descriptor.h"
@@ -38,7 +39,10 @@ typedef struct { // Everything the image holds beside its components' own storag
     door_t door;
     bool has_door;
     unsigned communication; // Participant that the operator's stream goes to.
-    unsigned running;       // Participant that holds the grant.
+    bool is_returning;      // The supervisor, which takes over from its earlier life.
+    return_budget_t returns;
+    uint64_t abandon_ns; // When a run without supervisor ends; 0: it has one.
+    unsigned running;    // Participant that holds the grant.
     char error[SIMULATOR_ERROR_MAX];
 } image_t;
 
@@ -72,7 +76,7 @@ static void delivered(void* const context, const uint16_t to)
         seat_told(&self->seats[self->running - 1U], component, osal_calendar_now_ns(self->calendar));
         // Only to wake it: the frame is in its inbox, and not among what its sockets have to bring.
         osal_calendar_deliver(self->calendar, self->running, run_participant(component),
-                              self->seats[self->running - 1U].peers[component].life, 0U, 0U);
+                              seat_life_of(&self->seats[self->running - 1U], component), 0U, 0U);
     }
 }
 
@@ -114,7 +118,9 @@ static const char* open_component(image_t* const self, const unsigned index,
         (descriptor_load_subsystem(&self->reader.loader, path, own) != STATUS_OK)) {
         return descriptor_error(&self->reader.loader);
     }
-    if (seat_take(&self->seats[index], &surroundings, own, index) != STATUS_OK) {
+    if (self->is_returning) {
+        seat_keep(&self->seats[index]);
+    } else if (seat_take(&self->seats[index], &surroundings, own, index) != STATUS_OK) {
         return self->seats[index].error;
     }
     const program_open_t open = program_find(self->mission.subsystems[index].executable);
@@ -165,21 +171,47 @@ static void close_ended(image_t* const self)
     }
 }
 
+/// The supervisor comes back as long as its budget lasts, and takes over at the place of its earlier life.
+static bool may_return(image_t* const self)
+{
+    const uint64_t now_ns = osal_calendar_now_ns(self->calendar);
+    uint64_t delay_ns     = 0U; // Of wall-clock time, which does not matter here.
+    self->is_returning    = return_budget_take(&self->returns, now_ns, &delay_ns);
+    if (!self->is_returning) {
+        self->abandon_ns = now_ns + RETURN_ABANDON_NS;
+        (void)complain("the supervisor has died too often; members reach their safe state by themselves");
+    }
+    return self->is_returning;
+}
+
+static void give_up(image_t* const self, const unsigned participant)
+{
+    osal_calendar_succeed(self->calendar, participant, 0U);
+    osal_calendar_end(self->calendar, participant, OSAL_CALENDAR_ANY_LIFE);
+}
+
 /// The life of a component begins: it finds its storage as a new process would.
 static void begin_life(image_t* const self, const unsigned participant)
 {
     const unsigned index              = participant - 1U;
     run_component_t* const component  = &self->run->components[index];
     subsystem_descriptor_t* const own = self->seats[index].own;
+    uint32_t life                     = 0U;
     FSW_ASSERT(!self->is_open[index] && (index < self->run->component_count));
-    (void)memset(self->programs[index].storage, 0, self->programs[index].size);
-    const char* const error = open_component(self, index, own);
-    if (error != NULL) {
-        (void)complain(error);
-        osal_calendar_end(self->calendar, participant, component->life);
+    if ((component->apid == DESCRIPTOR_SUPERVISOR_APID) && !may_return(self)) {
+        give_up(self, participant);
         return;
     }
-    __atomic_store_n(&component->found_life, component->life, __ATOMIC_RELEASE);
+    (void)osal_calendar_presence(self->calendar, participant, &life);
+    __atomic_store_n(&component->found_life, life, __ATOMIC_RELEASE);
+    (void)memset(self->programs[index].storage, 0, self->programs[index].size);
+    const char* const error = open_component(self, index, own);
+    self->is_returning      = false;
+    if (error != NULL) {
+        (void)complain(error);
+        give_up(self, participant);
+        return;
+    }
     osal_calendar_done(self->calendar, participant, 0U);
 }
 
@@ -279,7 +311,8 @@ static void loop(image_t* const self)
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         osal_calendar_done(self->calendar, run_participant(i), 0U);
     }
-    while (osal_process_stop_count() == 0U) {
+    while ((osal_process_stop_count() == 0U) &&
+           ((self->abandon_ns == 0U) || (osal_calendar_now_ns(self->calendar) < self->abandon_ns))) {
         osal_grant_t grant    = {0U, 0U, 0U};
         const status_t status = osal_calendar_next(self->calendar, &self->running, &grant);
         if (status == STATUS_BUSY) {
@@ -301,7 +334,7 @@ static void loop(image_t* const self)
 
 static int close_all(image_t* const self)
 {
-    int code = 0;
+    int code = (self->abandon_ns == 0U) ? 0 : 1;
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         close_component(self, i);
     }

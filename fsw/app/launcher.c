@@ -13,8 +13,6 @@
 #define LEFT_NS 2000000000ULL    ///< Simulated time that a mission goes on without its operator, who left.
 #define STALL_NS 30000000000ULL  ///< Wall-clock time without any progress of simulated time.
 #define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to come up.
-/// Simulated time that members have to reach their safe state without supervisor.
-#define ABANDON_NS 5000000000ULL
 #define ASK_NS 1000000000ULL  ///< Wall-clock time that a process has to end by itself after its last grant,
 #define KILL_NS 2000000000ULL ///< and to end at all.
 #define ABANDONED 1U          ///< As abandon_ns: at once, even before time begins.
@@ -86,7 +84,7 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
         run_component_t* const component = &launcher->run->components[child->component];
         __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_LOST, __ATOMIC_RELEASE);
         if (component->apid == 1U) { // Without supervisor the others reach their safe state by themselves.
-            launcher->abandon_ns = launcher_now_ns(launcher) + ABANDON_NS;
+            launcher->abandon_ns = launcher_now_ns(launcher) + RETURN_ABANDON_NS;
         }
     } else if (strcmp(child->name, "packet-archive-sqlite") != 0) {
         request_stop(launcher);
@@ -101,6 +99,40 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
     launcher->is_undetermined = launcher->is_undetermined || !is_determined;
 }
 
+/// The supervisor died: it is started again, at once, after 0.1 s, after 1 s of wall-clock time, as long as
+/// its budget lasts; in stepped time the calendar has its next life begin after its time of booting. Members
+/// hold meanwhile. False: this once too often, or before it had begun.
+static bool may_return(launcher_t* const launcher, child_t* const child)
+{
+    run_component_t* const component = &launcher->run->components[child->component];
+    const uint64_t now_ns            = launcher_now_ns(launcher);
+    uint64_t delay_ns                = 0U;
+    if ((component->apid != DESCRIPTOR_SUPERVISOR_APID) || (now_ns == 0U) ||
+        !return_budget_take(&launcher->returns, now_ns, &delay_ns)) {
+        return false;
+    }
+    launcher->return_wall_ns  = osal_clock_monotonic_ns() + delay_ns;
+    launcher->is_undetermined = !end_participant(launcher, child) || launcher->is_undetermined;
+    __atomic_store_n(&component->wanted_life, child->life + 1U, __ATOMIC_RELEASE);
+    char what[LAUNCHER_REASON_MAX];
+    text_t text = text_in(what, sizeof what);
+    describe_end(child, &text);
+    launcher->is_broken = true; // The run fails, as with every death, but it goes on.
+    launcher_give_up(launcher, what, ", and came back; see console.log");
+    return true;
+}
+
+/// It comes no more: the life that is expected ends when it would begin.
+static void give_supervisor_up(const launcher_t* const launcher, const child_t* const child)
+{
+    const bool is_supervisor =
+        (launcher->run->components[child->component].apid == DESCRIPTOR_SUPERVISOR_APID);
+    if (is_supervisor && (launcher->calendar != NULL)) {
+        osal_calendar_succeed(launcher->calendar, child->participant, 0U);
+        osal_calendar_end(launcher->calendar, child->participant, child->life + 1U);
+    }
+}
+
 static void child_ended(launcher_t* const launcher, child_t* const child)
 {
     child->is_alive    = false;
@@ -113,6 +145,10 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
             (void)end_participant(launcher, child); // Stopped by the supervisor's order.
             return;
         }
+        if (may_return(launcher, child)) {
+            return;
+        }
+        give_supervisor_up(launcher, child);
         launcher_part_lost(launcher, child);
     } else if (!is_good) {
         launcher_part_lost(launcher, child);
@@ -183,7 +219,9 @@ static void obey_supervisor(launcher_t* const launcher)
         const uint32_t wanted                  = __atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE);
         if (child->is_alive && (wanted != child->life)) {
             end_child(child, component, launcher->calendar != NULL);
-        } else if (!child->is_alive && (wanted != 0U) && (wanted != child->life)) {
+        } else if (!child->is_alive && (wanted != 0U) && (wanted != child->life) &&
+                   ((component->apid != DESCRIPTOR_SUPERVISOR_APID) ||
+                    (osal_clock_monotonic_ns() >= launcher->return_wall_ns))) {
             launcher_start_component(launcher, child);
         } else {
             // As it should be, or died: the supervisor decides what comes of it.

@@ -7,6 +7,7 @@
 #define FSW_APP_LAUNCHER_H
 
 #include "fsw/app/launch_options.h"
+#include "fsw/app/return_budget.h"
 #include "fsw/app/run_block.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/calendar.h"
@@ -82,9 +83,11 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint64_t left_ns;            // Simulated time at which the operator left in good order, + 1.
     uint64_t moved_simulated_ns; // Simulated time when it was last seen to move, and when that was.
     uint64_t moved_wall_ns;
-    bool is_cut_short;    // Ended at an instant that simulated time does not determine.
-    bool is_broken;       // A part died.
-    bool is_undetermined; // At an instant that simulated time does not determine.
+    bool is_cut_short;       // Ended at an instant that simulated time does not determine.
+    bool is_broken;          // A part died.
+    return_budget_t returns; // Of the supervisor.
+    uint64_t return_wall_ns; // When it is to be started again.
+    bool is_undetermined;    // At an instant that simulated time does not determine.
     int exit_code;
     char reason[LAUNCHER_REASON_MAX];
 } launcher_t;

@@ -292,6 +292,16 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
     return true;
 }
 
+/// The supervisor that dies is there again after its declared time of booting.
+static void let_supervisor_return(const launcher_t* const launcher)
+{
+    unsigned index = 0U;
+    if (run_block_find(launcher->run, DESCRIPTOR_SUPERVISOR_APID, &index)) {
+        osal_calendar_succeed(launcher->calendar, run_participant(index),
+                              (uint64_t)launcher->mission.subsystems[index].boot_time_us * 1000U);
+    }
+}
+
 static bool make_calendar(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
@@ -313,6 +323,7 @@ static bool make_calendar(launcher_t* const launcher)
             osal_calendar_expect(launcher->calendar, participant, 1U, 0U);
         }
     }
+    let_supervisor_return(launcher);
     return true;
 }
 

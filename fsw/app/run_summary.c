@@ -96,7 +96,7 @@ static void add_children(text_t* const text, const launcher_t* const launcher)
         text_add_unsigned(text, child->memory_high_kib);
         if (child->is_component) {
             text_add(text, ", \"starts\": ");
-            text_add_unsigned(text, launcher->run->components[child->component].life);
+            text_add_unsigned(text, launcher->run->components[child->component].found_life);
             text_add(text, ", \"memory_limit_kib\": ");
             text_add_unsigned(text, launcher->memory_limit_kib[child->component]);
         }

@@ -147,13 +147,21 @@ void seat_told(seat_t* const seat, const unsigned component, const uint64_t now_
     }
 }
 
+/// Messages to the supervisor are for whichever life it has: its channels outlive its process.
+uint32_t seat_life_of(const seat_t* const seat, const unsigned component)
+{
+    return (seat->run->components[component].apid == DESCRIPTOR_SUPERVISOR_APID)
+               ? OSAL_CALENDAR_ANY_LIFE
+               : seat->peers[component].life;
+}
+
 void seat_delivered(void* const context, const uint16_t to)
 {
     seat_t* const seat = (seat_t*)context;
     unsigned component = 0U;
     if (run_block_find(seat->run, to, &component)) {
         seat_told(seat, component, osal_clock_now_ns(&seat->clock));
-        osal_clock_deliver(&seat->clock, run_participant(component), seat->peers[component].life, 1U, 0U);
+        osal_clock_deliver(&seat->clock, run_participant(component), seat_life_of(seat, component), 1U, 0U);
     }
 }
 
@@ -290,6 +298,9 @@ void seat_reader_init(seat_reader_t* const reader)
 status_t seat_open_inbox(seat_t* const seat, uint8_t* const inbox, const size_t octets)
 {
     FSW_ASSERT((seat != NULL) && (inbox != NULL));
+    if (seat->is_kept) {
+        return STATUS_OK;
+    }
     status_t status = open_messages(seat, inbox, octets);
     if (status != STATUS_OK) {
         return fail(seat, "cannot open its message socket", status);
@@ -297,6 +308,14 @@ status_t seat_open_inbox(seat_t* const seat, uint8_t* const inbox, const size_t 
     status = add_peers(seat);
     learn_lives(seat);
     return (status == STATUS_OK) ? STATUS_OK : fail(seat, "too many components", status);
+}
+
+/// The supervisor is started again without being ordered to, and its messages go on in the life they have.
+static uint32_t process_life(const run_component_t* const component)
+{
+    return (component->apid == DESCRIPTOR_SUPERVISOR_APID)
+               ? __atomic_load_n(&component->found_life, __ATOMIC_ACQUIRE)
+               : __atomic_load_n(&component->life, __ATOMIC_ACQUIRE);
 }
 
 status_t seat_take(seat_t* const seat, const seat_surroundings_t* const surroundings,
@@ -331,7 +350,8 @@ status_t seat_take(seat_t* const seat, const seat_surroundings_t* const surround
                                      .delivered  = link_delivered};
     seat->uplink = (pus_port_t){seat, send_up};
     if (surroundings->calendar != NULL) {
-        osal_clock_open_stepped(&seat->clock, surroundings->calendar, run_participant(index), seat->life);
+        osal_clock_open_stepped(&seat->clock, surroundings->calendar, run_participant(index),
+                                process_life(&run->components[index]));
     } else if (run->is_stepped) {
         osal_clock_open_granted(&seat->clock, &seat->deliveries);
     } else {
@@ -484,4 +504,10 @@ void seat_pump(seat_t* const seat, const uint32_t messages,
     if (osal_socket_is_open(&seat->topology) && ((seat->pumps % HINTS_EVERY) == 0U)) {
         tipc_carrier_take_hints(&seat->tipc, &seat->endpoint);
     }
+}
+
+void seat_keep(seat_t* const seat)
+{
+    FSW_ASSERT(seat != NULL);
+    seat->is_kept = true;
 }

@@ -56,6 +56,7 @@ typedef struct { // Private, except the members named below.
     link_resolver_t links;
     pus_port_t uplink; ///< To the supervisor.
     char error[SEAT_ERROR_MAX];
+    bool is_kept;        // Its messages go on, though the component begins anew.
     ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run says.
 } seat_t;
 
@@ -79,6 +80,9 @@ MUST_USE status_t seat_take(seat_t* seat, const seat_surroundings_t* surrounding
 /// the supervisor's being all others and the others' the supervisor. Nothing is taken in before.
 /// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t seat_open_inbox(seat_t* seat, uint8_t* inbox, size_t octets);
+/// In place of seat_take, where a component begins anew in the same program and takes over from its earlier
+/// life: its message endpoint and what waits in its inbox stay.
+void seat_keep(seat_t* seat);
 /// Sockets that wake this component, for the program's wait. Returns their number.
 size_t seat_sockets(seat_t* seat, osal_socket_t** out_sockets, size_t capacity);
 /// Take in the datagrams that are there; frames of links go to `link_datagram`. Stepped: wait for those of
@@ -90,6 +94,8 @@ void seat_pump(seat_t* seat, uint32_t messages, void (*link_datagram)(void* cont
 void seat_delivered(void* context, uint16_t to);
 /// A message was sent to another component at that time [ns of the run].
 void seat_told(seat_t* seat, unsigned component, uint64_t now_ns);
+/// Life of another component that what is delivered now is meant for, as the calendar counts.
+uint32_t seat_life_of(const seat_t* seat, unsigned component);
 /// Close what the seat itself has opened; inherited sockets stay for the next life.
 void seat_leave(seat_t* seat);
 

@@ -23,10 +23,11 @@ typedef struct {
     supervisor_services_t services;
     journal_slot_t slots[JOURNAL_SLOTS(RECORDS_MAX)];
     osal_shm_t vitals;
-    uint8_t inbox[MESSAGE_INBOX_OCTETS(MISSION_SUBSYSTEMS_MAX - 1U)];
 } supervisor_program_t;
 
 static supervisor_program_t storage;
+/// What waits there outlives the supervisor where the program does (image).
+static uint8_t inbox[MESSAGE_INBOX_OCTETS(MISSION_SUBSYSTEMS_MAX - 1U)];
 
 // ---- Platform: processes, by way of the launcher ----
 
@@ -163,6 +164,9 @@ static void close_program(void* const context)
     store_files_close(&program->stores);
     record_store_close(&program->records);
     osal_directory_close(&program->files);
+    if (osal_shm_address(&program->vitals) != NULL) {
+        osal_shm_close(&program->vitals);
+    }
 }
 
 static void no_link(void* const context, const uint8_t* const frame, const size_t size)
@@ -237,8 +241,7 @@ static vitals_t* open_vitals(const seat_t* const seat)
 
 bool supervisor_open(seat_t* const seat, program_t* const out_program)
 {
-    if (!is_fitting(seat) || (seat_open_inbox(seat, storage.inbox, sizeof storage.inbox) != STATUS_OK) ||
-        !open_files(seat) ||
+    if (!is_fitting(seat) || (seat_open_inbox(seat, inbox, sizeof inbox) != STATUS_OK) || !open_files(seat) ||
         (record_store_open(&storage.records, seat, storage.slots, RECORDS_MAX, true) != STATUS_OK)) {
         return false;
     }
@@ -246,27 +249,29 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         record_store_close(&storage.records);
         return false;
     }
-    const supervisor_config_t config = {.mission             = seat->mission,
-                                        .descriptor          = seat->own,
-                                        .is_descriptor_valid = true,
-                                        .endpoint            = &seat->endpoint,
-                                        .platform            = {.context           = seat,
-                                                                .start             = start_process,
-                                                                .stop              = stop_process,
-                                                                .kill              = kill_process,
-                                                                .is_running        = is_running,
-                                                                .promise           = promise_of,
-                                                                .is_stop_requested = is_stop_requested,
-                                                                .finished          = finished},
-                                        .descriptors         = {seat, load_descriptor},
-                                        .log_folder          = seat->run->folder,
-                                        .start_count         = seat->life,
-                                        .files               = file_store(&storage.files),
-                                        .journal             = &storage.records.journal,
-                                        .optional            = {&storage.services, supervisor_add_services},
-                                        .store_media         = storage.stores.media,
-                                        .vitals              = open_vitals(seat)};
-    const status_t status            = supervisor_init(&storage.supervisor, &config);
+    const supervisor_config_t config = {
+        .mission             = seat->mission,
+        .descriptor          = seat->own,
+        .is_descriptor_valid = true,
+        .endpoint            = &seat->endpoint,
+        .platform            = {.context           = seat,
+                                .start             = start_process,
+                                .stop              = stop_process,
+                                .kill              = kill_process,
+                                .is_running        = is_running,
+                                .promise           = promise_of,
+                                .is_stop_requested = is_stop_requested,
+                                .finished          = finished},
+        .descriptors         = {seat, load_descriptor},
+        .log_folder          = seat->run->folder,
+        .start_count = __atomic_load_n(&seat->run->components[seat->component].found_life, __ATOMIC_ACQUIRE),
+        .is_endpoint_kept = seat->is_kept,
+        .files            = file_store(&storage.files),
+        .journal          = &storage.records.journal,
+        .optional         = {&storage.services, supervisor_add_services},
+        .store_media      = storage.stores.media,
+        .vitals           = open_vitals(seat)};
+    const status_t status = supervisor_init(&storage.supervisor, &config);
     if (status != STATUS_OK) {
         text_t text = text_in(seat->error, sizeof seat->error);
         text_add(&text, "cannot open the packet log in ");

@@ -14,11 +14,13 @@ CAPACITY_CHECK(every_plan_has_room, VITALS_PLANS >= PLAN_RUNS);
 CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(all_counters_have_room, sizeof(supervisor_counters_t) <= (VITALS_COUNTERS * sizeof(uint32_t)));
 
+#define FIRST_INBOX 2U ///< Of the rings; before them the backlog to ground and released requests.
+
 static vitals_rings_t rings_of(supervisor_t* const supervisor)
 {
     vitals_rings_t rings = {{&supervisor->ground_backlog, &supervisor->onboard.released}};
     for (size_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
-        rings.list[2U + i] = message_waiting(supervisor->config.endpoint, i);
+        rings.list[FIRST_INBOX + i] = message_waiting(supervisor->config.endpoint, i);
     }
     return rings;
 }
@@ -324,8 +326,11 @@ static void take(supervisor_t* const supervisor, const supervisor_vitals_t* cons
     take_plans(supervisor, state);
     take_requests(&supervisor->pending, state->passed);
     take_requests(&supervisor->own, state->own);
-    message_resume_clock(supervisor->config.endpoint, state->message_life, state->message_stamp);
-    for (uint16_t i = 0U; i < state->channel_count; i++) {
+    const bool is_kept = supervisor->config.is_endpoint_kept;
+    if (!is_kept) {
+        message_resume_clock(supervisor->config.endpoint, state->message_life, state->message_stamp);
+    }
+    for (uint16_t i = 0U; (i < state->channel_count) && !is_kept; i++) {
         message_resume(supervisor->config.endpoint, &state->channels[i]);
     }
     pus_counts_resume(component_process(&supervisor->component), &supervisor->requester, &state->counts);
@@ -335,11 +340,14 @@ static void take(supervisor_t* const supervisor, const supervisor_vitals_t* cons
 void adoption_begin(supervisor_t* const supervisor)
 {
     const vitals_limits_t limits = {.mission = supervisor->mission, .now_ns = UINT64_MAX};
-    const vitals_rings_t rings   = rings_of(supervisor);
+    vitals_rings_t rings         = rings_of(supervisor);
     supervisor->lives            = 1U;
     supervisor->log_begin        = (supervisor_log_begin_t){(uint8_t)supervisor->mission->log_strategy, 1U};
     if (supervisor->config.vitals == NULL) {
         return;
+    }
+    for (size_t i = 0U; (i < MESSAGE_PEERS_MAX) && supervisor->config.is_endpoint_kept; i++) {
+        rings.list[FIRST_INBOX + i] = NULL;
     }
     bool is_older = false;
     const status_t status =
@@ -412,6 +420,7 @@ void adoption_tell(supervisor_t* const supervisor)
     if (!supervisor->is_adopted) {
         return;
     }
+    component_tell_time(&supervisor->component, supervisor->now_ns);
     supervisor->is_adopted = false;
     const uint16_t ended   = end_own(supervisor);
     uint8_t octets[6];

@@ -128,6 +128,7 @@ typedef struct {
     journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: nothing is kept.
     component_services_t optional; ///< Services that its descriptor lists.
     const medium_t* store_media;   ///< ONBOARD_STORES of them, for packet stores; null: nothing fits.
+    bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, as it left it.
     vitals_t* vitals;              ///< Of the supervisor that died, and for the next one; null: none.
 } supervisor_config_t;
 

@@ -34,11 +34,12 @@ typedef struct {
     uint32_t is_new;      ///< Joined, and not yet fitted into the order of the present instant.
     uint32_t stream_port;
     uint32_t life;
-    uint64_t begin_ns;     ///< When the life begins: it is not granted before.
-    uint32_t is_begun;     ///< It has been granted.
-    uint32_t is_failed;    ///< Its process died before the life began: it ends when it would begin.
-    uint32_t is_suspended; ///< Not granted.
-    uint32_t killed_life;  ///< The last life that was killed.
+    uint64_t begin_ns;      ///< When the life begins: it is not granted before.
+    uint32_t is_begun;      ///< It has been granted.
+    uint32_t is_failed;     ///< Its process died before the life began: it ends when it would begin.
+    uint32_t is_suspended;  ///< Not granted.
+    uint32_t killed_life;   ///< The last life that was killed.
+    uint64_t succession_ns; ///< From the end of a life to the beginning of the next; 0: there is none.
 } participant_t;
 
 struct osal_calendar {
@@ -108,10 +109,17 @@ static void leave(osal_calendar_t* calendar, uint32_t participant)
     participant_t* const self = &calendar->participants[participant];
     self->state               = OSAL_CALENDAR_ABSENT;
     self->incarnation++;
-    self->wake_ns      = OSAL_CALENDAR_NEVER;
-    self->messages     = 0U;
-    self->octets       = 0U;
-    self->stream_port  = 0U;
+    self->wake_ns     = OSAL_CALENDAR_NEVER;
+    self->stream_port = 0U;
+    if (self->succession_ns != 0U) {
+        self->life++;
+        self->begin_ns = calendar->now_ns + self->succession_ns;
+        self->is_begun = 0U;
+        self->state    = OSAL_CALENDAR_EXPECTED;
+    } else {
+        self->messages = 0U;
+        self->octets   = 0U;
+    }
     self->is_new       = 0U;
     self->is_failed    = 0U;
     self->is_suspended = 0U;
@@ -402,6 +410,14 @@ void osal_calendar_kill(osal_calendar_t* calendar, unsigned participant, uint32_
 {
     FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
     end_life(calendar, participant, life, true);
+}
+
+void osal_calendar_succeed(osal_calendar_t* calendar, unsigned participant, uint64_t delay_ns)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    lock(calendar);
+    calendar->participants[participant].succession_ns = delay_ns;
+    unlock(calendar);
 }
 
 void osal_calendar_suspend(osal_calendar_t* calendar, unsigned participant)

@@ -138,10 +138,15 @@ def test_kill_of_a_member_in_operation(folder, scenario, name):
     assert max(left.values()) - min(left.values()) <= SAFE_WITHIN_US
 
 
-def test_kill_of_the_supervisor_takes_members_to_safe_operational(folder, scenario):
-    """Without supervisor OPERATIONAL ends in SAFE_OPERATIONAL: actuators off, brakes hold."""
-    flight = _die(folder, scenario, "supervisor", IN_OPERATION)
-    _assert_ended_as_it_should(flight, "supervisor")
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_supervisor_that_dies_too_often_takes_members_to_safe_operational(folder, form):
+    """Without supervisor OPERATIONAL ends in SAFE_OPERATIONAL: actuators off, brakes hold. Its fourth death within a minute is its last."""
+    folder.mkdir()
+    deaths = [f"{4 + death} fault kill supervisor" for death in range(4)]
+    path = flying.write_scenario(folder / "deaths.scn", "0.0 hand rest", *deaths, *flying.bring_up(0.1), f"{END_S} operator shutdown")
+    flight = flying.fly(folder / "run", "--scenario", path, "--form", form)
+    assert flight.code not in (0, None), flight.told()
+    flying.assert_clean(flight)
     assert len(_left_operation(flight)) == 4
     assert not _enabled_at_end(flight)
     last = {}

@@ -65,6 +65,10 @@ void osal_calendar_end(osal_calendar_t* calendar, unsigned participant, uint32_t
 void osal_calendar_dismiss(osal_calendar_t* calendar, unsigned participant, uint32_t life);
 /// As dismiss, but the process that waits as that life is killed: it does nothing more.
 void osal_calendar_kill(osal_calendar_t* calendar, unsigned participant, uint32_t life);
+/// From here on the end of a life of the participant is the start of its next one, whose number is the next
+/// and which begins `delay_ns` later: in one operation, so that nobody is granted anything in between.
+/// Deliveries that the ended life has not been told of are told to the next. 0: an end is an end again.
+void osal_calendar_succeed(osal_calendar_t* calendar, unsigned participant, uint64_t delay_ns);
 /// The participant is granted nothing until it is resumed; deliveries and its wake time are kept. If it held
 /// the grant, the grant goes on, and what it does later is done as an ended life. No effect on one that is
 /// absent.

@@ -370,6 +370,56 @@ static void test_a_kill_at_any_moment_never_stops_time(void)
     (void)munmap(storage, OSAL_CALENDAR_BYTES);
 }
 
+// What the ended life was not told of goes to the next; nobody is granted in between, and time waits for it.
+static void test_a_succession_is_one_operation(void)
+{
+    unsigned participant            = UINT32_MAX;
+    uint32_t life                   = 0U;
+    osal_grant_t grant              = {0U, 0U, 0U};
+    osal_calendar_t* const calendar = table(1U);
+    osal_calendar_expect(calendar, 1U, 1U, 0U);
+    osal_calendar_done(calendar, 1U, 0U);
+    osal_calendar_succeed(calendar, 1U, 10U * SLOT_NS);
+    (void)next_is(calendar, 0U, 0U);
+    osal_calendar_done(calendar, 0U, SLOT_NS);
+    (void)next_is(calendar, 1U, 0U);
+    osal_calendar_done(calendar, 1U, OSAL_CALENDAR_NEVER);
+    (void)next_is(calendar, 0U, SLOT_NS);
+    osal_calendar_deliver(calendar, 0U, 1U, OSAL_CALENDAR_ANY_LIFE, 2U, 0U);
+    osal_calendar_kill(calendar, 1U, 1U);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_EXPECTED, osal_calendar_presence(calendar, 1U, &life));
+    TEST_ASSERT_EQUAL_UINT32(2U, life);
+    osal_calendar_deliver(calendar, 0U, 1U, OSAL_CALENDAR_ANY_LIFE, 3U, 0U);
+    osal_calendar_end(calendar, 1U, 1U); // Its process has been seen to die: known already.
+    osal_calendar_done(calendar, 0U, 20U * SLOT_NS);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, osal_calendar_next(calendar, &participant, &grant));
+    TEST_ASSERT_EQUAL_UINT(1U, participant);
+    osal_calendar_done(calendar, 1U, 0U);
+    grant = next_is(calendar, 1U, 11U * SLOT_NS);
+    TEST_ASSERT_EQUAL_UINT32(5U, grant.messages);
+    osal_calendar_done(calendar, 1U, OSAL_CALENDAR_NEVER);
+    osal_calendar_succeed(calendar, 1U, 0U); // From here on an end is an end.
+    (void)next_is(calendar, 0U, 20U * SLOT_NS);
+    osal_calendar_kill(calendar, 1U, 2U);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_ABSENT, osal_calendar_presence(calendar, 1U, &life));
+}
+
+static void test_a_succession_that_is_given_up_ends_when_it_would_begin(void)
+{
+    uint32_t life                   = 0U;
+    osal_calendar_t* const calendar = table(1U);
+    osal_calendar_expect(calendar, 1U, 1U, 0U);
+    osal_calendar_done(calendar, 1U, OSAL_CALENDAR_NEVER);
+    osal_calendar_succeed(calendar, 1U, 10U * SLOT_NS);
+    (void)next_is(calendar, 0U, 0U);
+    osal_calendar_kill(calendar, 1U, 1U);
+    osal_calendar_succeed(calendar, 1U, 0U);
+    osal_calendar_end(calendar, 1U, 2U);
+    osal_calendar_done(calendar, 0U, 20U * SLOT_NS);
+    (void)next_is(calendar, 0U, 20U * SLOT_NS);
+    TEST_ASSERT_EQUAL(OSAL_CALENDAR_ABSENT, osal_calendar_presence(calendar, 1U, &life));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -382,6 +432,8 @@ int main(void)
     RUN_TEST(test_counts_saturate);
     RUN_TEST(test_end_of_time_is_not_passed);
     RUN_TEST(test_attach_needs_a_calendar);
+    RUN_TEST(test_a_succession_is_one_operation);
+    RUN_TEST(test_a_succession_that_is_given_up_ends_when_it_would_begin);
     RUN_TEST(test_close_and_end_release_sleepers);
     RUN_TEST(test_delivery_from_outside_wakes_a_sleeping_run);
     RUN_TEST(test_a_kill_at_any_moment_never_stops_time);
