@@ -195,7 +195,7 @@ class _Console:
             log = None
             if self.arguments.run:
                 path = pathlib.Path(self.arguments.run) / "operator.log"
-                log = stack.enter_context(path.open("w", encoding="utf-8"))
+                log = stack.enter_context(path.open("wb", buffering=0))
             return self._fly(script, log)
 
     def _fly(self, script, log):
@@ -212,10 +212,10 @@ class _Console:
                 signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
             def tell(entry):
-                _print(self.arguments, entry)
-                if log:
-                    log.write(json.dumps(entry, default=str) + "\n")
-                    log.flush()
+                nonlocal log
+                _try_to_say(json.dumps(entry, default=str) if self.arguments.json else entry["text"])
+                if log and not _append(log, json.dumps(entry, default=str) + "\n"):
+                    log = None
 
             try:
                 driver.run(script.procedure(session, int(self.arguments.timeout * 1e9), tell))
@@ -223,6 +223,28 @@ class _Console:
                 if clock:
                     clock.leave()
         return SUCCESS
+
+
+def _append(log, text):
+    """A line to the operator's log. False: the disk takes no more; that is told, and the mission goes on."""
+    whole, rest = log.tell(), text.encode()
+    try:
+        while rest:
+            rest = rest[log.write(rest) :]
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            os.ftruncate(log.fileno(), whole)
+        _try_to_say(f"gse: {log.name}: {error.strerror}; the steps from here on are not in it")
+        return False
+    return True
+
+
+def _try_to_say(text):
+    """To the console, which may lie on a full disk itself."""
+    try:
+        print(text, flush=True)
+    except OSError:
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # What it still holds would fail again at the end.
 
 
 def _is_event(packet):

@@ -156,7 +156,7 @@ def _steps(run):
     rows = []
     for entry in run.operator:
         failed = str(entry.get("outcome", "")).startswith("FAILED")
-        outcome = html.escape(str(entry.get("outcome", "")))
+        outcome = html.escape(str(entry.get("outcome", ""))).replace("\n", "<br>")
         text = html.escape(" ".join([entry.get("verb", ""), *entry.get("words", [])]))
         style = ' class="bad"' if failed else ""
         rows.append(

@@ -197,7 +197,7 @@ class Script:
             wait = _time_ns(step.words[2], step.place) if step.verb == "wait-event" else 0
             return (yield from self._event(step, session, wait))
         answer = yield from step.command.procedure(session, timeout_ns)
-        return answer[-1]["text"] if answer else "ok"
+        return "\n".join(line["text"] for line in answer) if answer else "ok"
 
     def _refused(self, step, session, timeout_ns):
         expected = int(step.words[0], 0)
@@ -231,7 +231,9 @@ class Script:
 
 
 def _entry(step, start_ns, end_ns, outcome):
-    text = f"[{end_ns / 1e9:9.4f} s] {step.text}: {outcome}"
+    lines = outcome.split("\n")  # Several: each on a line of its own, behind the step's.
+    said = f" {outcome}" if len(lines) == 1 else "".join(f"\n    {line}" for line in lines)
+    text = f"[{end_ns / 1e9:9.4f} s] {step.text}:{said}"
     return {
         "text": text,
         "time": start_ns / 1e9,

@@ -4,6 +4,7 @@
 import contextlib
 import json
 import pathlib
+import resource
 import signal
 import socket
 import struct
@@ -115,6 +116,15 @@ def test_steps_run_in_order_and_not_before_their_time(dictionary):
     assert times[2] == 2_500_000_000
     assert [entry["outcome"] for entry in flight.told][0] == "MANIPULATOR is alive"
     assert all({"time", "end", "line", "verb", "words", "outcome"} <= set(entry) for entry in flight.told)
+
+
+def test_every_line_of_an_answer_is_kept(dictionary):
+    flight = Flight(dictionary, lambda p: success(p, (17, 2, b"")) if p.service == 17 else success(p))
+    flight.run("1 operator ping all\n")
+    lines = [f"{name} is alive" for name in ("JOYSTICK", "MANIPULATOR", "SUPERVISOR", "COMMUNICATION")]
+    assert sorted(flight.told[0]["outcome"].splitlines()) == sorted(lines)
+    assert flight.told[0]["text"].splitlines()[0].endswith("ping all:")
+    assert sorted(line.strip() for line in flight.told[0]["text"].splitlines()[1:]) == sorted(lines)
 
 
 def test_sequence_counts_start_at_zero_per_apid(dictionary):
@@ -264,6 +274,24 @@ def test_stepped_time_through_the_door(dictionary_path, tmp_path, capsys):
     assert [entry["verb"] for entry in entries] == ["mode", "mode"]
     assert entries[1]["time"] == 0.25
     assert "mode SAFE" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("room", [0, 100])
+def test_a_full_disk_ends_the_log_and_not_the_script(dictionary_path, tmp_path, capsys, room):
+    """The log ends with a whole line."""
+    craft = Spacecraft(success)
+    (tmp_path / "s.scn").write_text("0 operator mode SAFE\n0 operator mode NOMINAL\n")
+    before, handler = resource.getrlimit(resource.RLIMIT_FSIZE), signal.getsignal(signal.SIGTERM)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1]))
+        code = main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "--run", str(tmp_path), "script", str(tmp_path / "s.scn")])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGTERM, handler)
+    craft.close()
+    assert code == 0
+    assert "the steps from here on are not in it" in capsys.readouterr().out
+    assert (tmp_path / "operator.log").read_text() == ""
 
 
 def test_a_script_that_fails_exits_with_1(dictionary_path, tmp_path, capsys):
