@@ -132,6 +132,7 @@ static void complete_logs(launcher_t* const launcher)
     arguments_add_program(&merge, launcher, "packet-archive-sqlite");
     arguments_add(&merge, "merge");
     arguments_add(&merge, launcher->run->folder);
+    arguments_add_number(&merge, __atomic_load_n(&launcher->run->log_records, __ATOMIC_ACQUIRE));
     if (!launcher_run_tool(launcher, &merge, "packet-archive-sqlite")) {
         launcher_give_up(launcher, "the packet log is not complete", "; see console.log");
     }
@@ -161,7 +162,10 @@ void launcher_clean_up(launcher_t* const launcher)
     remove_names(launcher);
     if ((launcher->child_count > 0U) || launcher->is_taken_over) {
         complete_logs(launcher);
-        run_summary_write(launcher);
+        if (!run_summary_write(launcher)) {
+            osal_console_complain("cannot write run.json into the run's folder");
+            launcher_give_up(launcher, "run.json could not be written", "");
+        }
         if (launcher->options.has_report) {
             draw_report(launcher);
         }

@@ -3,6 +3,7 @@
 #include "fsw/app/launcher_internal.h"
 
 #include "fsw/app/ground_key.h"
+#include "fsw/app/run_summary.h"
 #include "fsw/framework/rtlink/agreement.h"
 #include "fsw/supervisor/vitals.h"
 #include "osal/include/osal/clock.h"
@@ -391,7 +392,10 @@ static bool tell_ground(launcher_t* const launcher)
     text_add_unsigned(&text, launcher->run->ground_port);
     return write_line(launcher, "/ground.mission", launcher->options.mission) &&
            write_line(launcher, "/ground.port", digits) &&
-           ((launcher->run->key[0] == '\0') || write_line(launcher, "/ground.key-file", launcher->run->key));
+           ((launcher->run->key[0] == '\0') ||
+            write_line(launcher, "/ground.key-file", launcher->run->key)) &&
+           (run_summary_reserve(launcher) ||
+            fail(launcher, "no room for run.json in ", launcher->run->folder));
 }
 
 /// What hangs on the buses beside the arm and the joystick, where the mission has such a file.

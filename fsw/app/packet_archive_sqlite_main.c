@@ -3,9 +3,12 @@
 // log.
 //
 //     packet-archive-sqlite follow FOLDER   take packets.spool into packets.db as it grows, until told to end
-//     packet-archive-sqlite merge FOLDER    packets.ascii, .spool, .ring -> packets.db and packets.log
+//     packet-archive-sqlite merge FOLDER [RECORDS]
+//                                           packets.ascii, .spool, .ring -> packets.db and packets.log
 //
-// The merge fails (exit code 1) if a record number is missing or occurs twice with other content.
+// The merge fails (exit code 1) if a record number up to RECORDS is missing, and names those, or occurs twice
+// with other content. packets.log is whole or not there. Where the disk has no room for both, packets.db
+// gives way: it can be made again from the parts.
 #include "fsw/framework/base/octets.h"
 #include "fsw/framework/base/text.h"
 #include "osal/include/osal/clock.h"
@@ -22,19 +25,27 @@
 #define RECORD_MAX (RECORD_HEADER + PUS_PACKET_MAX)
 #define LINE_MAX_CHARACTERS (96U + (2U * PUS_PACKET_MAX))
 #define CHUNK 65536U
+#define DIRECTION_GAP 2U
+#define RANGES_TOLD 8U ///< Of missing records.
 #define FOLLOW_PAUSE_NS 20000000ULL
 
 typedef struct {
     const char* folder;
     sqlite3* database;
     sqlite3_stmt* insert;
-    uint64_t doubled; ///< Records that were there already with other content.
+    uint64_t expected; ///< Number of the last record; 0: the last one that is there.
+    uint64_t doubled;  ///< Records that were there already with other content.
+    uint64_t gaps;     ///< Records of which the log itself tells that they were not kept.
+    bool is_failed;    ///< The database takes no more.
 } archive_t;
 
-typedef struct { // A file that grows: what was read and not used yet.
+/// A file that grows. What was read and is no whole record is read again: a writer that failed cuts it off.
+typedef struct {
     osal_file_t file;
     bool is_open;
+    uint64_t position; ///< Of the buffer in the file.
     size_t held;
+    size_t partial; ///< Of these, left over by the last look.
     uint8_t buffer[CHUNK + LINE_MAX_CHARACTERS];
 } tail_t;
 
@@ -63,21 +74,35 @@ static bool execute(archive_t* const archive, const char* const sql)
     return sqlite3_exec(archive->database, sql, NULL, NULL, NULL) == SQLITE_OK;
 }
 
-static int open_archive(archive_t* const archive)
+static bool open_database(archive_t* const archive, const char* const path)
+{
+    return (sqlite3_open(path, &archive->database) == SQLITE_OK) &&
+           (sqlite3_busy_timeout(archive->database, 10000) == SQLITE_OK) &&
+           execute(archive,
+                   "CREATE TABLE IF NOT EXISTS packet(number INTEGER PRIMARY KEY, time_ns INTEGER NOT NULL,"
+                   " direction TEXT NOT NULL, apid INTEGER, service INTEGER, subtype INTEGER, seq INTEGER,"
+                   " user INTEGER, raw BLOB NOT NULL)") &&
+           (sqlite3_prepare_v2(archive->database,
+                               "INSERT INTO packet VALUES(?,?,?,?,?,?,?,?,?) ON CONFLICT(number) DO NOTHING",
+                               -1, &archive->insert, NULL) == SQLITE_OK);
+}
+
+static void close_database(archive_t* const archive)
+{
+    (void)sqlite3_finalize(archive->insert);
+    (void)sqlite3_close(archive->database);
+    archive->insert   = NULL;
+    archive->database = NULL;
+}
+
+static void open_archive(archive_t* const archive)
 {
     char path[PATH_MAX_CHARACTERS];
     path_of(archive, "packets.db", path);
-    const bool is_ready =
-        (sqlite3_open(path, &archive->database) == SQLITE_OK) &&
-        (sqlite3_busy_timeout(archive->database, 10000) == SQLITE_OK) &&
-        execute(archive,
-                "CREATE TABLE IF NOT EXISTS packet(number INTEGER PRIMARY KEY, time_ns INTEGER NOT NULL,"
-                " direction TEXT NOT NULL, apid INTEGER, service INTEGER, subtype INTEGER, seq INTEGER,"
-                " user INTEGER, raw BLOB NOT NULL)") &&
-        (sqlite3_prepare_v2(archive->database,
-                            "INSERT INTO packet VALUES(?,?,?,?,?,?,?,?,?) ON CONFLICT(number) DO NOTHING", -1,
-                            &archive->insert, NULL) == SQLITE_OK);
-    return is_ready ? 0 : complain("cannot open ", path);
+    archive->is_failed = !open_database(archive, path);
+    if (archive->is_failed) {
+        (void)complain("cannot open ", path);
+    }
 }
 
 /// Header fields of a packet, as far as it has them; -1 stands for NULL.
@@ -135,11 +160,16 @@ static void insert(archive_t* const archive, const uint8_t* const record, const 
     octet_reader_t reader       = octet_reader(record, size);
     const uint64_t number       = octet_read_u64(&reader);
     const uint64_t time_ns      = octet_read_u64(&reader);
-    const bool is_tc            = (octet_read_u8(&reader) == 0U);
+    const uint8_t direction     = octet_read_u8(&reader);
+    const bool is_tc            = (direction == 0U);
     const size_t packet_size    = octet_reader_left(&reader);
     const uint8_t* const packet = &record[RECORD_HEADER];
     const header_t header       = header_of(packet, packet_size, is_tc);
     sqlite3_stmt* const row     = archive->insert;
+    if (direction == DIRECTION_GAP) { // From the first number to the second.
+        archive->gaps += (time_ns >= number) ? ((time_ns - number) + 1U) : 0U;
+        return;
+    }
     (void)sqlite3_bind_int64(row, 1, (sqlite3_int64)number);
     (void)sqlite3_bind_int64(row, 2, (sqlite3_int64)time_ns);
     (void)sqlite3_bind_text(row, 3, is_tc ? "TC" : "TM", 2, SQLITE_STATIC);
@@ -152,7 +182,8 @@ static void insert(archive_t* const archive, const uint8_t* const record, const 
     const bool is_done = (sqlite3_step(row) == SQLITE_DONE);
     const bool is_new  = is_done && (sqlite3_changes(archive->database) > 0);
     (void)sqlite3_reset(row);
-    if (!is_new && !is_same(archive, number, packet, packet_size)) {
+    archive->is_failed = archive->is_failed || !is_done;
+    if (is_done && !is_new && !is_same(archive, number, packet, packet_size)) {
         archive->doubled++;
     }
 }
@@ -166,19 +197,21 @@ static bool fill(archive_t* const archive, tail_t* const tail, const char* const
         path_of(archive, name, path);
         tail->is_open = (osal_file_open_read(&tail->file, path) == STATUS_OK);
     }
-    size_t size = 0U;
-    if (!tail->is_open ||
-        (osal_file_read(&tail->file, &tail->buffer[tail->held], CHUNK, &size) != STATUS_OK)) {
+    uint64_t size = 0U;
+    if (!tail->is_open || (osal_file_size(&tail->file, &size) != STATUS_OK) || (size <= tail->position)) {
         return false;
     }
-    tail->held += size;
-    return size > 0U;
+    const uint64_t rest = size - tail->position;
+    tail->held          = (rest < sizeof tail->buffer) ? (size_t)rest : sizeof tail->buffer;
+    return (tail->held != tail->partial) &&
+           (osal_file_read_at(&tail->file, tail->position, tail->buffer, tail->held) == STATUS_OK);
 }
 
 static void drop(tail_t* const tail, const size_t size)
 {
     tail->held -= size;
-    (void)memmove(tail->buffer, &tail->buffer[size], tail->held);
+    tail->partial = tail->held;
+    tail->position += size;
 }
 
 /// Whole records at the front of the spool's tail.
@@ -224,12 +257,28 @@ static uint64_t read_number(const uint8_t* const line, const size_t size, size_t
     return number;
 }
 
+/// "<first> <last> GAP".
+static void insert_gap(archive_t* const archive, const uint8_t* const line, const size_t size)
+{
+    uint8_t record[RECORD_HEADER];
+    size_t position       = 0U;
+    octet_writer_t writer = octet_writer(record, sizeof record);
+    octet_write_u64(&writer, read_number(line, size, &position));
+    octet_write_u64(&writer, read_number(line, size, &position));
+    octet_write_u8(&writer, DIRECTION_GAP);
+    insert(archive, record, sizeof record);
+}
+
 /// "<number> <seconds>.<nanoseconds> TC|TM <hex>" as a record.
 static void insert_line(archive_t* const archive, const uint8_t* const line, const size_t size)
 {
     uint8_t record[RECORD_MAX];
     size_t position       = 0U;
     octet_writer_t writer = octet_writer(record, sizeof record);
+    if ((size > 4U) && (memcmp(&line[size - 4U], " GAP", 4U) == 0)) {
+        insert_gap(archive, line, size);
+        return;
+    }
     octet_write_u64(&writer, read_number(line, size, &position));
     const uint64_t seconds = read_number(line, size, &position);
     octet_write_u64(&writer, (seconds * 1000000000U) + read_number(line, size, &position));
@@ -275,7 +324,7 @@ static void take_part(archive_t* const archive, const char* const name,
     while (fill(archive, &tail, name)) {
         take(archive, &tail);
     }
-    (void)execute(archive, "COMMIT");
+    archive->is_failed = !execute(archive, "COMMIT") || archive->is_failed;
     if (tail.is_open) {
         osal_file_close(&tail.file);
     }
@@ -289,11 +338,17 @@ static int follow(archive_t* const archive)
     osal_clock_t clock;
     osal_clock_open_real(&clock, osal_clock_monotonic_ns());
     while (osal_process_stop_count() == 0U) {
+        const bool was_failed = archive->is_failed;
         (void)execute(archive, "BEGIN");
-        while (fill(archive, &tail, "packets.spool")) {
+        while (!archive->is_failed && fill(archive, &tail, "packets.spool")) {
             take_spool(archive, &tail);
         }
-        (void)execute(archive, "COMMIT");
+        archive->is_failed = !execute(archive, "COMMIT") || archive->is_failed;
+        if (archive->is_failed && !was_failed) {
+            (void)complain(
+                "the disk takes no more into packets.db; the merge at the end reads all again from ",
+                "packets.spool");
+        }
         if (osal_clock_wait(&clock, osal_clock_now_ns(&clock) + FOLLOW_PAUSE_NS, NULL, 0U) != STATUS_OK) {
             break;
         }
@@ -314,76 +369,151 @@ static status_t write_line(osal_file_t* const file, sqlite3_stmt* const row)
     return osal_file_write(file, line, text.length);
 }
 
-static int write_log(archive_t* const archive)
+/// Under another name until it is whole.
+static bool write_log(archive_t* const archive)
 {
+    char part[PATH_MAX_CHARACTERS];
     char path[PATH_MAX_CHARACTERS];
     osal_file_t file  = {-1};
     sqlite3_stmt* row = NULL;
+    path_of(archive, "packets.log.part", part);
     path_of(archive, "packets.log", path);
-    if ((osal_file_create(&file, path) != STATUS_OK) ||
+    status_t status = osal_file_create(&file, part);
+    if ((status == STATUS_OK) &&
         (sqlite3_prepare_v2(archive->database, "SELECT time_ns, direction, raw FROM packet ORDER BY number",
                             -1, &row, NULL) != SQLITE_OK)) {
-        return complain("cannot write ", path);
+        status = STATUS_IO;
     }
-    status_t status = STATUS_OK;
     while ((status == STATUS_OK) && (sqlite3_step(row) == SQLITE_ROW)) {
         status = write_line(&file, row);
     }
     (void)sqlite3_finalize(row);
     osal_file_close(&file);
-    return (status == STATUS_OK) ? 0 : complain("cannot write ", path);
+    status = (status == STATUS_OK) ? osal_file_rename(part, path) : status;
+    if (status != STATUS_OK) {
+        (void)osal_file_remove(part);
+    }
+    return status == STATUS_OK;
 }
 
-/// Numbers run from 1 without a gap.
-static int check_numbers(archive_t* const archive)
+/// " first-last" for each of the first ranges that are missing; returns how many records are.
+static uint64_t find_missing(archive_t* const archive, text_t* const out_ranges)
 {
     sqlite3_stmt* row = NULL;
-    int code          = 1;
-    if ((sqlite3_prepare_v2(archive->database, "SELECT count(*), coalesce(max(number), 0) FROM packet", -1,
-                            &row, NULL) == SQLITE_OK) &&
-        (sqlite3_step(row) == SQLITE_ROW)) {
-        const uint64_t count = (uint64_t)sqlite3_column_int64(row, 0);
-        const uint64_t last  = (uint64_t)sqlite3_column_int64(row, 1);
-        char numbers[64];
-        text_t text = text_in(numbers, sizeof numbers);
-        text_add_unsigned(&text, last - count);
-        text_add(&text, " missing, ");
-        text_add_unsigned(&text, archive->doubled);
-        text_add(&text, " doubled");
-        code = ((count == last) && (archive->doubled == 0U))
-                   ? 0
-                   : complain("records of the packet log: ", numbers);
+    uint64_t next     = 1U;
+    uint64_t missing  = 0U;
+    unsigned ranges   = 0U;
+    bool is_more = (sqlite3_prepare_v2(archive->database, "SELECT number FROM packet ORDER BY number", -1,
+                                       &row, NULL) == SQLITE_OK);
+    while (is_more) {
+        is_more               = (sqlite3_step(row) == SQLITE_ROW);
+        const uint64_t number = is_more ? (uint64_t)sqlite3_column_int64(row, 0) : (archive->expected + 1U);
+        if (number > next) {
+            missing += number - next;
+            if (ranges < RANGES_TOLD) {
+                text_add(out_ranges, (ranges == 0U) ? ": " : " ");
+                text_add_unsigned(out_ranges, next);
+                text_add(out_ranges, "-");
+                text_add_unsigned(out_ranges, number - 1U);
+            }
+            ranges++;
+        }
+        next = number + 1U;
     }
+    text_add(out_ranges, (ranges > RANGES_TOLD) ? " and more" : "");
     (void)sqlite3_finalize(row);
-    return code;
+    return missing;
+}
+
+/// Numbers run from 1 to the last without a gap.
+static bool check_numbers(archive_t* const archive)
+{
+    char ranges[512];
+    char numbers[768];
+    text_t missing       = text_in(ranges, sizeof ranges);
+    text_t text          = text_in(numbers, sizeof numbers);
+    const uint64_t count = find_missing(archive, &missing);
+    text_add_unsigned(&text, count);
+    text_add(&text, " missing, ");
+    text_add_unsigned(&text, archive->doubled);
+    text_add(&text, " doubled");
+    text_add(&text, ranges);
+    if (archive->gaps > 0U) {
+        text_add(&text, "; known in flight: ");
+        text_add_unsigned(&text, archive->gaps);
+    }
+    const bool is_whole = (count == 0U) && (archive->doubled == 0U);
+    if (!is_whole) {
+        (void)complain("records of the packet log: ", numbers);
+    }
+    return is_whole;
+}
+
+static void take_parts(archive_t* const archive)
+{
+    archive->doubled = 0U;
+    archive->gaps    = 0U;
+    take_part(archive, "packets.spool", take_spool);
+    take_part(archive, "packets.ascii", take_lines);
+    take_part(archive, "packets.ring", take_lines);
+}
+
+/// Without packets.db: its room goes to packets.log.
+static bool merge_in_memory(archive_t* const archive)
+{
+    static const char* const names[] = {"packets.db", "packets.db-journal"};
+    char path[PATH_MAX_CHARACTERS];
+    close_database(archive);
+    for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
+        path_of(archive, names[i], path);
+        (void)osal_file_remove(path);
+    }
+    (void)complain("the disk has no room for packets.db: it is made again from the parts by ",
+                   "packet-archive-sqlite merge");
+    archive->is_failed = !open_database(archive, ":memory:");
+    if (!archive->is_failed) {
+        take_parts(archive);
+    }
+    return !archive->is_failed && write_log(archive);
 }
 
 static int merge(archive_t* const archive)
 {
-    take_part(archive, "packets.spool", take_spool);
-    take_part(archive, "packets.ascii", take_lines);
-    take_part(archive, "packets.ring", take_lines);
-    const int written = write_log(archive);
-    const int checked = check_numbers(archive);
-    return ((written == 0) && (checked == 0)) ? 0 : 1;
+    if (!archive->is_failed) {
+        take_parts(archive);
+    }
+    const bool is_stored  = !archive->is_failed && write_log(archive);
+    const bool is_written = is_stored || merge_in_memory(archive);
+    const bool is_whole   = !archive->is_failed && check_numbers(archive);
+    if (!is_written) {
+        (void)complain("cannot write packets.log: the packets are in packets.ascii, .spool and .ring of ",
+                       archive->folder);
+    }
+    return (is_stored && is_whole) ? 0 : 1;
+}
+
+/// The number in the words, 0 if there is none.
+static uint64_t number_of(const char* const words)
+{
+    size_t position = 0U;
+    return read_number((const uint8_t*)words, strlen(words), &position);
 }
 
 int main(const int argument_count, char* arguments[])
 {
     const bool is_follow = (argument_count == 3) && (strcmp(arguments[1], "follow") == 0);
-    const bool is_merge  = (argument_count == 3) && (strcmp(arguments[1], "merge") == 0);
+    const bool is_merge =
+        ((argument_count == 3) || (argument_count == 4)) && (strcmp(arguments[1], "merge") == 0);
     if (!is_follow && !is_merge) {
-        (void)complain("usage: packet-archive-sqlite follow|merge FOLDER", "");
+        (void)complain("usage: packet-archive-sqlite follow FOLDER, or merge FOLDER [RECORDS]", "");
         return 2;
     }
     osal_process_catch_stop();
     osal_process_ignore_interrupt();
-    archive_t archive = {.folder = arguments[2]};
-    int code          = open_archive(&archive);
-    if (code == 0) {
-        code = is_follow ? follow(&archive) : merge(&archive);
-    }
-    (void)sqlite3_finalize(archive.insert);
-    (void)sqlite3_close(archive.database);
+    archive_t archive = {.folder   = arguments[2],
+                         .expected = (argument_count == 4) ? number_of(arguments[3]) : 0U};
+    open_archive(&archive);
+    const int code = is_follow ? follow(&archive) : merge(&archive);
+    close_database(&archive);
     return code;
 }

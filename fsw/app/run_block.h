@@ -98,6 +98,7 @@ typedef struct {
     uint32_t is_finished;       ///< The supervisor has shut the mission down.
     uint32_t is_intruded;       ///< A client outside the calendar has sent telecommands.
     uint32_t is_lossy;          ///< A datagram that was announced has not arrived.
+    uint64_t log_records;       ///< Records of the packet log so far, kept or not.
     uint32_t is_cleaned_up;     ///< For the guard: the launcher has done all that there was to do.
     uint32_t process_count;     ///< Children started so far; the numbers of the last of them:
     int32_t processes[RUN_PROCESSES_MAX];

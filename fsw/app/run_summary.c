@@ -3,12 +3,12 @@
 
 #include "fsw/app/launcher_guard.h"
 #include "fsw/framework/base/text.h"
-#include "osal/include/osal/console.h"
 #include "osal/include/osal/file.h"
 
 #include <string.h>
 
 #define SUMMARY_MAX 8192U
+#define SUMMARY_PATH (LAUNCH_PATH_MAX + 24U)
 
 /// A JSON string; what would need escaping becomes a space.
 static void add_string(text_t* const text, const char* const value)
@@ -119,11 +119,51 @@ static void add_speed(text_t* const text, const launcher_t* const launcher)
     }
 }
 
-void run_summary_write(const launcher_t* const launcher)
+/// Temporary and final path.
+static bool name_files(const launcher_t* const launcher, char out_part[SUMMARY_PATH],
+                       char out_path[SUMMARY_PATH])
 {
-    static char summary[SUMMARY_MAX];
-    char path[LAUNCH_PATH_MAX + 16U];
-    text_t text = text_in(summary, sizeof summary);
+    text_t part = text_in(out_part, SUMMARY_PATH);
+    text_t path = text_in(out_path, SUMMARY_PATH);
+    text_add(&part, launcher->run->folder);
+    text_add(&part, "/run.json.part");
+    text_add(&path, launcher->run->folder);
+    text_add(&path, "/run.json");
+    return !part.cut && !path.cut;
+}
+
+bool run_summary_reserve(const launcher_t* const launcher)
+{
+    char part[SUMMARY_PATH];
+    char path[SUMMARY_PATH];
+    osal_file_t file = {-1};
+    if (!name_files(launcher, part, path) || (osal_file_create(&file, part) != STATUS_OK)) {
+        return false;
+    }
+    const status_t status = osal_file_reserve(&file, SUMMARY_MAX);
+    osal_file_close(&file);
+    return (status == STATUS_OK) || (status == STATUS_UNSUPPORTED);
+}
+
+/// Into the room that was reserved; the name is that of a whole file at any moment.
+static bool write_whole(const launcher_t* const launcher, const char* const summary, const size_t size)
+{
+    char part[SUMMARY_PATH];
+    char path[SUMMARY_PATH];
+    osal_file_t file = {-1};
+    if (!name_files(launcher, part, path) || (osal_file_update(&file, part) != STATUS_OK)) {
+        return false;
+    }
+    const bool is_written = (osal_file_write_at(&file, 0U, summary, size) == STATUS_OK) &&
+                            (osal_file_resize(&file, size) == STATUS_OK) &&
+                            (osal_file_sync(&file) == STATUS_OK);
+    osal_file_close(&file);
+    return is_written && (osal_file_rename(part, path) == STATUS_OK);
+}
+
+static size_t describe_run(const launcher_t* const launcher, char out_summary[SUMMARY_MAX])
+{
+    text_t text = text_in(out_summary, SUMMARY_MAX);
     text_add(&text, "{");
     add_options(&text, &launcher->options);
     add_hash(&text, "interface_hash", launcher->mission.interface_hash);
@@ -149,14 +189,12 @@ void run_summary_write(const launcher_t* const launcher)
     }
     add_children(&text, launcher);
     text_add(&text, "\n}\n");
-    text_t name = text_in(path, sizeof path);
-    text_add(&name, launcher->run->folder);
-    text_add(&name, "/run.json");
-    osal_file_t file      = {-1};
-    const bool is_written = (osal_file_create(&file, path) == STATUS_OK) &&
-                            (osal_file_write(&file, summary, text.length) == STATUS_OK);
-    osal_file_close(&file);
-    if (!is_written || text.cut) {
-        osal_console_complain("cannot write run.json into the run's folder");
-    }
+    return text.cut ? 0U : text.length;
+}
+
+bool run_summary_write(const launcher_t* const launcher)
+{
+    static char summary[SUMMARY_MAX];
+    const size_t size = describe_run(launcher, summary);
+    return (size > 0U) && write_whole(launcher, summary, size);
 }

@@ -5,7 +5,10 @@
 
 #include "fsw/app/launcher.h"
 
-/// Write run.json into the run's folder; complains on the console if it cannot.
-void run_summary_write(const launcher_t* launcher);
+/// Have room for run.json in the run's folder (run.json.part), whatever fills the disk later. False: there is
+/// none.
+bool run_summary_reserve(const launcher_t* launcher);
+/// Write run.json there: at any moment it is whole, or is not there. False: it could not be written.
+MUST_USE bool run_summary_write(const launcher_t* launcher);
 
 #endif // FSW_APP_RUN_SUMMARY_H

@@ -8,9 +8,11 @@
 #include "fsw/framework/subsystem/fitting.h"
 #include "fsw/supervisor/supervisor.h"
 #include "generated/supervisor_services.h"
+#include "osal/include/osal/console.h"
 
 /// Of a process on a clock of its own, on a computer that others use as well.
 #define REAL_LATENESS_NS 200000000ULL
+#define SLOW_DISK_MS 100U
 #define RECORDS_MAX 20480U ///< Lasting records: schedules, definitions, stores and files.
 
 typedef struct {
@@ -151,16 +153,42 @@ static void finished(void* const context)
 
 // ---- Program ----
 
+/// For the merge at the end: it knows by this what is missing behind the last record that it finds.
+static void count_records(supervisor_program_t* const program)
+{
+    const uint64_t records = program->supervisor.log.next_number - 1U;
+    __atomic_store_n(&program->seat->run->log_records, records, __ATOMIC_RELEASE);
+}
+
+/// A disk that was slow held the supervisor up: told to people only, since it is time of the wall.
+static void tell_slow_disk(const supervisor_program_t* const program)
+{
+    char line[96];
+    const uint64_t slowest_ms = program->supervisor.log.slowest_ns / 1000000U;
+    if (slowest_ms >= SLOW_DISK_MS) {
+        text_t text = text_in(line, sizeof line);
+        text_add(&text, "supervisor: one write of the packet log took ");
+        text_add_unsigned(&text, slowest_ms);
+        text_add(&text, " ms");
+        osal_console_complain(line);
+    }
+}
+
 static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
 {
     (void)octets_due;
-    return supervisor_step(&((supervisor_program_t*)context)->supervisor, now_ns);
+    supervisor_program_t* const program = (supervisor_program_t*)context;
+    const uint64_t wake_ns              = supervisor_step(&program->supervisor, now_ns);
+    count_records(program);
+    return wake_ns;
 }
 
 static void close_program(void* const context)
 {
     supervisor_program_t* const program = (supervisor_program_t*)context;
     supervisor_close(&program->supervisor);
+    count_records(program);
+    tell_slow_disk(program);
     store_files_close(&program->stores);
     record_store_close(&program->records);
     osal_directory_close(&program->files);
@@ -280,6 +308,7 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         text_add(&text, status_text(status));
         return false;
     }
+    storage.seat = seat;
     *out_program = (program_t){.self          = &storage,
                                .step          = step,
                                .link_datagram = no_link,

@@ -366,6 +366,7 @@ void osal_process_catch_stop(void)
     (void)sigaction(SIGINT, &action, NULL);
     (void)sigaction(SIGTERM, &action, NULL);
     (void)sigaction(SIGHUP, &action, NULL);
+    (void)signal(SIGXFSZ, SIG_IGN); // A file that may grow no more is told by the write.
 }
 
 unsigned osal_process_stop_count(void)

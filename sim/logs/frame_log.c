@@ -22,6 +22,7 @@
 typedef struct {
     int descriptor;
     bool is_broken;
+    off_t size; ///< Of the file: whole lines or records.
     size_t used;
     uint8_t octets[BUFFER_OCTETS];
 } sink_t;
@@ -174,6 +175,13 @@ static void flush_sink(sink_t* sink)
         } else if (errno != EINTR) {
             sink->is_broken = true;
         }
+    }
+    if (!sink->is_broken) {
+        sink->size += (off_t)done;
+    } else if (ftruncate(sink->descriptor, sink->size) != 0) {
+        // It ends within a line: told at the end, as that it is not complete.
+    } else {
+        // It ends with a whole one.
     }
     sink->used = 0U;
 }

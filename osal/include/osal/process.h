@@ -63,7 +63,8 @@ int32_t osal_process_own_id(void);
 /// What the starter of this program has set under that name in its environment, or null. Valid to the end.
 const char* osal_process_environment(const char* name);
 
-/// Ctrl-C, SIGTERM and SIGHUP set a flag instead of ending the program. Count of such signals so far.
+/// Ctrl-C, SIGTERM and SIGHUP set a flag instead of ending the program; a file that reaches the largest size
+/// permitted does not end it either. Count of such signals so far.
 void osal_process_catch_stop(void);
 unsigned osal_process_stop_count(void);
 /// For the waiting functions of this layer: descriptor that is readable when a stop signal has come (-1: not

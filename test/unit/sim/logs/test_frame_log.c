@@ -3,9 +3,11 @@
 #include "sim/logs/frame_log.h"
 #include "unity.h"
 
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 static char folder[32];
@@ -161,6 +163,32 @@ static void test_what_cannot_be_written_is_told(void)
     }
 }
 
+static void test_a_full_disk_leaves_whole_lines_and_records(void)
+{
+    frame_log_t* log = NULL;
+    struct rlimit limit;
+    const osal_can_frame_t frame = {.id = 0x123U, .length = 8U};
+    const long line              = (long)strlen("(0000000000.000000) robot 123#0000000000000000\n");
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(folder, "robot", &log));
+    frame_log_write(log, &frame);
+    frame_log_flush(log);
+    TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));
+    const rlim_t before = limit.rlim_cur;
+    limit.rlim_cur      = 110U; // Two lines and a part; two records and a part.
+    (void)signal(SIGXFSZ, SIG_IGN);
+    TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
+    for (unsigned i = 0U; i < 10U; i++) {
+        frame_log_write(log, &frame);
+    }
+    frame_log_flush(log);
+    limit.rlim_cur = before;
+    TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
+    frame_log_write(log, &frame); // It stays broken: a log with a hole would look whole.
+    TEST_ASSERT_EQUAL_INT(STATUS_IO, frame_log_close(log));
+    TEST_ASSERT_EQUAL_INT(line, size_of("log"));
+    TEST_ASSERT_EQUAL_INT(24 + 32, size_of("pcap"));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -170,5 +198,6 @@ int main(void)
     RUN_TEST(test_files_hold_every_frame);
     RUN_TEST(test_the_pcap_header_names_socketcan_and_nanoseconds);
     RUN_TEST(test_what_cannot_be_written_is_told);
+    RUN_TEST(test_a_full_disk_leaves_whole_lines_and_records);
     return UNITY_END();
 }

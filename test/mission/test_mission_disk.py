@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A disk that is full, becomes full, or is gone: the flight goes on, says so, and run.json is whole."""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+
+import flying
+import pytest
+
+SECONDS = 150
+
+
+@pytest.fixture
+def disk(folder):
+    """Mounts a small disk of so many octets; its folder."""
+    made = []
+
+    def mount(size):
+        path = folder / "disk"
+        path.mkdir(parents=True)
+        done = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "none", path], capture_output=True, text=True)
+        if done.returncode != 0:
+            pytest.skip(f"no disk can be mounted here: {done.stderr.strip()}")
+        made.append(path)
+        return path
+
+    yield mount
+    for path in made:
+        subprocess.run(["umount", path], check=True)
+
+
+@pytest.fixture(scope="module")
+def scenario(hangar):
+    """A flight in which everybody is asked each second."""
+    return flying.write_scenario(hangar / "disk.scn", "0 hand rest", *(f"{second} operator ping all" for second in range(1, SECONDS)), f"{SECONDS} operator shutdown")
+
+
+def _numbers(flight):
+    return [int(line.split()[0]) for line in flight.read("packets.ascii").splitlines()]
+
+
+def _fill(path):
+    with (path / "filler").open("wb", buffering=0) as filler:
+        try:
+            while filler.write(bytes(65536)):
+                pass
+        except OSError:
+            pass
+    return path / "filler"
+
+
+def _is_logging(flight):
+    """Whether the supervisor has the file of the packet log open."""
+    files = pathlib.Path(f"/proc/{flight.children().get('supervisor')}/fd")
+    try:
+        return any(os.readlink(entry).endswith("/packets.ascii") for entry in files.iterdir())
+    except OSError:
+        return True  # It has just closed something, or is not there yet.
+
+
+def test_full_disk_from_the_first_second(disk):
+    flight = flying.fly(disk(3_000_000) / "out", "--scenario", "telepresence")
+    assert flight.code == 1
+    assert flight.facts["exit_code"] == 1
+    assert flight.facts["simulated_s"] > 90, "the flight goes on to its end"
+    assert flight.facts["exit_reason"].startswith("simulator ended with exit code 1")
+    for name in ("joystick", "manipulator", "supervisor", "communication", "operator"):
+        assert next(entry for entry in flight.facts["processes"] if entry["name"] == name)["exit_code"] == 0
+    numbers = _numbers(flight)
+    assert numbers == list(range(1, len(numbers) + 1))
+    for name in ("packets.ascii", "can-robot.log", "operator.log"):
+        assert flight.octets(name).endswith(b"\n"), f"{name} ends within a line"
+    assert all(json.loads(line) for line in flight.read("operator.log").splitlines())
+    assert not (flight.folder / "packets.log").exists(), "a part of it would look like the whole"
+    assert not (flight.folder / "run.json.part").exists()
+    flying.assert_clean(flight)
+
+
+def test_log_goes_on_when_there_is_room_again(disk, scenario):
+    """What came meanwhile is in memory, and nothing is missing at the end."""
+    place = disk(64_000_000)
+    flight = flying.start(place / "out", "--scenario", scenario)
+    try:
+        flying.wait_until(lambda: flight.steps() > 5, "step of the operator")
+        filler = _fill(place)
+        held = len(_numbers(flight))
+        flying.wait_until(lambda: not _is_logging(flight) or flight.process.poll() is not None, "the log in the ring")
+        filler.unlink()
+        flight.wait()
+    finally:
+        flight.abandon()
+    assert flight.facts["simulated_s"] >= SECONDS
+    assert "records of the packet log" not in flight.console, flight.told()
+    numbers = _numbers(flight)
+    assert sorted(numbers) == list(range(1, len(numbers) + 1)), "every record once"
+    assert len(numbers) > held
+    packets = [raw for _, direction, raw in flight.packets if direction == "TM"]
+    assert len(flight.packets) == len(numbers)
+    changes = [raw[21:23] for raw in packets if raw[7:9] == b"\x83\x04"]
+    assert changes == [b"\x00\x03", b"\x03\x00"], "into the ring, and back by itself"
+    assert any(raw[7:9] == b"\x05\x04" and raw[21:23] == b"\x00\x08" for raw in packets), "LOG_FAILED"
+
+
+def test_folder_that_is_removed_in_flight(folder, scenario):
+    flight = flying.start(folder / "out", "--scenario", scenario)
+    try:
+        flying.wait_until(lambda: flight.steps() > 5, "step of the operator")
+        shutil.rmtree(flight.folder, ignore_errors=True)
+        shutil.rmtree(flight.folder, ignore_errors=True)
+        flight.wait()
+    finally:
+        flight.abandon()
+    assert flight.code == 1
+    assert "cannot write run.json into the run's folder" in flight.output
+    assert not flight.leftovers()
+
+
+def test_missing_records_are_named(folder):
+    """By the merge, also those behind the last one that is there."""
+    flight = flying.fly(folder / "out", "--scenario", "commissioning")
+    lines = flight.read("packets.ascii").splitlines(keepends=True)
+    count = len(lines)
+    (flight.folder / "packets.ascii").write_text("".join(lines[:9] + ["10 19 GAP\n"] + lines[19:-2]), encoding="utf-8")
+    for name in ("packets.db", "packets.log"):
+        (flight.folder / name).unlink()
+    done = subprocess.run([flying.BIN / "packet-archive-sqlite", "merge", flight.folder, str(count)], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert f"12 missing, 0 doubled: 10-19 {count - 1}-{count}; known in flight: 10" in done.stderr, done.stderr
+    assert len(flight.packets) == count - 12
