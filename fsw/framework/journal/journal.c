@@ -2,6 +2,7 @@
 #include "fsw/framework/journal/journal.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "fsw/framework/journal/journal_damage.h"
 #include "fsw/framework/journal/journal_index.h"
 #include "fsw/framework/journal/journal_record.h"
 
@@ -106,14 +107,17 @@ static status_t copy_live(journal_t* const journal, const medium_t* const medium
     return STATUS_OK;
 }
 
-/// Begin a generation on a medium that holds nothing, and nothing either if the power is cut now. One octet
-/// of it stays: so a medium whose size is 0 was never used, and needs no sync.
+/// Empty a medium, so that it is empty too if the power is cut now. One octet of it stays: so a medium whose
+/// size is 0 was never used, and needs no sync.
+static status_t empty_medium(const medium_t* const medium)
+{
+    const status_t status = medium->resize(medium->context, 1U);
+    return (status == STATUS_OK) ? medium->sync(medium->context) : status;
+}
+
 static status_t begin_generation(const medium_t* const medium, const uint32_t generation)
 {
-    status_t status = medium->resize(medium->context, 1U);
-    if (status == STATUS_OK) {
-        status = medium->sync(medium->context);
-    }
+    const status_t status = empty_medium(medium);
     return (status == STATUS_OK) ? journal_write_head(medium, generation) : status;
 }
 
@@ -238,6 +242,14 @@ static status_t write_again(journal_t* const journal)
     return (status == STATUS_OK) ? STATUS_OK : STATUS_IO;
 }
 
+/// Mark on the other medium how far commits have succeeded. Without a sync: what does not last says nothing.
+static void write_mark(journal_t* const journal)
+{
+    const journal_mark_t mark = {.generation = journal->stats.generation, .offset = journal->synced.offset};
+    const status_t status     = journal_write_mark(medium_of(journal, 1U - journal->active), &mark);
+    journal->stats.unmarked += (status == STATUS_OK) ? 0U : 1U;
+}
+
 /// Close the transaction and make it count. STATUS_OK, STATUS_IO.
 static status_t close_transaction(journal_t* const journal)
 {
@@ -257,6 +269,7 @@ static status_t close_transaction(journal_t* const journal)
     journal->synced         = journal->tail;
     journal->changes        = 0U;
     journal->is_provisional = false;
+    write_mark(journal);
     return STATUS_OK;
 }
 
@@ -286,31 +299,6 @@ status_t journal_commit(void* const context)
 }
 
 // --- reading back ------------------------------------------------------------------------------------------
-
-/// What a medium holds.
-typedef struct {
-    bool has_commit;
-    uint32_t generation;
-    journal_place_t end; ///< Behind the last commit.
-} survey_t;
-
-/// STATUS_OK, STATUS_IO.
-static status_t survey(journal_t* const journal, const size_t index, survey_t* const out_survey)
-{
-    const medium_t* const medium = medium_of(journal, index);
-    *out_survey                  = (survey_t){0};
-    status_t status              = journal_read_head(medium, &out_survey->generation);
-    journal_place_t place        = journal_first_place(out_survey->generation);
-    while (status == STATUS_OK) {
-        journal_record_t record;
-        status = journal_read_record(medium, &place, &record, journal->buffer);
-        if ((status == STATUS_OK) && (record.kind == JOURNAL_COMMIT)) {
-            out_survey->has_commit = true;
-            out_survey->end        = place;
-        }
-    }
-    return (status == STATUS_EMPTY) ? STATUS_OK : STATUS_IO;
-}
 
 /// Fill the index from the medium, up to the tail. STATUS_OK, STATUS_EXHAUSTED, STATUS_IO.
 static status_t build_index(journal_t* const journal)
@@ -351,19 +339,49 @@ static status_t cut_tail(journal_t* const journal)
     return (status == STATUS_OK) ? medium->sync(medium->context) : status;
 }
 
-/// Begin an empty journal. The sync of the first commit makes its head sure too; what an earlier life has
-/// left must be sure to be gone before. STATUS_OK, STATUS_FULL, STATUS_IO.
-static status_t begin_journal(journal_t* const journal)
+/// Begin an empty journal. Its head is made sure before anything else is written, so that later a medium
+/// without one is damaged; what an earlier life has left must be sure to be gone before. STATUS_OK,
+/// STATUS_FULL, STATUS_IO.
+static status_t begin_journal(journal_t* const journal, const journal_survey_t surveys[2])
 {
-    const journal_place_t tail   = journal_first_place(1U);
-    const medium_t* const medium = medium_of(journal, 0U);
-    uint64_t size                = 0U;
-    const status_t status        = medium->size(medium->context, &size);
+    const journal_place_t tail = journal_first_place(1U);
+    status_t status            = STATUS_OK;
     go_on(journal, 0U, 1U, &tail);
-    if (status != STATUS_OK) {
-        return status;
+    if (surveys[1].size > 0U) { // A mark of an earlier life must not be believed later.
+        status = empty_medium(medium_of(journal, 1U));
     }
-    return (size > 0U) ? begin_generation(medium, 1U) : journal_write_head(medium, 1U);
+    if ((status == STATUS_OK) && (surveys[0].size > 0U)) {
+        status = empty_medium(medium_of(journal, 0U));
+    }
+    if (status == STATUS_OK) {
+        status = journal_write_head(medium_of(journal, 0U), 1U);
+    }
+    return (status == STATUS_OK) ? active_of(journal)->sync(active_of(journal)->context) : status;
+}
+
+/// Index of the medium that holds the last commit; 2 if none does.
+static size_t valid_of(const journal_survey_t surveys[2])
+{
+    if (!surveys[0].has_commit && !surveys[1].has_commit) {
+        return 2U;
+    }
+    const bool is_second =
+        surveys[1].has_commit && (!surveys[0].has_commit || (surveys[1].generation > surveys[0].generation));
+    return is_second ? 1U : 0U;
+}
+
+/// See what is there. STATUS_OK, STATUS_IO.
+static status_t look(journal_t* const journal, journal_survey_t surveys[2])
+{
+    status_t status = STATUS_OK;
+    for (size_t i = 0U; (i < 2U) && (status == STATUS_OK); i++) {
+        status = journal_survey(medium_of(journal, i), &surveys[i], journal->buffer);
+    }
+    if (status == STATUS_OK) {
+        status = journal_assess(journal->configuration.media, surveys, valid_of(surveys), &journal->damage,
+                                journal->buffer);
+    }
+    return status;
 }
 
 status_t journal_open(journal_t* const journal, const journal_configuration_t* const configuration)
@@ -376,21 +394,28 @@ status_t journal_open(journal_t* const journal, const journal_configuration_t* c
     journal->slot_count    = JOURNAL_SLOTS(configuration->capacity);
     (void)memset(configuration->slots, 0, journal->slot_count * sizeof(configuration->slots[0]));
 
-    survey_t found[2];
-    if ((survey(journal, 0U, &found[0]) != STATUS_OK) || (survey(journal, 1U, &found[1]) != STATUS_OK)) {
+    journal_survey_t surveys[2];
+    if (look(journal, surveys) != STATUS_OK) {
         return STATUS_IO;
     }
-    if (!found[0].has_commit && !found[1].has_commit) {
-        return begin_journal(journal);
+    if (journal->damage.is_damaged && (configuration->keep != NULL)) {
+        configuration->keep(configuration->keep_context);
     }
-    const bool is_second =
-        found[1].has_commit && (!found[0].has_commit || (found[1].generation > found[0].generation));
-    const survey_t* const valid = &found[is_second ? 1U : 0U];
-    go_on(journal, is_second ? 1U : 0U, valid->generation, &valid->end);
+    const size_t valid = valid_of(surveys);
+    if (valid > 1U) {
+        return begin_journal(journal, surveys);
+    }
+    go_on(journal, valid, surveys[valid].generation, &surveys[valid].end);
     journal->is_provisional = false;
-    journal->synced         = valid->end;
-    const status_t status   = build_index(journal);
-    return (status == STATUS_OK) ? cut_tail(journal) : status;
+    journal->synced         = surveys[valid].end;
+    status_t status         = build_index(journal);
+    if (status == STATUS_OK) {
+        status = cut_tail(journal);
+    }
+    if ((status == STATUS_OK) && journal->damage.is_damaged) {
+        write_mark(journal); // It is told once.
+    }
+    return status;
 }
 
 status_t journal_replay(journal_t* const journal, const journal_take_t take, void* const context)

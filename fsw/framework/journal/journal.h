@@ -18,6 +18,12 @@
 /// read and written, 3 MB for 10 000 records of 300 octets). A put that finds no room does it too; the new
 /// generation then counts with the commit that follows, and the old one until then.
 ///
+/// The medium that is not written to bears a mark, which says how far the other one reached when a commit had
+/// succeeded. What is missing of that when the journal is opened was damaged: `damage` tells it, `keep` may
+/// save the media as they are, and the journal goes on with what is whole. A transaction that a power cut has
+/// torn is no damage. Not known: damage after a power cut that has kept the mark from its medium, if the last
+/// transaction alone is concerned.
+///
 /// An error of a medium leaves what was committed. A commit that failed is made up for by the next one: all
 /// that had not counted is read back, compared by its checksums, and written again before it is synced.
 ///
@@ -61,7 +67,16 @@ typedef struct {
     uint32_t slack;        ///< Dead octets more than live ones before a commit compacts [octets].
     journal_slot_t* slots; ///< JOURNAL_SLOTS(capacity).
     size_t capacity;       ///< Records, 1 at least.
+    /// Called by journal_open when the media are damaged, before it changes them. Null: nobody wants them.
+    void (*keep)(void* context);
+    void* keep_context;
 } journal_configuration_t;
+
+typedef struct {
+    bool is_damaged;
+    uint32_t records; ///< Puts and erasures that can still be recognized behind the damage, and do not count.
+    uint64_t octets;  ///< Of the media that do not count.
+} journal_damage_t;
 
 typedef struct { // Private: where a record lies, and what it must say of itself to be believed.
     uint32_t offset;
@@ -69,7 +84,7 @@ typedef struct { // Private: where a record lies, and what it must say of itself
     uint32_t sequence;
 } journal_place_t;
 
-typedef struct { // Private, except `stats`: read-only, for telemetry.
+typedef struct { // Private, except `stats`, read-only, for telemetry, and `damage`.
     journal_configuration_t configuration;
     size_t slot_count;
     size_t active;          // Which medium is written to.
@@ -81,6 +96,7 @@ typedef struct { // Private, except `stats`: read-only, for telemetry.
     journal_place_t tail;   // Of the next record.
     journal_place_t synced; // Behind the last commit that counted.
     uint8_t buffer[JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX)];
+    journal_damage_t damage; ///< Found when it was opened. Read-only.
     struct {
         uint32_t generation;  ///< Of the medium written to.
         uint32_t records;     ///< Live ones.
@@ -91,12 +107,14 @@ typedef struct { // Private, except `stats`: read-only, for telemetry.
         uint32_t full;        ///< Puts refused for lack of room.
         uint32_t unknown;     ///< Records to be erased that were not there.
         uint32_t failed;      ///< Calls that a medium's error has failed.
+        uint32_t unmarked;    ///< Commits whose mark could not be written.
         uint64_t discarded;   ///< Octets behind the last commit, cut off at open.
     } stats;
 } journal_t;
 
-/// Find the last whole commit, or begin an empty journal if there is none. STATUS_OK; STATUS_EXHAUSTED (more
-/// records than slots), STATUS_IO, STATUS_FULL: the journal may not be used. limit >= 256.
+/// Find the last whole commit, or begin an empty journal if there is none; see whether there was more.
+/// STATUS_OK; STATUS_EXHAUSTED (more records than slots), STATUS_IO, STATUS_FULL: the journal may not be
+/// used. limit >= 256.
 MUST_USE status_t journal_open(journal_t* journal, const journal_configuration_t* configuration);
 
 /// Takes a record back. It may not call the journal; `octets` live during the call only.

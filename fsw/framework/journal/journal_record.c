@@ -5,6 +5,7 @@
 #include "fsw/framework/base/octets.h"
 
 #define MAGIC 0x484A524EU // "HJRN"
+#define MARK 0x484A4D4BU  // "HJMK"
 #define VERSION 1U
 #define CRC_SIZE 4U
 
@@ -65,6 +66,30 @@ status_t journal_read_head(const medium_t* const medium, uint32_t* const out_gen
     return is_head ? STATUS_OK : STATUS_EMPTY;
 }
 
+status_t journal_write_mark(const medium_t* const medium, const journal_mark_t* const mark)
+{
+    uint8_t octets[JOURNAL_HEAD_SIZE];
+    octets_put_u32(octets, MARK);
+    octets_put_u32(&octets[4], mark->generation);
+    octets_put_u32(&octets[8], mark->offset);
+    octets_put_u32(&octets[12], crc32_iso(octets, JOURNAL_HEAD_SIZE - CRC_SIZE));
+    return medium->write(medium->context, 0U, octets, sizeof(octets));
+}
+
+status_t journal_read_mark(const medium_t* const medium, journal_mark_t* const out_mark)
+{
+    uint8_t octets[JOURNAL_HEAD_SIZE];
+    const status_t status = read_up_to_end(medium, 0U, octets, sizeof(octets));
+    if (status != STATUS_OK) {
+        return status;
+    }
+    *out_mark =
+        (journal_mark_t){.generation = octets_u32_at(&octets[4]), .offset = octets_u32_at(&octets[8])};
+    const uint32_t crc = crc32_iso(octets, JOURNAL_HEAD_SIZE - CRC_SIZE);
+    return ((octets_u32_at(octets) == MARK) && (octets_u32_at(&octets[12]) == crc)) ? STATUS_OK
+                                                                                    : STATUS_EMPTY;
+}
+
 static void advance(journal_place_t* const place, const size_t size, const uint32_t crc)
 {
     place->offset += (uint32_t)JOURNAL_RECORD_SIZE(size);
@@ -91,14 +116,27 @@ status_t journal_write_record(const medium_t* const medium, journal_place_t* con
     return status;
 }
 
+static journal_record_t record_in(const uint8_t* const buffer)
+{
+    return (journal_record_t){.kind  = buffer[0],
+                              .table = buffer[TABLE],
+                              .size  = octets_u16_at(&buffer[SIZE]),
+                              .key   = octets_u32_at(&buffer[KEY])};
+}
+
+/// True if this may be the header of a record.
+static bool is_header(const journal_record_t* const record)
+{
+    const bool is_kind =
+        (record->kind == JOURNAL_PUT) || (record->kind == JOURNAL_ERASE) || (record->kind == JOURNAL_COMMIT);
+    return is_kind && (record->size <= JOURNAL_RECORD_MAX);
+}
+
 /// True if the header in the buffer is that of the record at this place.
 static bool is_next(const journal_place_t* const place, const journal_record_t* const record,
                     const uint8_t* const buffer)
 {
-    const bool is_kind =
-        (record->kind == JOURNAL_PUT) || (record->kind == JOURNAL_ERASE) || (record->kind == JOURNAL_COMMIT);
-    return is_kind && (record->size <= JOURNAL_RECORD_MAX) &&
-           (octets_u32_at(&buffer[SEQUENCE]) == place->sequence) &&
+    return is_header(record) && (octets_u32_at(&buffer[SEQUENCE]) == place->sequence) &&
            (octets_u32_at(&buffer[CHAIN]) == place->chain);
 }
 
@@ -109,10 +147,7 @@ status_t journal_read_record(const medium_t* const medium, journal_place_t* cons
     if (status != STATUS_OK) {
         return status;
     }
-    *out_record = (journal_record_t){.kind  = buffer[0],
-                                     .table = buffer[TABLE],
-                                     .size  = octets_u16_at(&buffer[SIZE]),
-                                     .key   = octets_u32_at(&buffer[KEY])};
+    *out_record = record_in(buffer);
     if (!is_next(place, out_record, buffer)) {
         return STATUS_EMPTY;
     }
@@ -128,4 +163,53 @@ status_t journal_read_record(const medium_t* const medium, journal_place_t* cons
     }
     advance(place, out_record->size, crc);
     return STATUS_OK;
+}
+
+/// Where in the buffer a record may begin that comes at or behind `place` and ends up to `end`; `size` - 19
+/// if nowhere.
+static size_t candidate_in(const uint8_t* const buffer, const size_t size, const journal_place_t* const place,
+                           const uint64_t end)
+{
+    const uint64_t left = end - place->offset;
+    const uint64_t sequence =
+        place->sequence + (left / JOURNAL_RECORD_SIZE(0U)); // Not more can have been there.
+    size_t at         = 0U;
+    bool is_candidate = false;
+    while (!is_candidate && ((at + JOURNAL_RECORD_SIZE(0U)) <= size)) {
+        const journal_record_t record = record_in(&buffer[at]);
+        const uint32_t found          = octets_u32_at(&buffer[at + SEQUENCE]);
+        is_candidate = is_header(&record) && (found >= place->sequence) && (found <= sequence) &&
+                       ((at + JOURNAL_RECORD_SIZE((size_t)record.size)) <= left);
+        at += is_candidate ? 0U : 1U;
+    }
+    return at;
+}
+
+status_t journal_find_record(const medium_t* const medium, const uint64_t end, journal_place_t* const place,
+                             journal_record_t* const out_record, uint8_t* const buffer)
+{
+    while ((place->offset + JOURNAL_RECORD_SIZE((uint64_t)0U)) <= end) {
+        const uint64_t left = end - place->offset;
+        const size_t size   = (left < JOURNAL_RECORD_SIZE((uint64_t)JOURNAL_RECORD_MAX))
+                                  ? (size_t)left
+                                  : JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX);
+        if (medium->read(medium->context, place->offset, buffer, size) != STATUS_OK) {
+            return STATUS_IO;
+        }
+        const size_t at = candidate_in(buffer, size, place, end);
+        *out_record     = record_in(buffer);
+        if (at > 0U) {
+            place->offset += (uint32_t)at;
+        } else {
+            const size_t covered = JOURNAL_OCTETS_AT + (size_t)out_record->size;
+            const uint32_t crc   = crc32_iso(buffer, covered);
+            if (octets_u32_at(&buffer[covered]) == crc) {
+                place->sequence = octets_u32_at(&buffer[SEQUENCE]);
+                advance(place, out_record->size, crc);
+                return STATUS_OK;
+            }
+            place->offset++;
+        }
+    }
+    return STATUS_EMPTY;
 }

@@ -3,6 +3,7 @@
 ///
 ///     head     "HJRN", version u16 = 1, spare u16, generation u32, CRC-32
 ///     record   kind u8, table u8, size u16, sequence u32, key u32, chain u32, octets, CRC-32
+///     mark     "HJMK", generation u32, offset u32, CRC-32: in the place of the other medium's head
 #ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H
 #define FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H
 
@@ -30,6 +31,17 @@ status_t journal_write_head(const medium_t* medium, uint32_t generation);
 /// STATUS_OK, STATUS_EMPTY (there is none), STATUS_IO.
 status_t journal_read_head(const medium_t* medium, uint32_t* out_generation);
 
+/// How far the other medium reached when a commit had succeeded.
+typedef struct {
+    uint32_t generation;
+    uint32_t offset;
+} journal_mark_t;
+
+/// Statuses of the medium's `write`.
+status_t journal_write_mark(const medium_t* medium, const journal_mark_t* mark);
+/// STATUS_OK, STATUS_EMPTY (there is none), STATUS_IO.
+status_t journal_read_mark(const medium_t* medium, journal_mark_t* out_mark);
+
 /// Write a record whose octets are in the buffer already, and go on behind it. Statuses of the medium's
 /// `write`; then the place stays.
 status_t journal_write_record(const medium_t* medium, journal_place_t* place, const journal_record_t* record,
@@ -38,5 +50,10 @@ status_t journal_write_record(const medium_t* medium, journal_place_t* place, co
 /// the next record: the place stays), STATUS_IO.
 status_t journal_read_record(const medium_t* medium, journal_place_t* place, journal_record_t* out_record,
                              uint8_t* buffer);
+/// Find the next octets from `place` up to `end` that are a record in themselves, whatever the one before it
+/// was, with a sequence number that may come there, and go on behind it. STATUS_OK, STATUS_EMPTY, STATUS_IO.
+/// Time: O(octets looked at).
+status_t journal_find_record(const medium_t* medium, uint64_t end, journal_place_t* place,
+                             journal_record_t* out_record, uint8_t* buffer);
 
 #endif // FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+// Damage to the media of a journal between two lives, everywhere on them: all records are there, or the
+// journal says that it is damaged; never a silent loss. What opening finds is kept before it is changed, and
+// is told once.
+#include "fsw/framework/journal/journal.h"
+#include "test/support/recorded_media.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define CAPACITY 12U
+#define KEPT_OCTETS 2048U
+#define RANDOM_SHORT 2000U
+#define RANDOM_LONG 400000U
+
+static journal_t journal;
+static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
+static image_t original[2];
+static image_t work[2];
+static uint8_t whole[KEPT_OCTETS]; // What the journal held.
+static size_t whole_size;
+static uint8_t found[KEPT_OCTETS];
+static size_t found_size;
+static unsigned kept_calls;
+static uint32_t random_state = 1U;
+static unsigned long tried;
+static unsigned long told;
+
+static uint32_t random_below(const uint32_t bound)
+{
+    random_state = (random_state * 1664525U) + 1013904223U;
+    return (uint32_t)(((uint64_t)random_state * bound) >> 32U);
+}
+
+/// Nothing has been changed so far.
+static void keep(void* const context)
+{
+    TEST_ASSERT_EQUAL_PTR(&journal, context);
+    for (size_t i = 0U; i < 2U; i++) {
+        TEST_ASSERT_EQUAL_UINT64(work[i].size, recorded.image[i].size);
+        TEST_ASSERT_EQUAL(0, memcmp(work[i].octets, recorded.image[i].octets, work[i].size));
+    }
+    kept_calls++;
+}
+
+static void open_journal(void)
+{
+    const journal_configuration_t configuration = {.media        = {recorded_medium(0U), recorded_medium(1U)},
+                                                   .limit        = 1500U,
+                                                   .slack        = 200U,
+                                                   .slots        = slots,
+                                                   .capacity     = CAPACITY,
+                                                   .keep         = keep,
+                                                   .keep_context = &journal};
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
+}
+
+static void take(void* const context, const uint8_t table, const uint32_t key, const uint8_t* const octets,
+                 const size_t size)
+{
+    (void)context;
+    TEST_ASSERT_TRUE((found_size + 2U + size) <= KEPT_OCTETS);
+    found[found_size]      = table;
+    found[found_size + 1U] = (uint8_t)key;
+    memcpy(&found[found_size + 2U], octets, size);
+    found_size += 2U + size;
+}
+
+static void replay(void)
+{
+    found_size = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_replay(&journal, take, NULL));
+}
+
+static void put(const uint32_t key, const uint8_t value, const size_t size)
+{
+    uint8_t octets[64];
+    memset(octets, value, sizeof octets);
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 11U, key, octets, size));
+}
+
+static void commit(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
+}
+
+/// This is what a journal holds when nothing happens to it.
+static void remember(void)
+{
+    recorded_copy(original, recorded.image);
+    recorded_clear(original);
+    open_journal();
+    TEST_ASSERT_FALSE(journal.damage.is_damaged);
+    replay();
+    memcpy(whole, found, found_size);
+    whole_size = found_size;
+    recorded_clear(original);
+}
+
+/// A journal of some lives; `commits` of two puts each.
+static void write_journal(const unsigned commits)
+{
+    recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
+    open_journal();
+    for (unsigned i = 0U; i < commits; i++) {
+        put(i % 5U, (uint8_t)i, 10U + (i % 20U));
+        put(5U + (i % 3U), (uint8_t)(i + 100U), 5U);
+        if ((i % 4U) == 3U) {
+            TEST_ASSERT_EQUAL(STATUS_OK, journal_erase(&journal, 11U, i % 5U));
+        }
+        commit();
+    }
+    remember();
+}
+
+static bool is_whole(void)
+{
+    return (found_size == whole_size) && (memcmp(found, whole, whole_size) == 0);
+}
+
+/// Open what is in `work`, as the damage has left it.
+static void judge(const char* const what, const size_t place)
+{
+    char message[96];
+    (void)snprintf(message, sizeof message, "%s at %lu", what, (unsigned long)place);
+    kept_calls = 0U;
+    recorded_clear(work);
+    open_journal();
+    replay();
+    const bool is_told = journal.damage.is_damaged;
+    TEST_ASSERT_TRUE_MESSAGE(is_told || is_whole(), message);
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(is_told ? 1U : 0U, kept_calls, message);
+    TEST_ASSERT_TRUE_MESSAGE(is_told || ((journal.damage.octets == 0U) && (journal.damage.records == 0U)),
+                             message);
+    tried++;
+    told += is_told ? 1U : 0U;
+    if ((tried % 16U) == 0U) { // It goes on, and says it once.
+        const size_t left = found_size;
+        recorded_copy(work, recorded.image);
+        recorded_clear(work);
+        open_journal();
+        replay();
+        TEST_ASSERT_FALSE_MESSAGE(journal.damage.is_damaged, message);
+        TEST_ASSERT_EQUAL_UINT64_MESSAGE(left, found_size, message);
+        put(9U, 9U, 3U);
+        commit();
+        recorded_copy(work, recorded.image);
+        recorded_clear(work);
+        open_journal();
+        replay();
+        TEST_ASSERT_FALSE_MESSAGE(journal.damage.is_damaged, message);
+        TEST_ASSERT_EQUAL_UINT64_MESSAGE(left + 5U, found_size, message);
+    }
+}
+
+static void damage_everywhere(void)
+{
+    static const size_t blocks[] = {2U, 7U, 16U, 64U, 512U};
+    for (size_t medium = 0U; medium < 2U; medium++) {
+        for (size_t i = 0U; i < original[medium].size; i++) {
+            for (unsigned bit = 0U; bit < 8U; bit++) {
+                recorded_copy(work, original);
+                work[medium].octets[i] ^= (uint8_t)(1U << bit);
+                judge("bit flipped", i);
+            }
+            recorded_copy(work, original);
+            work[medium].size = i;
+            memset(&work[medium].octets[i], 0, original[medium].size - i);
+            judge("cut", i);
+            for (size_t k = 0U; k < (sizeof blocks / sizeof blocks[0]); k++) {
+                const size_t left = original[medium].size - i;
+                const size_t size = (blocks[k] < left) ? blocks[k] : left;
+                recorded_copy(work, original);
+                memset(&work[medium].octets[i], 0, size);
+                judge("zeros", i);
+                recorded_copy(work, original);
+                memset(&work[medium].octets[i], 0xFF, size);
+                judge("ones", i);
+            }
+        }
+        recorded_copy(work, original);
+        memset(work[medium].octets, 0, work[medium].size);
+        judge("all zeros", medium);
+    }
+}
+
+void setUp(void)
+{
+    random_state = 1U;
+    tried        = 0U;
+    told         = 0U;
+}
+
+void tearDown(void)
+{
+}
+
+static void damage_anywhere_is_told_or_does_no_harm(void)
+{
+    char text[96];
+    write_journal(3U); // No compaction yet.
+    damage_everywhere();
+    write_journal(1U);
+    damage_everywhere();
+    write_journal(14U);
+    TEST_ASSERT_TRUE(journal.stats.generation > 1U);
+    damage_everywhere();
+    TEST_ASSERT_TRUE((told > 1000U) && (told < tried));
+    (void)snprintf(text, sizeof text, "%lu damages, %lu told, the others did no harm", tried, told);
+    UnityPrint(text);
+    UNITY_PRINT_EOL();
+}
+
+/// Any two damages of one medium, in journals of any length. `LONG=1`: very many.
+static void many_damages_are_told_or_do_no_harm(void)
+{
+    const unsigned count = (getenv("LONG") != NULL) ? RANDOM_LONG : RANDOM_SHORT;
+    for (unsigned i = 0U; i < count; i++) {
+        if ((i % 500U) == 0U) {
+            write_journal(1U + random_below(40U));
+        }
+        const size_t medium = random_below(2U);
+        recorded_copy(work, original);
+        for (unsigned k = 0U; k < 2U; k++) {
+            const size_t place = random_below((uint32_t)work[medium].size);
+            const size_t left  = original[medium].size - place;
+            const size_t size  = 1U + random_below((uint32_t)left);
+            switch (random_below(4U)) {
+            case 0U:
+                work[medium].octets[place] ^= (uint8_t)(1U + random_below(255U));
+                break;
+            case 1U:
+                memset(&work[medium].octets[place], (random_below(2U) == 0U) ? 0 : 0xFF, size);
+                break;
+            case 2U:
+                memmove(&work[medium].octets[place],
+                        &original[medium].octets[random_below((uint32_t)place + 1U)], size);
+                break;
+            default:
+                work[medium].size = (place > 0U) ? place : 1U;
+                memset(&work[medium].octets[work[medium].size], 0, MEDIUM_MAX - work[medium].size);
+                break;
+            }
+        }
+        judge("many", i);
+    }
+}
+
+/// The trials of an operator: a flipped bit early in the file; a file of zeros.
+static void what_is_lost_is_counted(void)
+{
+    recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
+    open_journal();
+    TEST_ASSERT_FALSE(journal.damage.is_damaged); // A first start.
+    for (uint32_t key = 1U; key <= 4U; key++) {
+        put(key, 1U, 10U);
+        commit();
+    }
+    remember();
+    const size_t step = JOURNAL_RECORD_SIZE(10U) + JOURNAL_RECORD_SIZE(0U);
+    recorded_copy(work, original);
+    work[0].octets[JOURNAL_HEAD_SIZE + step + 16U] ^= 1U;
+    judge("second record", 60U);
+    TEST_ASSERT_TRUE(journal.damage.is_damaged);
+    TEST_ASSERT_EQUAL_UINT32(2U,
+                             journal.damage.records); // The third and the fourth; the second is no record.
+    TEST_ASSERT_EQUAL_UINT64(3U * step, journal.damage.octets);
+    TEST_ASSERT_EQUAL_UINT32(1U, journal.stats.records);
+    recorded_copy(work, original);
+    memset(work[0].octets, 0, work[0].size);
+    judge("zeros", 0U);
+    TEST_ASSERT_TRUE(journal.damage.is_damaged);
+    TEST_ASSERT_EQUAL_UINT32(0U, journal.damage.records);
+    TEST_ASSERT_EQUAL_UINT64(original[0].size, journal.damage.octets);
+}
+
+/// With both media gone wrong, what is on them tells it, without a mark.
+static void damage_of_both_media_is_told(void)
+{
+    write_journal(3U);
+    recorded_copy(work, original);
+    work[1].size = 0U;
+    // Damage behind it looks as if the power had been cut in the last commit.
+    const size_t first = JOURNAL_HEAD_SIZE + JOURNAL_RECORD_SIZE(10U) + JOURNAL_RECORD_SIZE(5U);
+    for (size_t i = 0U; i < first; i++) {
+        work[0].octets[i] ^= 0x40U;
+        kept_calls = 0U;
+        recorded_clear(work);
+        open_journal();
+        replay();
+        TEST_ASSERT_TRUE(journal.damage.is_damaged);
+        work[0].octets[i] ^= 0x40U;
+    }
+    memset(&work[0].octets, 0x55, work[0].size);
+    recorded_clear(work);
+    open_journal();
+    TEST_ASSERT_TRUE(journal.damage.is_damaged);
+}
+
+static void nobody_needs_to_keep_it(void)
+{
+    write_journal(3U);
+    recorded_copy(work, original);
+    work[0].octets[20] ^= 1U;
+    recorded_clear(work);
+    const journal_configuration_t configuration = {.media    = {recorded_medium(0U), recorded_medium(1U)},
+                                                   .limit    = 1500U,
+                                                   .slots    = slots,
+                                                   .capacity = CAPACITY};
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
+    TEST_ASSERT_TRUE(journal.damage.is_damaged);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(damage_anywhere_is_told_or_does_no_harm);
+    RUN_TEST(many_damages_are_told_or_do_no_harm);
+    RUN_TEST(what_is_lost_is_counted);
+    RUN_TEST(damage_of_both_media_is_told);
+    RUN_TEST(nobody_needs_to_keep_it);
+    return UNITY_END();
+}
