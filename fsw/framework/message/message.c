@@ -410,7 +410,6 @@ static bool is_current(message_endpoint_t* const endpoint, message_channel_t* co
         stray(endpoint, channel);
         return false;
     }
-    channel->refusals = 0U;
     return true;
 }
 
@@ -506,6 +505,9 @@ static void judge_all_of(message_endpoint_t* const endpoint, message_channel_t* 
         }
     }
     catch_up(channel);
+    if (credit_of(channel, 0U, 0U) > 0U) { // A word without credit does not tell that nothing was lost.
+        channel->refusals = 0U;
+    }
 }
 
 static void judge_news(message_endpoint_t* const endpoint)
@@ -547,6 +549,23 @@ static message_channel_t* next_channel(message_endpoint_t* const endpoint,
         }
     }
     return found;
+}
+
+status_t message_next(message_endpoint_t* const endpoint, const message_filter_t* const filter,
+                      uint16_t* const out_from, size_t* const out_size)
+{
+    FSW_ASSERT((endpoint != NULL) && (out_from != NULL) && (out_size != NULL));
+    judge_news(endpoint);
+    const message_channel_t* const channel = next_channel(endpoint, filter);
+    if (channel == NULL) {
+        return_all_credit(endpoint);
+        return STATUS_EMPTY;
+    }
+    uint8_t none = 0U;
+    (void)octet_ring_look(&channel->inbox.blocks, 0U, &none, 0U, out_size);
+    *out_from = channel->peer;
+    *out_size -= MESSAGE_HEADER_OCTETS;
+    return STATUS_OK;
 }
 
 status_t message_receive_if(message_endpoint_t* const endpoint, const message_filter_t* const filter,

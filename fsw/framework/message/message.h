@@ -132,6 +132,9 @@ void message_take_control(message_endpoint_t* endpoint);
 /// these, what `octets` holds means nothing.
 MUST_USE status_t message_receive(message_endpoint_t* endpoint, uint16_t* out_from, uint8_t* octets,
                                   size_t capacity, size_t* out_size);
+/// Which block message_receive_if would take, and its size. STATUS_OK, STATUS_EMPTY.
+MUST_USE status_t message_next(message_endpoint_t* endpoint, const message_filter_t* filter,
+                               uint16_t* out_from, size_t* out_size);
 /// The same among the peers that the filter admits. Blocks of others wait, and give no credit back.
 MUST_USE status_t message_receive_if(message_endpoint_t* endpoint, const message_filter_t* filter,
                                      uint16_t* out_from, uint8_t* octets, size_t capacity, size_t* out_size);

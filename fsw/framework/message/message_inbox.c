@@ -28,6 +28,7 @@ status_t message_inbox_put(message_inbox_t* const inbox, const uint8_t kind, con
         message_note_t* const note = &inbox->notes[kind - 1U];
         (void)memcpy(note->header, frame, sizeof note->header);
         note->after  = inbox->arrived;
+        note->stamp  = stamp;
         note->is_set = true;
         return STATUS_OK;
     }
@@ -44,19 +45,32 @@ status_t message_inbox_put(message_inbox_t* const inbox, const uint8_t kind, con
     return status;
 }
 
+/// The note that came first of those before the next data. What one of them says may be older than what
+/// another says: they are judged in the order they came.
+static message_note_t* next_note(message_inbox_t* const inbox)
+{
+    message_note_t* found = NULL;
+    for (uint8_t i = 0U; i < MESSAGE_INBOX_NOTES; i++) {
+        message_note_t* const note = &inbox->notes[i];
+        const bool is_due          = note->is_set && ((inbox->judged - note->after) < (UINT32_MAX / 2U));
+        if (is_due && ((found == NULL) || ((found->stamp - note->stamp) < (UINT32_MAX / 2U)))) {
+            found = note;
+        }
+    }
+    return found;
+}
+
 bool message_inbox_next(message_inbox_t* const inbox, uint8_t header[MESSAGE_INBOX_HEADER],
                         uint8_t* const out_kind, size_t* const out_size)
 {
     FSW_ASSERT((inbox != NULL) && (header != NULL) && (out_kind != NULL) && (out_size != NULL));
-    for (uint8_t i = 0U; i < MESSAGE_INBOX_NOTES; i++) {
-        message_note_t* const note = &inbox->notes[i];
-        if (note->is_set && ((inbox->judged - note->after) < (UINT32_MAX / 2U))) {
-            (void)memcpy(header, note->header, sizeof note->header);
-            note->is_set = false;
-            *out_kind    = (uint8_t)(i + 1U);
-            *out_size    = sizeof note->header;
-            return true;
-        }
+    message_note_t* const note = next_note(inbox);
+    if (note != NULL) {
+        (void)memcpy(header, note->header, sizeof note->header);
+        note->is_set = false;
+        *out_kind    = (uint8_t)((note - inbox->notes) + 1);
+        *out_size    = sizeof note->header;
+        return true;
     }
     if (inbox->judged == inbox->arrived) {
         return false;

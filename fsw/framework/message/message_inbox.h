@@ -23,6 +23,7 @@
 typedef struct { // Private. A frame without data.
     uint8_t header[MESSAGE_INBOX_HEADER];
     uint32_t after; // So many frames with data came before it.
+    uint32_t stamp; // When it came.
     bool is_set;
 } message_note_t;
 

@@ -164,6 +164,29 @@ static void credit_is_taken_without_a_block(void)
     party_in_each_form(&party, take_control_alone);
 }
 
+/// The answer to a SYNC says that nothing was taken, the credit behind it that much was: in this order.
+static void answer_then_give_credit(void)
+{
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
+    }
+    for (unsigned i = 0U; i < 4U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U)); // Asks.
+    }
+    for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
+        expect_number(1U, 0U, i);
+    }
+    expect_nothing(1U);
+    expect_nothing(0U);
+    TEST_ASSERT_EQUAL(1U, end(0U)->counters.syncs);
+    TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
+}
+
+static void what_says_less_is_heard_before_what_says_more(void)
+{
+    party_in_each_form(&party, answer_then_give_credit);
+}
+
 static void blocks_come_in_order_of_arrival(void)
 {
     party_open(&party, PARTY_RING);
@@ -218,6 +241,7 @@ int main(void)
     RUN_TEST(the_last_octets_of_a_window_are_reserved);
     RUN_TEST(who_takes_no_data_still_takes_credit);
     RUN_TEST(credit_is_taken_without_a_block);
+    RUN_TEST(what_says_less_is_heard_before_what_says_more);
     RUN_TEST(blocks_come_in_order_of_arrival);
     RUN_TEST(frames_beyond_a_window_are_dropped_and_counted);
     return UNITY_END();
