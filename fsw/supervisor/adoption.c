@@ -18,7 +18,7 @@ CAPACITY_CHECK(all_counters_have_room, sizeof(supervisor_counters_t) <= (VITALS_
 
 static vitals_rings_t rings_of(supervisor_t* const supervisor)
 {
-    vitals_rings_t rings = {{&supervisor->ground_backlog, &supervisor->onboard.released}};
+    vitals_rings_t rings = {{&supervisor->ground_kept, &supervisor->onboard.released}};
     for (size_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
         rings.list[FIRST_INBOX + i] = message_waiting(supervisor->config.endpoint, i);
     }
@@ -304,6 +304,7 @@ void adoption_commit(supervisor_t* const supervisor)
     if ((supervisor->config.vitals != NULL) && !supervisor->is_finished) {
         const vitals_rings_t rings = rings_of(supervisor);
         keep(supervisor, &supervisor->kept);
+        ground_keep(supervisor);
         vitals_commit(supervisor->config.vitals, &supervisor->kept, &rings);
     }
 }
@@ -326,6 +327,7 @@ static void take(supervisor_t* const supervisor, const supervisor_vitals_t* cons
     take_plans(supervisor, state);
     take_requests(&supervisor->pending, state->passed);
     take_requests(&supervisor->own, state->own);
+    ground_resume(supervisor);
     const bool is_kept = supervisor->config.is_endpoint_kept;
     if (!is_kept) {
         message_resume_clock(supervisor->config.endpoint, state->message_life, state->message_stamp);

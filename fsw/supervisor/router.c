@@ -4,6 +4,8 @@
 
 #include "fsw/framework/base/assertion.h"
 
+#define HOUSEKEEPING_REPORT 25U
+#define DIAGNOSTIC_REPORT 26U
 #define NO_PACKETS_LIMIT (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
 
 /// The ring has taken the place of what is selected, or gives it back: told once each.
@@ -28,7 +30,7 @@ static void tell_log(supervisor_t* const supervisor)
 }
 
 /// A request longer than a packet is in the log already, in parts.
-static void log_packet(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
+void router_log(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
 {
     if (size <= PUS_PACKET_MAX) {
         const bool is_tc = pus_packet_is_tc(packet, size);
@@ -46,37 +48,13 @@ void router_flush_log(supervisor_t* const supervisor)
 static void send_now(supervisor_t* const supervisor, const uint16_t apid, const uint8_t* const packet,
                      const size_t size)
 {
-    const status_t status = message_send(supervisor->config.endpoint, apid, packet, size);
+    const status_t status = message_send_plain(supervisor->config.endpoint, apid, packet, size);
     (void)status;
 }
 
 static bool is_ground(const uint16_t user)
 {
     return user < PUS_USER_ONBOARD;
-}
-
-/// Carry a report to the ground; what the mailbox refuses waits, in order. A backlog that is full drops the
-/// report here (it is in the log) and counts it.
-static void send_to_ground(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
-{
-    octet_ring_t* const backlog = &supervisor->ground_backlog;
-    if ((backlog->blocks == 0U) &&
-        (message_send(supervisor->config.endpoint, COMMUNICATION_APID, packet, size) != STATUS_FULL)) {
-        return;
-    }
-    if (octet_ring_put(backlog, packet, size) != STATUS_OK) {
-        supervisor->counters.tc_unroutable++;
-    }
-}
-
-void router_flush(supervisor_t* const supervisor)
-{
-    octet_ring_t* const backlog = &supervisor->ground_backlog;
-    size_t size                 = 0U;
-    while ((backlog->blocks > 0U) && (message_credit(supervisor->config.endpoint, COMMUNICATION_APID) > 0U) &&
-           (octet_ring_take(backlog, supervisor->packet, sizeof supervisor->packet, &size) == STATUS_OK)) {
-        send_now(supervisor, COMMUNICATION_APID, supervisor->packet, size);
-    }
 }
 
 // ---- Reports ----
@@ -96,8 +74,9 @@ static void learn_from(supervisor_t* const supervisor, const pus_tm_t* const tm)
     }
 }
 
+/// `block`, where the packet lies in one.
 static void route_report(supervisor_t* const supervisor, const uint16_t from, const uint8_t* const packet,
-                         const size_t size)
+                         const size_t size, uint8_t* const block)
 {
     pus_tm_t tm;
     pus_failure_t failure;
@@ -106,10 +85,10 @@ static void route_report(supervisor_t* const supervisor, const uint16_t from, co
         supervisor->counters.tm_malformed++;
         return;
     }
-    log_packet(supervisor, packet, size);
+    router_log(supervisor, packet, size);
     supervisor->counters.tm_routed++;
     if (is_ground(tm.destination) && onboard_forwards(supervisor, &tm)) {
-        send_to_ground(supervisor, packet, size);
+        ground_send(supervisor, tm.apid, packet, size, block);
     }
     learn_from(supervisor, &tm);
     onboard_observe(supervisor, &tm, packet, size);
@@ -170,7 +149,10 @@ static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* 
         component_accept_large(&supervisor->component, packet, size, supervisor->now_ns);
         return STATUS_OK;
     }
-    const status_t status = message_send(supervisor->config.endpoint, tc->apid, packet, size);
+    message_endpoint_t* const endpoint = supervisor->config.endpoint;
+    const status_t status              = (pus_class_of(packet, size) == PUS_CLASS_FIRM)
+                                             ? message_send(endpoint, tc->apid, packet, size)
+                                             : message_send_plain(endpoint, tc->apid, packet, size);
     if (status == STATUS_OK) {
         const pus_token_t token = pus_token_of(tc);
         (void)pending_add(&supervisor->pending, tc->apid, &token, supervisor->now_ns);
@@ -183,7 +165,7 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
 {
     pus_tc_t tc;
     pus_failure_t failure;
-    log_packet(supervisor, packet, size);
+    router_log(supervisor, packet, size);
     const status_t decoded = pus_tc_decode_large(packet, size, &tc, &failure);
     if (decoded != STATUS_OK) {
         supervisor->counters.tc_malformed++;
@@ -208,6 +190,12 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
 }
 
 bool router_has_room(const supervisor_t* const supervisor, const uint16_t apid)
+{
+    return (apid == SUPERVISOR_APID) || (message_credit_plain(supervisor->config.endpoint, apid) > 0U);
+}
+
+/// The same for the supervisor's own orders.
+static bool has_firm_room(const supervisor_t* const supervisor, const uint16_t apid)
 {
     return (apid == SUPERVISOR_APID) || (message_credit(supervisor->config.endpoint, apid) > 0U);
 }
@@ -249,35 +237,58 @@ static uint16_t* taken_of(intake_t* const intake, const uint16_t apid)
     return (entry == NULL) ? NULL : &intake->taken[entry - intake->supervisor->roster];
 }
 
-/// A storm of one subsystem fills its own window, not the step of the supervisor.
+/// A storm of one subsystem fills its own window, not the step of the supervisor. Of the ground nothing is
+/// taken in while its answers would find no room: it waits in the window, then in the connection.
 static bool admits(void* const context, const uint16_t peer)
 {
-    const uint16_t* const taken = taken_of((intake_t*)context, peer);
-    return (taken != NULL) && (*taken < MESSAGE_WINDOW);
+    intake_t* const intake      = (intake_t*)context;
+    const uint16_t* const taken = taken_of(intake, peer);
+    return (taken != NULL) && (*taken < MESSAGE_WINDOW) &&
+           ((peer != COMMUNICATION_APID) || (ground_takes_requests(intake->supervisor) &&
+                                             component_may_accept(&intake->supervisor->component)));
+}
+
+/// Take the next packet into a block of its size, log and route it, and give the block back: whoever still
+/// needs it holds it, too. Without a block it is handled all the same, but cannot wait.
+static status_t take_one(supervisor_t* const supervisor, const message_filter_t* const filter,
+                         uint16_t* const out_from)
+{
+    message_endpoint_t* const endpoint = supervisor->config.endpoint;
+    size_t size                        = 0U;
+    status_t status                    = message_next(endpoint, filter, out_from, &size);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    uint8_t* const block  = ((size > 0U) && (size <= PUS_PACKET_MAX))
+                                ? ground_backlog_take(&supervisor->ground_backlog, size)
+                                : NULL;
+    uint8_t* const packet = (block != NULL) ? block : supervisor->packet;
+    const size_t capacity = (block != NULL) ? size : sizeof supervisor->packet;
+    status                = message_receive_if(endpoint, filter, out_from, packet, capacity, &size);
+    if ((status != STATUS_OK) || (size == 0U)) {
+        supervisor->counters.tm_malformed++;
+    } else if (pus_packet_is_tc(packet, size)) {
+        route_request(supervisor, *out_from, packet, size);
+    } else {
+        route_report(supervisor, *out_from, packet, size, block);
+    }
+    if (block != NULL) {
+        ground_backlog_give(&supervisor->ground_backlog, block);
+    }
+    return STATUS_OK;
 }
 
 void router_take_in(supervisor_t* const supervisor)
 {
     intake_t intake               = {.supervisor = supervisor};
     const message_filter_t filter = {&intake, admits};
-    for (unsigned i = 0U; i < NO_PACKETS_LIMIT; i++) {
-        uint16_t from         = 0U;
-        size_t size           = 0U;
-        const status_t status = message_receive_if(supervisor->config.endpoint, &filter, &from,
-                                                   supervisor->packet, sizeof supervisor->packet, &size);
-        if (status == STATUS_EMPTY) {
-            return;
-        }
+    uint16_t from                 = 0U;
+    for (unsigned i = 0U; (i < NO_PACKETS_LIMIT) && (take_one(supervisor, &filter, &from) == STATUS_OK);
+         i++) {
         uint16_t* const taken = taken_of(&intake, from);
         *taken                = (uint16_t)(*taken + 1U);
-        if ((status != STATUS_OK) || (size == 0U)) {
-            supervisor->counters.tm_malformed++;
-        } else if (pus_packet_is_tc(supervisor->packet, size)) {
-            route_request(supervisor, from, supervisor->packet, size);
-        } else {
-            route_report(supervisor, from, supervisor->packet, size);
-        }
     }
+    message_take_control(supervisor->config.endpoint); // Of those, too, whose packets wait.
 }
 
 // ---- What the supervisor sends itself ----
@@ -294,10 +305,15 @@ static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const 
     }
 }
 
-/// Of a report longer than a packet.
-static bool is_part(const pus_tm_t* const tm)
+/// A report that its sender offers again where the ground has no room now. What is due at its time is logged,
+/// and goes without: the heartbeat above all.
+static bool may_wait(const pus_tm_t* const tm)
 {
-    return (tm->service == PUS_SERVICE_LARGE_PACKETS) && (tm->subtype <= PUS_LARGE_LAST_DOWN);
+    const bool is_sampled = (tm->service == PUS_SERVICE_HOUSEKEEPING) &&
+                            ((tm->subtype == HOUSEKEEPING_REPORT) || (tm->subtype == DIAGNOSTIC_REPORT));
+    const bool is_heartbeat =
+        (tm->service == PUS_SERVICE_MANAGEMENT) && (tm->subtype == PUS_MANAGEMENT_STATUS);
+    return !is_sampled && !is_heartbeat;
 }
 
 status_t router_send(void* const context, const uint8_t* const packet, const size_t size)
@@ -308,26 +324,28 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
         pus_failure_t failure;
         const status_t decoded = pus_tc_decode(packet, size, &tc, &failure);
         FSW_ASSERT(decoded == STATUS_OK);
-        if (!router_has_room(supervisor, tc.apid)) {
+        const bool is_firm = (pus_class_of(packet, size) == PUS_CLASS_FIRM);
+        if (!(is_firm ? has_firm_room(supervisor, tc.apid) : router_has_room(supervisor, tc.apid))) {
             return STATUS_FULL; // Not sent, so not logged.
         }
-        log_packet(supervisor, packet, size); // The request first, then what it brings about.
+        router_log(supervisor, packet, size); // The request first, then what it brings about.
         return deliver_request(supervisor, &tc, packet, size);
     }
     pus_tm_t tm;
     pus_failure_t failure;
     const status_t decoded = pus_tm_decode(packet, size, &tm, &failure);
     FSW_ASSERT(decoded == STATUS_OK);
-    if (is_part(&tm) && (octet_ring_room(&supervisor->ground_backlog) < SUPERVISOR_PARTS_ROOM)) {
-        return STATUS_FULL; // What is more than a packet leaves the way to ground open for others.
+    const bool is_for_ground = is_ground(tm.destination) && onboard_forwards(supervisor, &tm);
+    if (is_for_ground && may_wait(&tm) && !ground_accepts(supervisor, pus_class_of(packet, size), size)) {
+        return STATUS_FULL; // Not sent, so not logged.
     }
-    log_packet(supervisor, packet, size);
+    router_log(supervisor, packet, size);
     pus_verification_t verification;
     if (pus_verification_read(&tm, &verification) == STATUS_OK) {
         pending_report(&supervisor->own, SUPERVISOR_APID, tm.destination, &verification);
     }
-    if (is_ground(tm.destination) && onboard_forwards(supervisor, &tm)) {
-        send_to_ground(supervisor, packet, size); // Logged in any case; the ground may be absent.
+    if (is_for_ground) {
+        ground_send(supervisor, tm.apid, packet, size, NULL); // Logged in any case; the ground may be absent.
     }
     if ((tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS)) {
         send_heartbeat(supervisor, packet, size);
@@ -339,24 +357,6 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
     }
     onboard_observe(supervisor, &tm, packet, size);
     return STATUS_OK;
-}
-
-status_t router_send_time(void* const context, const uint8_t* const packet, const size_t size)
-{
-    supervisor_t* const supervisor = (supervisor_t*)context;
-    if ((supervisor->ground_backlog.blocks > 0U) || !router_has_room(supervisor, COMMUNICATION_APID) ||
-        (message_send(supervisor->config.endpoint, COMMUNICATION_APID, packet, size) != STATUS_OK)) {
-        return STATUS_FULL; // What waits already goes first.
-    }
-    log_packet(supervisor, packet, size);
-    return STATUS_OK;
-}
-
-status_t router_send_stored(void* const context, const uint8_t virtual_channel, const uint8_t* const packet,
-                            const size_t size)
-{
-    (void)virtual_channel; // There is one way to ground.
-    return router_send_time(context, packet, size);
 }
 
 status_t order_state(supervisor_t* const supervisor, const uint16_t apid, const state_t target)
@@ -380,7 +380,7 @@ void order_owed(supervisor_t* const supervisor)
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const roster_entry_t* const entry = &supervisor->roster[i];
         if (entry->is_order_owed && roster_is_there(entry) &&
-            router_has_room(supervisor, entry->mission->apid)) {
+            has_firm_room(supervisor, entry->mission->apid)) {
             (void)order_state(supervisor, entry->mission->apid, entry->ordered);
         }
     }

@@ -38,6 +38,14 @@ static status_t publish(void* const self)
             subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_REACTIONS],
                               &supervisor->reactions);
     }
+    if (status == STATUS_OK) {
+        status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_GROUND],
+                                   &supervisor->ground);
+    }
+    if (status == STATUS_OK) {
+        status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_MESSAGES],
+                                   &supervisor->messages);
+    }
     return status;
 }
 
@@ -83,6 +91,14 @@ static void update_status(void* const self)
     const uint64_t position           = pus_position_schedule_now(&supervisor->onboard.schedules.position);
     supervisor->orbit = (supervisor_orbit_t){.number = (uint32_t)(position / PUS_POSITION_TICKS),
                                              .angle  = (uint16_t)(position % PUS_POSITION_TICKS)};
+    ground_update(supervisor);
+    const message_counters_t* const messages = &supervisor->config.endpoint->counters;
+    supervisor->messages                     = (supervisor_messages_t){.lost      = messages->lost,
+                                                                       .stale     = messages->stale,
+                                                                       .malformed = messages->malformed,
+                                                                       .overruns  = messages->overruns,
+                                                                       .abandoned = messages->abandoned,
+                                                                       .syncs     = messages->syncs};
     parameter_unlock(dictionary);
 }
 
@@ -133,8 +149,8 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     supervisor->mode    = (uint8_t)config->mission->initial_mode;
     roster_init(supervisor);
     pending_init(&supervisor->pending);
-    octet_ring_init(&supervisor->ground_backlog, supervisor->ground_storage,
-                    sizeof supervisor->ground_storage);
+    ground_backlog_init(&supervisor->ground_backlog);
+    octet_ring_init(&supervisor->ground_kept, supervisor->ground_storage, sizeof supervisor->ground_storage);
     pending_init(&supervisor->own);
     init_component(supervisor);
     adoption_begin(supervisor);
@@ -164,8 +180,10 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     FSW_ASSERT(supervisor != NULL);
     supervisor->now_ns = now_ns;
     adoption_tell(supervisor);
-    router_flush(supervisor);
+    ground_flush(supervisor);
     router_take_in(supervisor);
+    ground_flush(supervisor);
+    ground_tell(supervisor);
     const uint64_t component_wake_ns = component_step(&supervisor->component, now_ns);
     if (now_ns >= supervisor->next_tick_ns) {
         tick(supervisor);

@@ -17,6 +17,7 @@
 #include "fsw/framework/journal/journal.h"
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/subsystem/component.h"
+#include "fsw/supervisor/ground_backlog.h"
 #include "fsw/supervisor/link_graph.h"
 #include "fsw/supervisor/onboard.h"
 #include "fsw/supervisor/packet_log.h"
@@ -31,8 +32,6 @@
 #define SUPERVISOR_APID 1U
 #define COMMUNICATION_APID 2U
 #define SUPERVISOR_LINK_SESSIONS 8U
-#define SUPERVISOR_GROUND_BACKLOG 65536U ///< Reports that wait for the mailbox of `communication` [octets].
-#define SUPERVISOR_PARTS_ROOM (SUPERVISOR_GROUND_BACKLOG / 2U) ///< Left in it before a part of a long report.
 #define SUPERVISOR_OWN_EVENTS 16U ///< Events of its own that wait for the end of the step.
 
 /// How the supervisor reaches processes; the launcher is behind it.
@@ -187,9 +186,15 @@ typedef struct supervisor { // All fields are private.
     uint32_t orbit_period_ms;         // Published.
     supervisor_orbit_t orbit;         // Published.
     supervisor_reactions_t reactions; // Published.
-    octet_ring_t ground_backlog;
+    supervisor_ground_t ground;       // Published.
+    supervisor_messages_t messages;   // Published.
+    ground_backlog_t ground_backlog;
+    octet_ring_t ground_kept; // What waits there, for the next life.
+    uint64_t ground_moved_ns; // When the last report that waited left, or none waited.
+    bool is_ground_behind;    // Reports were dropped since the backlog was empty.
+    bool is_ground_news;      // And nobody was told yet.
     packet_log_t log;
-    uint8_t ground_storage[SUPERVISOR_GROUND_BACKLOG];
+    uint8_t ground_storage[GROUND_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
 } supervisor_t;
 

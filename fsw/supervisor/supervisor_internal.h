@@ -9,9 +9,10 @@
 void router_take_in(supervisor_t* supervisor);
 /// Write out the packet log; a failure is an event.
 void router_flush_log(supervisor_t* supervisor);
-/// Send on what waits for the ground.
-void router_flush(supervisor_t* supervisor);
-/// Port of the supervisor's own reports and requests: log, then deliver.
+/// Append a packet to the log.
+void router_log(supervisor_t* supervisor, const uint8_t* packet, size_t size);
+/// Port of the supervisor's own reports and requests: log, then deliver. STATUS_OK; STATUS_FULL: nothing was
+/// done, since there is no room on the way; it comes again.
 status_t router_send(void* context, const uint8_t* packet, size_t size);
 /// Ports of ST[15] and ST[09] to ground; the context is the supervisor. STATUS_OK, STATUS_FULL (the way to
 /// ground is taken, or there is none now: try again later).
@@ -32,6 +33,26 @@ status_t order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t c
 /// Route a request that came in parts and is whole now, from the user that sent them. STATUS_OK, STATUS_FULL
 /// (no room in the mailbox of its addressee: try again later).
 status_t router_route_whole(supervisor_t* supervisor, const uint8_t* packet, size_t size);
+
+/// ground_link.c
+/// Send on what waits for the ground.
+void ground_flush(supervisor_t* supervisor);
+/// Carry a report of a subsystem to the ground: it leaves, or waits, in `block` if it lies in one; else it is
+/// dropped and counted.
+void ground_send(supervisor_t* supervisor, uint16_t apid, const uint8_t* packet, size_t size, uint8_t* block);
+/// True if a report of the class would leave or wait, or if nobody is there to wait for.
+bool ground_accepts(const supervisor_t* supervisor, pus_class_t class, size_t size);
+/// True if reports wait, or the next one would have to.
+bool ground_is_waiting(const supervisor_t* supervisor);
+/// True if requests of the ground may be taken in: what answers them has room.
+bool ground_takes_requests(const supervisor_t* supervisor);
+/// What waits for the ground, for the next life of the supervisor, and back.
+void ground_keep(supervisor_t* supervisor);
+void ground_resume(supervisor_t* supervisor);
+/// Raise GROUND_BEHIND, once for each time the ground falls behind.
+void ground_tell(supervisor_t* supervisor);
+/// Bring the published state of the way to ground up to date.
+void ground_update(supervisor_t* supervisor);
 
 /// roster.c
 roster_entry_t* roster_find(supervisor_t* supervisor, uint16_t apid);

@@ -399,9 +399,12 @@ void bed_fill(unsigned member)
     const uint8_t ack        = bed.ack;
     full->is_deaf            = true;
     bed.ack                  = 0U;
-    while (message_credit(&bed.endpoint, full->apid) > 0U) {
+    while (message_credit_plain(&bed.endpoint, full->apid) > 0U) {
         (void)bed_tc(full->apid, PUS_SERVICE_TEST, 1U, NULL, 0U);
         bed_step();
+    }
+    while (message_credit(&bed.endpoint, full->apid) > 0U) { // As so many orders.
+        TEST_ASSERT_EQUAL(STATUS_OK, message_send(&bed.endpoint, full->apid, NULL, 0U));
     }
     bed.ack = ack;
     bed_forget();

@@ -2,6 +2,7 @@
 // Routing both ways, what is refused and with which code, permission and the gates on the way up.
 #include "fsw/supervisor/supervisor.h"
 
+#include "fsw/supervisor/supervisor_internal.h"
 #include "test/unit/fsw/supervisor/bed.h"
 #include "unity.h"
 
@@ -176,12 +177,12 @@ static void what_cannot_be_delivered_is_unrouted(void)
     bed_run(1U);
     bed_expect("G 1.10 #1 0001 7FE\n");
     bed.members[BED_ARM].is_deaf = true;
-    for (unsigned i = 0U; i < 40U; i++) { // Its mailbox holds one window.
+    for (unsigned i = 0U; i < 32U; i++) { // Its mailbox holds one window, less what orders need.
         (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
         bed_step();
     }
-    bed_expect("G 1.10 #34 0109 10\nG 1.10 #35 0109 10\nG 1.10 #36 0109 10\nG 1.10 #37 0109 10\n"
-               "G 1.10 #38 0109 10\nG 1.10 #39 0109 10\nG 1.10 #40 0109 10\nG 1.10 #41 0109 10\n");
+    bed_expect("G 1.10 #26 0109 10\nG 1.10 #27 0109 10\nG 1.10 #28 0109 10\nG 1.10 #29 0109 10\n"
+               "G 1.10 #30 0109 10\nG 1.10 #31 0109 10\nG 1.10 #32 0109 10\nG 1.10 #33 0109 10\n");
 }
 
 static void reports_wait_for_the_ground_in_order(void)
@@ -422,17 +423,71 @@ static void a_request_that_nobody_accepts_ends(void)
 static void an_order_without_room_is_owed(void)
 {
     bed_link_up(STATE_OPERATIONAL);
-    bed.members[BED_HAND].is_deaf = true;
-    for (unsigned i = 0U; i < 40U; i++) {
-        (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
-        bed_step();
-    }
+    bed_fill(BED_HAND);
     bed_event(BED_ARM, 4U, 3U);
     bed_run(1U);
     bed_forget();
     bed.members[BED_HAND].is_deaf = false;
     bed_run(4U);
     TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06 from 8001"));
+}
+
+/// The ground has filled its mailbox with requests: the supervisor's own order has room nevertheless.
+static void an_order_passes_where_requests_wait(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    bed.members[BED_HAND].is_deaf = true;
+    bed.ack                       = 0U;
+    for (unsigned i = 0U; i < 40U; i++) {
+        (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        bed_step();
+    }
+    bed_event(BED_ARM, 4U, 3U);
+    bed_step();
+    TEST_ASSERT_FALSE(roster_find(&bed.supervisor, HAND)->is_order_owed);
+    TEST_ASSERT_TRUE(message_credit(&bed.endpoint, HAND) < MESSAGE_RESERVE);
+}
+
+static void answers_wait_by_class_and_requests_with_them(void)
+{
+    bed.members[BED_GROUND].is_deaf = true;
+    for (unsigned i = 0U; i < 1000U; i++) { // Firm ones of a subsystem: all its verifications.
+        const uint8_t data[6] = {0x18U, 16U, 0xC0U, 0U, 0U, 0U};
+        bed_report(BED_ARM, PUS_SERVICE_VERIFICATION, 7U, data, 4U);
+        bed_report(BED_ARM, PUS_SERVICE_HOUSEKEEPING, 25U, data, 6U);
+        bed_step();
+    }
+    TEST_ASSERT_TRUE(bed.supervisor.ground.dropped_bulk > 0U);
+    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.counters.tc_unroutable); // That counts requests alone.
+    TEST_ASSERT_FALSE(ground_accepts(&bed.supervisor, PUS_CLASS_BULK, 40U));
+    bed.members[BED_GROUND].is_deaf = false;
+    bed_run(100U);
+    TEST_ASSERT_TRUE(ground_backlog_is_empty(&bed.supervisor.ground_backlog));
+    unsigned told = 0U;
+    for (const char* at = strstr(bed_look(), "G 5.2 0028"); at != NULL; at = strstr(at + 1U, "G 5.2 0028")) {
+        told++;
+    }
+    TEST_ASSERT_EQUAL(1U, told); // GROUND_BEHIND, once.
+    TEST_ASSERT_TRUE(ground_takes_requests(&bed.supervisor));
+}
+
+static void requests_wait_while_their_answers_have_no_room(void)
+{
+    bed.members[BED_GROUND].is_deaf = true;
+    const uint8_t data[4]           = {0x18U, 16U, 0xC0U, 0U};
+    for (unsigned i = 0U; i < 450U; i++) {
+        bed_report(BED_ARM, PUS_SERVICE_VERIFICATION, 7U, data, 4U);
+        bed_step();
+    }
+    TEST_ASSERT_FALSE(ground_takes_requests(&bed.supervisor));
+    const uint32_t routed = bed.supervisor.counters.tc_routed;
+    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(5U);
+    TEST_ASSERT_EQUAL_UINT32(routed, bed.supervisor.counters.tc_routed);
+    bed.members[BED_GROUND].is_deaf = false;
+    bed_run(30U);
+    TEST_ASSERT_EQUAL_UINT32(routed + 1U, bed.supervisor.counters.tc_routed);
+    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.ground.dropped_firm);
 }
 
 int main(void)
@@ -459,5 +514,8 @@ int main(void)
     RUN_TEST(pending_requests_end_with_their_subsystem);
     RUN_TEST(a_request_that_nobody_accepts_ends);
     RUN_TEST(an_order_without_room_is_owed);
+    RUN_TEST(an_order_passes_where_requests_wait);
+    RUN_TEST(answers_wait_by_class_and_requests_with_them);
+    RUN_TEST(requests_wait_while_their_answers_have_no_room);
     return UNITY_END();
 }

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/ground_backlog.h"
+
+#include "fsw/framework/base/assertion.h"
+
+#include <string.h>
+
+#define OFFSET_SERVICE 7U
+#define VERIFICATION 1U
+
+/// Blocks of each size, and of these for FIRM reports alone.
+static const resource_size_t sizes[GROUND_SIZES] = {
+    {64U, 512U, 256U}, {256U, 96U, 48U}, {1024U, 16U, 6U}, {PUS_PACKET_MAX, 7U, 3U}};
+
+void ground_backlog_init(ground_backlog_t* const backlog)
+{
+    static const uint16_t counts[PUS_CLASSES] = {GROUND_FIRM_REPORTS, GROUND_PLAIN_REPORTS,
+                                                 GROUND_BULK_REPORTS};
+    static const uint32_t limits[PUS_CLASSES] = {GROUND_FIRM_OCTETS, GROUND_PLAIN_OCTETS, GROUND_BULK_OCTETS};
+    FSW_ASSERT(backlog != NULL);
+    const status_t status =
+        resource_init(&backlog->blocks, backlog->arena, GROUND_ARENA_WORDS, sizes, GROUND_SIZES);
+    FSW_ASSERT(status == STATUS_OK);
+    uint16_t place = 0U;
+    for (size_t i = 0U; i < PUS_CLASSES; i++) {
+        backlog->lines[i] =
+            (ground_line_t){.entries = &backlog->entries[place], .capacity = counts[i], .limit = limits[i]};
+        place = (uint16_t)(place + counts[i]);
+    }
+    (void)memset(backlog->waiting, 0, sizeof backlog->waiting);
+    backlog->next_stamp = 0U;
+}
+
+uint8_t* ground_backlog_take(ground_backlog_t* const backlog, const size_t size)
+{
+    FSW_ASSERT((backlog != NULL) && (size > 0U));
+    void* block = NULL;
+    return (resource_take_reserved(&backlog->blocks, size, &block) == STATUS_OK) ? (uint8_t*)block : NULL;
+}
+
+void ground_backlog_give(ground_backlog_t* const backlog, uint8_t* const block)
+{
+    FSW_ASSERT(backlog != NULL);
+    const status_t status = resource_release(&backlog->blocks, block);
+    FSW_ASSERT(status == STATUS_OK);
+}
+
+static size_t size_index(const size_t size)
+{
+    size_t i = 0U;
+    while ((i < (GROUND_SIZES - 1U)) && (size > sizes[i].block_octets)) {
+        i++;
+    }
+    return i;
+}
+
+/// Blocks of the size that a report of the class may still take. What is not FIRM leaves those for FIRM
+/// alone.
+static unsigned blocks_left(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size)
+{
+    const size_t i         = size_index(size);
+    const unsigned taken   = backlog->blocks.pools[i].stats.taken;
+    const unsigned allowed = sizes[i].block_count - ((class == PUS_CLASS_FIRM) ? 0U : sizes[i].reserve);
+    return (taken < allowed) ? (allowed - taken) : 0U;
+}
+
+static bool has_place(const ground_line_t* const line, const size_t size)
+{
+    return ((line->octets + size) <= line->limit) && (line->span < line->capacity);
+}
+
+bool ground_backlog_accepts(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size)
+{
+    FSW_ASSERT((backlog != NULL) && (class < PUS_CLASSES));
+    return has_place(&backlog->lines[class], size) && (blocks_left(backlog, class, size) > 0U);
+}
+
+/// The block the report waits in, held once more.
+static uint8_t* block_of(ground_backlog_t* const backlog, const uint8_t* const packet, const size_t size,
+                         uint8_t* const block)
+{
+    if (block != NULL) {
+        const status_t status = resource_retain(&backlog->blocks, block);
+        FSW_ASSERT(status == STATUS_OK);
+        return block;
+    }
+    uint8_t* const copy = ground_backlog_take(backlog, size);
+    FSW_ASSERT(copy != NULL); // There is one.
+    (void)memcpy(copy, packet, size);
+    return copy;
+}
+
+status_t ground_backlog_put(ground_backlog_t* const backlog, const uint8_t source,
+                            const uint8_t* const packet, const size_t size, uint8_t* const block)
+{
+    FSW_ASSERT((backlog != NULL) && (packet != NULL) && (source < CAPACITY_SUBSYSTEMS) &&
+               (size > OFFSET_SERVICE) && (size <= PUS_PACKET_MAX));
+    const pus_class_t class   = pus_class_of(packet, size);
+    ground_line_t* const line = &backlog->lines[class];
+    // The block it lies in is one of those that were left when it came.
+    const bool has_block = (blocks_left(backlog, class, size) + ((block != NULL) ? 1U : 0U)) > 0U;
+    if (!has_place(line, size) || !has_block) {
+        return STATUS_FULL;
+    }
+    uint8_t* const held = block_of(backlog, packet, size, block);
+    line->entries[(line->head + line->span) % line->capacity] =
+        (ground_entry_t){.block           = held,
+                         .stamp           = backlog->next_stamp,
+                         .size            = (uint16_t)size,
+                         .source          = source,
+                         .is_verification = (packet[OFFSET_SERVICE] == VERIFICATION)};
+    line->span++;
+    line->octets += (uint32_t)size;
+    backlog->next_stamp++;
+    backlog->waiting[source] = (uint16_t)(backlog->waiting[source] + ((class != PUS_CLASS_FIRM) ? 1U : 0U));
+    return STATUS_OK;
+}
+
+static void offer(const ground_line_t* const line, const uint16_t place, const pus_class_t class,
+                  ground_report_t* const out_report)
+{
+    const ground_entry_t* const entry = &line->entries[place];
+    *out_report =
+        (ground_report_t){.packet = entry->block, .size = entry->size, .class = class, .place = place};
+}
+
+/// The way is open for FIRM reports only.
+static bool next_firm(const ground_backlog_t* const backlog, ground_report_t* const out_report)
+{
+    const ground_line_t* const line = &backlog->lines[PUS_CLASS_FIRM];
+    for (uint16_t i = 0U; i < line->span; i++) {
+        const uint16_t place              = (uint16_t)((line->head + i) % line->capacity);
+        const ground_entry_t* const entry = &line->entries[place];
+        if ((entry->block != NULL) && (!entry->is_verification || (backlog->waiting[entry->source] == 0U))) {
+            offer(line, place, PUS_CLASS_FIRM, out_report);
+            return true;
+        }
+    }
+    return false;
+}
+
+bool ground_backlog_next(const ground_backlog_t* const backlog, const bool is_plain_open,
+                         ground_report_t* const out_report)
+{
+    FSW_ASSERT((backlog != NULL) && (out_report != NULL));
+    if (!is_plain_open) {
+        return next_firm(backlog, out_report);
+    }
+    bool is_found  = false;
+    uint32_t first = 0U;
+    for (size_t i = 0U; i < PUS_CLASSES; i++) {
+        const ground_line_t* const line = &backlog->lines[i];
+        if (line->span == 0U) {
+            continue;
+        }
+        const uint32_t stamp = line->entries[line->head].stamp;
+        if (!is_found || ((first - stamp) < (UINT32_MAX / 2U))) {
+            is_found = true;
+            first    = stamp;
+            offer(line, line->head, (pus_class_t)i, out_report);
+        }
+    }
+    return is_found;
+}
+
+void ground_backlog_sent(ground_backlog_t* const backlog, const ground_report_t* const report)
+{
+    FSW_ASSERT((backlog != NULL) && (report != NULL));
+    ground_line_t* const line   = &backlog->lines[report->class];
+    ground_entry_t* const entry = &line->entries[report->place];
+    FSW_ASSERT((entry->block != NULL) && (entry->block == report->packet));
+    if (report->class != PUS_CLASS_FIRM) {
+        backlog->waiting[entry->source]--;
+    }
+    line->octets -= entry->size;
+    ground_backlog_give(backlog, entry->block);
+    entry->block = NULL;
+    while ((line->span > 0U) && (line->entries[line->head].block == NULL)) { // Those that left earlier, too.
+        line->head = (uint16_t)((line->head + 1U) % line->capacity);
+        line->span--;
+    }
+}
+
+void ground_backlog_copy(const ground_backlog_t* const backlog, octet_ring_t* const ring)
+{
+    FSW_ASSERT((backlog != NULL) && (ring != NULL));
+    uint16_t next[PUS_CLASSES] = {0U};
+    for (size_t i = 0U; i < GROUND_REPORTS; i++) {
+        const ground_entry_t* first = NULL;
+        size_t class                = 0U;
+        for (size_t k = 0U; k < PUS_CLASSES; k++) {
+            const ground_line_t* const line = &backlog->lines[k];
+            while ((next[k] < line->span) &&
+                   (line->entries[(line->head + next[k]) % line->capacity].block == NULL)) {
+                next[k]++;
+            }
+            const ground_entry_t* const entry = &line->entries[(line->head + next[k]) % line->capacity];
+            if ((next[k] < line->span) &&
+                ((first == NULL) || ((first->stamp - entry->stamp) < (UINT32_MAX / 2U)))) {
+                first = entry;
+                class = k;
+            }
+        }
+        if ((first == NULL) || (octet_ring_put(ring, first->block, first->size) != STATUS_OK)) {
+            return;
+        }
+        next[class]++;
+    }
+}
+
+uint32_t ground_backlog_room(const ground_backlog_t* const backlog, const pus_class_t class)
+{
+    FSW_ASSERT((backlog != NULL) && (class < PUS_CLASSES));
+    const ground_line_t* const line = &backlog->lines[class];
+    return (line->span == line->capacity) ? 0U : (line->limit - line->octets);
+}
+
+bool ground_backlog_takes_requests(const ground_backlog_t* const backlog)
+{
+    FSW_ASSERT(backlog != NULL);
+    const ground_line_t* const line = &backlog->lines[PUS_CLASS_FIRM];
+    return ((line->limit - line->octets) >= GROUND_FIRM_INTAKE) &&
+           ((line->capacity - line->span) >= (int)GROUND_FIRM_INTAKE_REPORTS) &&
+           (blocks_left(backlog, PUS_CLASS_FIRM, 1U) >= GROUND_FIRM_INTAKE_REPORTS);
+}
+
+bool ground_backlog_is_empty(const ground_backlog_t* const backlog)
+{
+    FSW_ASSERT(backlog != NULL);
+    return (backlog->lines[PUS_CLASS_FIRM].span + backlog->lines[PUS_CLASS_PLAIN].span +
+            backlog->lines[PUS_CLASS_BULK].span) == 0U;
+}

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reports that wait for the way to ground: order, classes, and blocks that are held and given back.
+#include "fsw/supervisor/ground_backlog.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+static ground_backlog_t backlog;
+
+void setUp(void)
+{
+    ground_backlog_init(&backlog);
+}
+
+static unsigned blocks_taken(void)
+{
+    unsigned taken = 0U;
+    for (unsigned i = 0U; i < GROUND_SIZES; i++) {
+        taken += backlog.blocks.pools[i].stats.taken;
+    }
+    return taken;
+}
+
+static void drain(void)
+{
+    ground_report_t report;
+    while (ground_backlog_next(&backlog, true, &report)) {
+        ground_backlog_sent(&backlog, &report);
+    }
+}
+
+void tearDown(void)
+{
+    drain();
+    TEST_ASSERT_TRUE(ground_backlog_is_empty(&backlog));
+    TEST_ASSERT_EQUAL(0U, blocks_taken());
+}
+
+/// A report with its message type, and a number to know it by.
+static void build(uint8_t packet[PUS_PACKET_MAX], uint8_t service, uint8_t subtype, uint8_t number)
+{
+    (void)memset(packet, 0, PUS_PACKET_MAX);
+    packet[0]  = 0x08U;
+    packet[7]  = service;
+    packet[8]  = subtype;
+    packet[17] = number;
+}
+
+static status_t put(uint8_t source, uint8_t service, uint8_t subtype, uint8_t number, size_t size)
+{
+    static uint8_t packet[PUS_PACKET_MAX];
+    build(packet, service, subtype, number);
+    return ground_backlog_put(&backlog, source, packet, size, NULL);
+}
+
+static void expect(bool is_plain_open, uint8_t number)
+{
+    ground_report_t report;
+    TEST_ASSERT_TRUE(ground_backlog_next(&backlog, is_plain_open, &report));
+    TEST_ASSERT_EQUAL(number, report.packet[17]);
+    ground_backlog_sent(&backlog, &report);
+}
+
+static void expect_none(bool is_plain_open)
+{
+    ground_report_t report;
+    TEST_ASSERT_FALSE(ground_backlog_next(&backlog, is_plain_open, &report));
+}
+
+static void reports_leave_in_the_order_they_came(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 5U, 1U, 1U, 30U));
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 2U, 30U));
+    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 3U, 25U, 3U, 300U));
+    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 5U, 4U, 4U, 30U));
+    for (uint8_t i = 1U; i <= 4U; i++) {
+        expect(true, i);
+    }
+    expect_none(true);
+}
+
+static void firm_reports_overtake_but_no_verification_its_own_answer(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 17U, 2U, 1U, 30U)); // An answer,
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 2U, 30U));  // and its end;
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 5U, 4U, 3U, 30U));  // a HIGH event of the same,
+    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 1U, 7U, 4U, 30U));  // the end of another's request.
+    expect(false, 3U);
+    expect(false, 4U);
+    expect_none(false);
+    expect(true, 1U);
+    expect(false, 2U);
+    expect_none(true);
+}
+
+static void each_class_has_its_own_room(void)
+{
+    unsigned plain = 0U;
+    unsigned bulk  = 0U;
+    unsigned firm  = 0U;
+    while (put(1U, 5U, 1U, 0U, 60U) == STATUS_OK) {
+        plain++;
+    }
+    while (put(1U, 3U, 25U, 0U, 4000U) == STATUS_OK) {
+        bulk++;
+    }
+    TEST_ASSERT_EQUAL(GROUND_PLAIN_REPORTS, plain);
+    TEST_ASSERT_EQUAL(0U, ground_backlog_room(&backlog, PUS_CLASS_PLAIN));
+    TEST_ASSERT_EQUAL(GROUND_BULK_OCTETS / 4000U, bulk);
+    TEST_ASSERT_EQUAL(GROUND_FIRM_OCTETS, ground_backlog_room(&backlog, PUS_CLASS_FIRM));
+    while (put(1U, 1U, 7U, 0U, 40U) == STATUS_OK) {
+        firm++;
+    }
+    TEST_ASSERT_TRUE(firm >= 250U); // Half of the smallest blocks are for these.
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 0U, 200U));
+}
+
+static void what_is_not_firm_leaves_the_blocks_that_are_for_it(void)
+{
+    unsigned plain = 0U;
+    while (put(1U, 17U, 2U, 0U, 200U) == STATUS_OK) {
+        plain++;
+    }
+    TEST_ASSERT_EQUAL(48U, plain); // Of the 96 of this size.
+    TEST_ASSERT_TRUE(ground_backlog_room(&backlog, PUS_CLASS_PLAIN) > 200U);
+    for (unsigned i = 0U; i < 48U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 8U, 0U, 200U));
+    }
+    TEST_ASSERT_EQUAL(STATUS_FULL, put(1U, 1U, 8U, 0U, 200U)); // Now none is left.
+}
+
+static void a_report_waits_in_the_block_it_lies_in(void)
+{
+    uint8_t* const block = ground_backlog_take(&backlog, 100U);
+    ground_report_t report;
+    TEST_ASSERT_NOT_NULL(block);
+    build(block, 1U, 7U, 9U);
+    TEST_ASSERT_EQUAL(STATUS_OK, ground_backlog_put(&backlog, 3U, block, 100U, block));
+    TEST_ASSERT_EQUAL(1U, blocks_taken());
+    ground_backlog_give(&backlog, block); // Who routed it needs it no more, the line still does.
+    TEST_ASSERT_EQUAL(1U, blocks_taken());
+    TEST_ASSERT_TRUE(ground_backlog_next(&backlog, true, &report));
+    TEST_ASSERT_EQUAL_PTR(block, report.packet);
+    TEST_ASSERT_EQUAL(PUS_CLASS_FIRM, report.class);
+    ground_backlog_sent(&backlog, &report);
+    TEST_ASSERT_EQUAL(0U, blocks_taken());
+}
+
+static void without_a_block_there_is_none_to_take(void)
+{
+    uint8_t* blocks[7];
+    for (unsigned i = 0U; i < 7U; i++) {
+        blocks[i] = ground_backlog_take(&backlog, PUS_PACKET_MAX);
+        TEST_ASSERT_NOT_NULL(blocks[i]);
+    }
+    TEST_ASSERT_NULL(ground_backlog_take(&backlog, PUS_PACKET_MAX));
+    TEST_ASSERT_EQUAL(STATUS_FULL, put(1U, 1U, 7U, 0U, 4000U));
+    for (unsigned i = 0U; i < 7U; i++) {
+        ground_backlog_give(&backlog, blocks[i]);
+    }
+}
+
+static void what_waits_is_copied_in_order(void)
+{
+    static uint8_t storage[GROUND_OCTETS];
+    static uint8_t packet[PUS_PACKET_MAX];
+    octet_ring_t ring;
+    size_t size = 0U;
+    octet_ring_init(&ring, storage, sizeof storage);
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 5U, 4U, 1U, 30U));
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 17U, 2U, 2U, 30U));
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 3U, 30U));
+    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 5U, 4U, 4U, 30U));
+    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 3U, 25U, 5U, 300U));
+    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 5U, 4U, 6U, 30U));
+    expect(false, 1U);
+    expect(false, 4U); // Leaves a hole in its line.
+    ground_backlog_copy(&backlog, &ring);
+    static const uint8_t left[] = {2U, 3U, 5U, 6U};
+    for (size_t i = 0U; i < sizeof left; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_take(&ring, packet, sizeof packet, &size));
+        TEST_ASSERT_EQUAL(left[i], packet[17]);
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, octet_ring_take(&ring, packet, sizeof packet, &size));
+}
+
+/// Against a list: nothing is doubled, lost or out of order within a class.
+static void any_history_keeps_order_and_blocks(void)
+{
+    uint32_t random_state         = 5U;
+    uint8_t next[PUS_CLASSES]     = {0U};
+    uint8_t expected[PUS_CLASSES] = {0U};
+    for (unsigned i = 0U; i < 100000U; i++) {
+        random_state          = (random_state * 1664525U) + 1013904223U;
+        const unsigned choice = (random_state >> 24U) % 8U;
+        const size_t size     = 30U + ((random_state >> 8U) % ((choice == 2U) ? 4000U : 300U));
+        if (choice < 3U) {
+            static const uint8_t types[3][2] = {{5U, 4U}, {5U, 1U}, {3U, 25U}};
+            if (put((uint8_t)(random_state % 16U), types[choice][0], types[choice][1], next[choice], size) ==
+                STATUS_OK) {
+                next[choice]++;
+            }
+        } else {
+            ground_report_t report;
+            if (ground_backlog_next(&backlog, choice < 6U, &report)) {
+                TEST_ASSERT_EQUAL(expected[report.class], report.packet[17]);
+                expected[report.class]++;
+                ground_backlog_sent(&backlog, &report);
+            }
+        }
+    }
+    drain();
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(reports_leave_in_the_order_they_came);
+    RUN_TEST(firm_reports_overtake_but_no_verification_its_own_answer);
+    RUN_TEST(each_class_has_its_own_room);
+    RUN_TEST(what_is_not_firm_leaves_the_blocks_that_are_for_it);
+    RUN_TEST(a_report_waits_in_the_block_it_lies_in);
+    RUN_TEST(without_a_block_there_is_none_to_take);
+    RUN_TEST(what_waits_is_copied_in_order);
+    RUN_TEST(any_history_keeps_order_and_blocks);
+    return UNITY_END();
+}
