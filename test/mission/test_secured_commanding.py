@@ -127,6 +127,10 @@ def test_only_who_has_the_key_commands(folder, key):
         assert flying.gse(flight, "ping", "SUPERVISOR").returncode in (NO_LINK, TIMED_OUT), "no key"
         before = _counters(flight, key)
         assert before["IS_ON"] == 1 and before["NO_FRAME"] == 1
+        with contextlib.ExitStack() as idle:
+            for _ in range(8):  # More than there are places.
+                idle.enter_context(flying.connect(flight.port()))
+                assert flying.gse(flight, "--key", key, "ping", "SUPERVISOR").returncode == SUCCESS, "nobody is locked out"
         with _gateway(flight, key) as port, flying.connect(port) as stream:
             stream.sendall(_ping(7)[:5])
             stream.sendall(_ping(7)[5:] + _ping(8))

@@ -120,6 +120,20 @@ static unsigned free_place(const flow_tcp_t* const flow)
     return place;
 }
 
+/// A place for a new connection, perhaps that of a client which has to go; `capacity`: none.
+static unsigned take_place(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
+{
+    const unsigned place = free_place(flow);
+    if ((place < flow->capacity) || (user->make_room == NULL)) {
+        return place;
+    }
+    const unsigned gone = user->make_room(user->context);
+    if (gone < flow->capacity) {
+        flow_tcp_end(flow, user, gone);
+    }
+    return free_place(flow);
+}
+
 static void accept_clients(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
 {
     for (unsigned i = 0U; i <= flow->capacity; i++) {
@@ -128,8 +142,8 @@ static void accept_clients(flow_tcp_t* const flow, const flow_tcp_user_t* const 
         if (osal_tcp_accept(&flow->listener, &arrived, &from) != STATUS_OK) {
             return;
         }
+        const unsigned place  = take_place(flow, user);
         const bool is_granted = (quota_take(flow->quota) == STATUS_OK);
-        const unsigned place  = free_place(flow);
         if (!is_granted || (place == flow->capacity)) {
             if (is_granted) {
                 quota_give(flow->quota);

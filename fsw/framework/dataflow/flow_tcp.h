@@ -57,6 +57,9 @@ typedef struct {
     size_t (*frame)(void* context, unsigned client, const uint8_t* octets, size_t size);
     /// Octets that may be read from a client in this step; null: as many as there are.
     size_t (*allowance)(void* context, unsigned client);
+    /// Somebody connects and no place is free: the client whose connection is ended for it; `capacity` or
+    /// more: none, the new one is turned away. Null: none.
+    unsigned (*make_room)(void* context);
 } flow_tcp_user_t;
 
 #define FLOW_TCP_MALFORMED SIZE_MAX

@@ -121,15 +121,6 @@ static size_t allowance(void* const context, const unsigned client)
     return is_participant(self, client) ? self->owed : FLOW_TCP_UNLIMITED;
 }
 
-static flow_tcp_user_t user_of(communication_t* const self)
-{
-    return (flow_tcp_user_t){.context      = self,
-                             .connected    = connected,
-                             .disconnected = disconnected,
-                             .frame        = frame,
-                             .allowance    = allowance};
-}
-
 static unsigned participant_client(const communication_t* const self)
 {
     for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
@@ -138,6 +129,23 @@ static unsigned participant_client(const communication_t* const self)
         }
     }
     return NO_CLIENT;
+}
+
+/// Where there is a key, who has shown none goes for who may have one; never the participant.
+static unsigned make_room(void* const context)
+{
+    const communication_t* const self = (const communication_t*)context;
+    return ground_security_stranger(&self->security, participant_client(self));
+}
+
+static flow_tcp_user_t user_of(communication_t* const self)
+{
+    return (flow_tcp_user_t){.context      = self,
+                             .connected    = connected,
+                             .disconnected = disconnected,
+                             .frame        = frame,
+                             .make_room    = make_room,
+                             .allowance    = allowance};
 }
 
 /// True while the connection of a participant that has left the calendar is open. It hangs up before it

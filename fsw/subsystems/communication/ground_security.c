@@ -18,6 +18,22 @@ void ground_security_connected(ground_security_t* const self, const unsigned cli
     FSW_ASSERT((self != NULL) && (client < GROUND_CLIENTS));
     sdls_begin(&self->sessions[client]);
     self->refusals[client] = 0U;
+    self->since[client]    = self->cycle;
+}
+
+unsigned ground_security_stranger(const ground_security_t* const self, const unsigned spared)
+{
+    FSW_ASSERT(self != NULL);
+    unsigned stranger = GROUND_CLIENTS;
+    uint32_t longest  = 0U; // Who has come in this cycle has not been listened to.
+    for (unsigned client = 0U; (self->receiver != NULL) && (client < GROUND_CLIENTS); client++) {
+        const uint32_t age = self->cycle - self->since[client];
+        if ((client != spared) && !self->sessions[client].is_bound && (age > longest)) {
+            stranger = client;
+            longest  = age;
+        }
+    }
+    return stranger;
 }
 
 static status_t next_packet(const uint8_t* const octets, const size_t size, ground_unit_t* const out_unit)
@@ -95,6 +111,7 @@ void ground_security_publish(const ground_security_t* const self,
 void ground_security_tell(ground_security_t* const self, subsystem_t* const generic)
 {
     FSW_ASSERT((self != NULL) && (generic != NULL));
+    self->cycle++;
     if (self->receiver == NULL) {
         return;
     }

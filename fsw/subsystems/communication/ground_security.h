@@ -19,6 +19,8 @@ typedef struct {               // Private.
     sdls_receiver_t* receiver; // Null: packets come as they are.
     sdls_session_t sessions[GROUND_CLIENTS];
     uint8_t refusals[GROUND_CLIENTS];
+    uint32_t since[GROUND_CLIENTS]; // Cycle of the connection.
+    uint32_t cycle;
     uint32_t told;  // Refused frames that an event told of.
     uint32_t lost;  // Of those, the ones that could not be kept.
     uint32_t quiet; // Cycles until the next event.
@@ -33,6 +35,9 @@ typedef struct {
 /// receiver: null for packets as they are.
 void ground_security_init(ground_security_t* security, sdls_receiver_t* receiver);
 void ground_security_connected(ground_security_t* security, unsigned client);
+/// Of the clients that have shown no key though they were listened to, the one that is connected longest,
+/// which others need not wait for; never `spared`. GROUND_CLIENTS: there is none, or nobody needs a key.
+unsigned ground_security_stranger(const ground_security_t* security, unsigned spared);
 /// The unit at the front of a client's octets. STATUS_OK; STATUS_TRUNCATED: it has not come whole.
 /// STATUS_CLOSED: end the connection.
 MUST_USE status_t ground_security_next(ground_security_t* security, unsigned client, const uint8_t* octets,

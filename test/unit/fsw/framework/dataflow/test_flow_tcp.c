@@ -39,7 +39,7 @@ static void on_disconnected(void* const context, const unsigned client)
 
 static size_t on_frame(void* const context, const unsigned client, const uint8_t* const octets,
                        const size_t size);
-static const flow_tcp_user_t user = {&seen, on_connected, on_disconnected, on_frame, NULL};
+static const flow_tcp_user_t user = {&seen, on_connected, on_disconnected, on_frame, NULL, NULL};
 
 static size_t on_frame(void* const context, const unsigned client, const uint8_t* const octets,
                        const size_t size)
@@ -165,7 +165,7 @@ static size_t allow(void* const context, const unsigned client)
 
 static void each_client_has_its_own_allowance(void)
 {
-    const flow_tcp_user_t strict = {&seen, on_connected, on_disconnected, on_frame, allow};
+    const flow_tcp_user_t strict = {&seen, on_connected, on_disconnected, on_frame, allow, NULL};
     size_t octets                = 0U;
     osal_address_t peer          = {0U, 0U};
     join(0U);

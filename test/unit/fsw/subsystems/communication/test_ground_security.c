@@ -223,6 +223,42 @@ static void a_disk_that_refuses_is_told(void)
     bed_run_until_requests(1U);
 }
 
+static void strangers_make_room_for_others(void)
+{
+    for (unsigned i = 0U; i < GROUND_CLIENTS; i++) {
+        connect(i);
+    }
+    const uint32_t sessions = session;
+    session                 = 1U; // One of the four shows a key.
+    send_request(2U, 1U, 0U);
+    session = sessions;
+    bed_run_until_requests(1U);
+    connect(4U);
+    send_request(4U, 2U, 0U);
+    bed_run_until_requests(2U);
+    TEST_ASSERT_TRUE(ends(0U)); // The first that came.
+    connect(5U);
+    TEST_ASSERT_TRUE(ends(1U));
+    connect(6U);
+    TEST_ASSERT_TRUE(ends(3U));
+    bed_run(2U);
+    TEST_ASSERT_FALSE(bed_is_ended(2U) || bed_is_ended(4U) || bed_is_ended(5U) || bed_is_ended(6U));
+    bed.participant = bed.ports[5]; // It stays, though it has shown none yet.
+    connect(7U);
+    TEST_ASSERT_TRUE(ends(6U));
+    TEST_ASSERT_FALSE(bed_is_ended(5U) || bed_is_ended(7U));
+}
+
+static void without_a_key_nobody_is_a_stranger(void)
+{
+    ground_security_init(&bed.communication.security, NULL);
+    for (unsigned i = 0U; i <= GROUND_CLIENTS; i++) {
+        connect(i);
+    }
+    TEST_ASSERT_TRUE(ends(GROUND_CLIENTS));
+    TEST_ASSERT_FALSE(bed_is_ended(0U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -234,5 +270,7 @@ int main(void)
     RUN_TEST(what_is_authentic_has_to_be_one_packet);
     RUN_TEST(many_refusals_are_few_events);
     RUN_TEST(a_disk_that_refuses_is_told);
+    RUN_TEST(strangers_make_room_for_others);
+    RUN_TEST(without_a_key_nobody_is_a_stranger);
     return UNITY_END();
 }
