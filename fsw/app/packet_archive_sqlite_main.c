@@ -272,10 +272,11 @@ static void insert_gap(archive_t* const archive, const uint8_t* const line, cons
 /// "<number> <seconds>.<nanoseconds> TC|TM <hex>" as a record.
 static void insert_line(archive_t* const archive, const uint8_t* const line, const size_t size)
 {
+    static const uint8_t gap[] = {(uint8_t)' ', (uint8_t)'G', (uint8_t)'A', (uint8_t)'P'};
     uint8_t record[RECORD_MAX];
     size_t position       = 0U;
     octet_writer_t writer = octet_writer(record, sizeof record);
-    if ((size > 4U) && (memcmp(&line[size - 4U], " GAP", 4U) == 0)) {
+    if ((size > sizeof gap) && (memcmp(&line[size - sizeof gap], gap, sizeof gap) == 0)) {
         insert_gap(archive, line, size);
         return;
     }
