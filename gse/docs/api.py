@@ -17,6 +17,7 @@ LAYERS = (
     ("fsw/framework/descriptor", "descriptor", "Descriptors to a checked model"),
     ("fsw/framework/message", "message", "Octet blocks between components"),
     ("fsw/framework/journal", "journal", "Records that outlive power cuts"),
+    ("fsw/framework/sdls", "sdls", "Authenticated telecommands"),
     ("fsw/framework/rtlink", "rtlink", "Data plane of real-time links"),
     ("fsw/framework/control", "control", "Elementary control functions"),
     ("fsw/framework/subsystem", "subsystem", "The generic subsystem: begin here"),

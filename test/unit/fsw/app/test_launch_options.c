@@ -45,6 +45,18 @@ static void shared_memory_is_the_default(void)
     TEST_ASSERT_EQUAL_STRING("vcan", launch_bus_text(options.bus));
 }
 
+static void a_key_is_a_path(void)
+{
+    TEST_ASSERT_TRUE(parse("--seed 2"));
+    TEST_ASSERT_EQUAL_STRING("", options.key);
+    TEST_ASSERT_TRUE(parse("--key keys/ground.key"));
+    TEST_ASSERT_EQUAL_STRING("keys/ground.key", options.key);
+    char line[256] = "--key ";
+    (void)memset(&line[6], 'k', 200U);
+    TEST_ASSERT_FALSE(parse(line));
+    TEST_ASSERT_NOT_NULL(strstr(error, "too long"));
+}
+
 static void real_controllers_are_named(void)
 {
     TEST_ASSERT_TRUE(parse("--bus can --time real --interface robot=can0 --interface joystick=can1"));
@@ -120,6 +132,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(shared_memory_is_the_default);
+    RUN_TEST(a_key_is_a_path);
     RUN_TEST(real_controllers_are_named);
     RUN_TEST(a_foreign_program_takes_datagrams);
     RUN_TEST(what_makes_no_sense_is_refused_with_the_reason);
