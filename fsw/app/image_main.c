@@ -39,7 +39,6 @@ typedef struct { // Everything the image holds beside its components' own storag
     door_t door;
     bool has_door;
     unsigned communication; // Participant that the operator's stream goes to.
-    bool is_returning;      // The supervisor, which takes over from its earlier life.
     return_budget_t returns;
     uint64_t abandon_ns; // When a run without supervisor ends; 0: it has one.
     unsigned running;    // Participant that holds the grant.
@@ -118,9 +117,8 @@ static const char* open_component(image_t* const self, const unsigned index,
         (descriptor_load_subsystem(&self->reader.loader, path, own) != STATUS_OK)) {
         return descriptor_error(&self->reader.loader);
     }
-    if (self->is_returning) {
-        seat_keep(&self->seats[index]);
-    } else if (seat_take(&self->seats[index], &surroundings, own, index) != STATUS_OK) {
+    if (!self->seats[index].is_kept &&
+        (seat_take(&self->seats[index], &surroundings, own, index) != STATUS_OK)) {
         return self->seats[index].error;
     }
     const program_open_t open = program_find(self->mission.subsystems[index].executable);
@@ -166,6 +164,9 @@ static void close_ended(image_t* const self)
 {
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         if (!osal_calendar_is_present(self->calendar, run_participant(i))) {
+            if (self->run->components[i].apid == DESCRIPTOR_SUPERVISOR_APID) {
+                seat_keep(&self->seats[i]); // It comes back, and its channels outlive it.
+            }
             close_component(self, i);
         }
     }
@@ -176,12 +177,12 @@ static bool may_return(image_t* const self)
 {
     const uint64_t now_ns = osal_calendar_now_ns(self->calendar);
     uint64_t delay_ns     = 0U; // Of wall-clock time, which does not matter here.
-    self->is_returning    = return_budget_take(&self->returns, now_ns, &delay_ns);
-    if (!self->is_returning) {
+    const bool may        = return_budget_take(&self->returns, now_ns, &delay_ns);
+    if (!may) {
         self->abandon_ns = now_ns + RETURN_ABANDON_NS;
         (void)complain("the supervisor has died too often; members reach their safe state by themselves");
     }
-    return self->is_returning;
+    return may;
 }
 
 static void give_up(image_t* const self, const unsigned participant)
@@ -206,7 +207,6 @@ static void begin_life(image_t* const self, const unsigned participant)
     __atomic_store_n(&component->found_life, life, __ATOMIC_RELEASE);
     (void)memset(self->programs[index].storage, 0, self->programs[index].size);
     const char* const error = open_component(self, index, own);
-    self->is_returning      = false;
     if (error != NULL) {
         (void)complain(error);
         give_up(self, participant);

@@ -186,9 +186,13 @@ static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t 
 static void close_program(void* const context)
 {
     supervisor_program_t* const program = (supervisor_program_t*)context;
-    supervisor_close(&program->supervisor);
-    count_records(program);
-    tell_slow_disk(program);
+    if (program->seat->is_kept) { // It died in a program that goes on.
+        supervisor_abandon(&program->supervisor);
+    } else {
+        supervisor_close(&program->supervisor);
+        count_records(program);
+        tell_slow_disk(program);
+    }
     store_files_close(&program->stores);
     record_store_close(&program->records);
     osal_directory_close(&program->files);

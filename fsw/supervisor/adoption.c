@@ -11,14 +11,16 @@
 
 CAPACITY_CHECK(every_session_has_room, VITALS_SESSIONS >= SUPERVISOR_LINK_SESSIONS);
 CAPACITY_CHECK(every_plan_has_room, VITALS_PLANS >= PLAN_RUNS);
+CAPACITY_CHECK(released_requests_have_room, VITALS_RELEASED_OCTETS >= ONBOARD_RELEASE_OCTETS);
 CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(all_counters_have_room, sizeof(supervisor_counters_t) <= (VITALS_COUNTERS * sizeof(uint32_t)));
 
-#define FIRST_INBOX 2U ///< Of the rings; before them the backlog to ground and released requests.
+#define LOG_RING 2U    ///< Of the rings; before it the backlog to ground and released requests.
+#define FIRST_INBOX 3U ///< And behind it what waits from each peer.
 
 static vitals_rings_t rings_of(supervisor_t* const supervisor)
 {
-    vitals_rings_t rings = {{&supervisor->ground_kept, &supervisor->onboard.released}};
+    vitals_rings_t rings = {{&supervisor->ground_kept, &supervisor->onboard.released, &supervisor->log.ring}};
     for (size_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
         rings.list[FIRST_INBOX + i] = message_waiting(supervisor->config.endpoint, i);
     }
@@ -280,6 +282,7 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     state->interface_hash      = supervisor->mission->interface_hash;
     state->now_ns              = supervisor->now_ns;
     state->log_number          = supervisor->log.next_number;
+    state->log_written         = supervisor->log.written_number;
     state->log_strategy        = (uint8_t)supervisor->log.wanted;
     state->is_log_failure_told = truth(supervisor->is_log_failure_told);
     state->lives               = supervisor->lives;
@@ -344,20 +347,26 @@ void adoption_begin(supervisor_t* const supervisor)
     const vitals_limits_t limits = {.mission = supervisor->mission, .now_ns = UINT64_MAX};
     vitals_rings_t rings         = rings_of(supervisor);
     supervisor->lives            = 1U;
-    supervisor->log_begin        = (supervisor_log_begin_t){(uint8_t)supervisor->mission->log_strategy, 1U};
+    supervisor->log_strategy     = (uint8_t)supervisor->mission->log_strategy;
+    supervisor->log_past         = (packet_log_past_t){.next_number = 1U};
     if (supervisor->config.vitals == NULL) {
         return;
     }
     for (size_t i = 0U; (i < MESSAGE_PEERS_MAX) && supervisor->config.is_endpoint_kept; i++) {
         rings.list[FIRST_INBOX + i] = NULL;
     }
-    bool is_older = false;
+    rings.list[LOG_RING] = NULL; // The packet log takes its own.
+    bool is_older        = false;
     const status_t status =
         vitals_adopt(supervisor->config.vitals, &limits, &supervisor->kept, &rings, &is_older);
     if (status == STATUS_OK) {
         take(supervisor, &supervisor->kept);
-        supervisor->log_begin =
-            (supervisor_log_begin_t){supervisor->kept.log_strategy, supervisor->kept.log_number};
+        const supervisor_vitals_t* const kept = &supervisor->kept;
+        supervisor->log_strategy              = kept->log_strategy;
+        supervisor->log_past =
+            (packet_log_past_t){.next_number = kept->log_number, .written_number = kept->log_written};
+        supervisor->log_past.ring =
+            vitals_waiting(supervisor->config.vitals, LOG_RING, &supervisor->log_past.ring_octets);
     }
     if ((status == STATUS_INVALID) || is_older) {
         supervisor->vitals_damage = (status == STATUS_OK) ? ADOPTION_OLDER : ADOPTION_NOTHING;

@@ -5,7 +5,8 @@
 /// A cycle of procedures is ONBOARD_PROCEDURE_CYCLE_NS, whatever wakes the supervisor: in each of them every
 /// procedure that runs has its budget of units (procedure_cost.h) and of calls that others notice, so that
 /// one without an end takes a bounded share of the supervisor's time, of the way to ground and of the packet
-/// log. All that run share their budgets: 16 384 units a cycle, less than 1 ms even of the worst programs known
+/// log. All that run share their budgets: 16 384 units a cycle, less than 1 ms even of the worst programs
+/// known
 /// (`make bench ONLY=procedures`).
 ///
 /// A request that a procedure sends is released: routed and checked like one from the ground. Events that a

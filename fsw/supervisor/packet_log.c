@@ -383,20 +383,24 @@ status_t packet_log_select(packet_log_t* const log, const packet_log_strategy_t 
     return STATUS_OK;
 }
 
-status_t packet_log_open(packet_log_t* const log, const char* const folder,
-                         const packet_log_strategy_t strategy, const uint64_t next_number,
-                         const uint32_t ring_records)
+status_t packet_log_open_after(packet_log_t* const log, const char* const folder,
+                               const packet_log_strategy_t strategy, const packet_log_past_t* const past,
+                               const uint32_t ring_records)
 {
-    FSW_ASSERT((log != NULL) && (folder != NULL) && (next_number >= 1U) && (ring_records >= 1U));
+    FSW_ASSERT((log != NULL) && (folder != NULL) && (past != NULL) && (past->next_number >= 1U) &&
+               (past->written_number < past->next_number) && (ring_records >= 1U));
     (void)memset(log, 0, offsetof(packet_log_t, buffer));
     log->strategy       = PACKET_LOG_RING;
     log->wanted         = PACKET_LOG_RING;
-    log->next_number    = next_number;
-    log->first_number   = next_number;
-    log->written_number = next_number - 1U;
+    log->next_number    = past->next_number;
+    log->written_number = past->written_number;
     log->ring_records   = ring_records;
     octet_ring_init(&log->ring, log->ring_storage, sizeof log->ring_storage);
-    text_t text = text_in(log->folder, sizeof log->folder);
+    if (past->ring_octets > 0U) {
+        octet_ring_refill(&log->ring, past->ring, past->ring_octets);
+    }
+    log->first_number = oldest_number(log);
+    text_t text       = text_in(log->folder, sizeof log->folder);
     text_add(&text, folder);
     const status_t status = text.cut ? STATUS_NOT_FOUND : packet_log_select(log, strategy);
     if (text.cut || (status == STATUS_OK) || (status == STATUS_UNSUPPORTED)) {
@@ -405,6 +409,20 @@ status_t packet_log_open(packet_log_t* const log, const char* const folder,
     log->wanted = strategy;
     fall_back(log);
     return STATUS_OK;
+}
+
+status_t packet_log_open(packet_log_t* const log, const char* const folder,
+                         const packet_log_strategy_t strategy, const uint64_t next_number,
+                         const uint32_t ring_records)
+{
+    const packet_log_past_t past = {next_number, next_number - 1U, NULL, 0U};
+    return packet_log_open_after(log, folder, strategy, &past, ring_records);
+}
+
+void packet_log_abandon(packet_log_t* const log)
+{
+    FSW_ASSERT(log != NULL);
+    close_file(log);
 }
 
 void packet_log_close(packet_log_t* const log)

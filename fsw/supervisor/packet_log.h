@@ -77,6 +77,18 @@ typedef struct {                    // All fields are private, except the first 
 /// opened), STATUS_NOT_FOUND (the folder's name is too long), STATUS_UNSUPPORTED.
 MUST_USE status_t packet_log_open(packet_log_t* log, const char* folder, packet_log_strategy_t strategy,
                                   uint64_t next_number, uint32_t ring_records);
+typedef struct { // Of a log whose program died, as it was told or copied before.
+    uint64_t next_number;
+    uint64_t written_number;
+    const uint8_t* ring; ///< Its ring, by octet_ring_copy.
+    size_t ring_octets;
+} packet_log_past_t;
+
+/// The same, to go on where the other has ended: what waited in its ring is there again.
+MUST_USE status_t packet_log_open_after(packet_log_t* log, const char* folder, packet_log_strategy_t strategy,
+                                        const packet_log_past_t* past, uint32_t ring_records);
+/// Let go of the file, as the end of the program does.
+void packet_log_abandon(packet_log_t* log);
 /// Keep a packet.
 void packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_tc, const uint8_t* packet, size_t size);
 /// Change the strategy from the next record on. STATUS_OK; STATUS_UNSUPPORTED (strategy of no build or

@@ -154,9 +154,9 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     pending_init(&supervisor->own);
     init_component(supervisor);
     adoption_begin(supervisor);
-    const status_t status = packet_log_open(&supervisor->log, config->log_folder,
-                                            (packet_log_strategy_t)supervisor->log_begin.strategy,
-                                            supervisor->log_begin.number, config->mission->log_ring_records);
+    const status_t status = packet_log_open_after(&supervisor->log, config->log_folder,
+                                                  (packet_log_strategy_t)supervisor->log_strategy,
+                                                  &supervisor->log_past, config->mission->log_ring_records);
     onboard_restore(supervisor); // What it has to tell is logged.
     return status;
 }
@@ -201,4 +201,10 @@ void supervisor_close(supervisor_t* const supervisor)
 {
     FSW_ASSERT(supervisor != NULL);
     packet_log_close(&supervisor->log);
+}
+
+void supervisor_abandon(supervisor_t* const supervisor)
+{
+    FSW_ASSERT(supervisor != NULL);
+    packet_log_abandon(&supervisor->log);
 }

@@ -131,11 +131,6 @@ typedef struct {
     vitals_t* vitals;              ///< Of the supervisor that died, and for the next one; null: none.
 } supervisor_config_t;
 
-typedef struct { // Where the packet log begins.
-    uint8_t strategy;
-    uint64_t number;
-} supervisor_log_begin_t;
-
 typedef enum { // Of the vitals.
     ADOPTION_WHOLE = 0,
     ADOPTION_OLDER,  ///< The last commit is damaged: the one before was taken.
@@ -157,7 +152,8 @@ typedef struct supervisor { // All fields are private.
     bool is_adopted;     // Taken over from the one before, and not told yet.
     bool is_continued;   // Taken over after the autostart: only the supervisor itself is to be brought up.
     adoption_damage_t vitals_damage;
-    supervisor_log_begin_t log_begin;
+    uint8_t log_strategy; // That the packet log begins with.
+    packet_log_past_t log_past;
     supervisor_vitals_t kept;
     pus_requester_t requester;
     link_graph_t graph;
@@ -207,5 +203,8 @@ uint64_t supervisor_step(supervisor_t* supervisor, uint64_t now_ns);
 const subsystem_callbacks_t* supervisor_callbacks(void);
 /// Flush and close the log.
 void supervisor_close(supervisor_t* supervisor);
+/// In place of it: let go of all that is open, as the end of the program does. The next supervisor takes
+/// over.
+void supervisor_abandon(supervisor_t* supervisor);
 
 #endif // FSW_SUPERVISOR_SUPERVISOR_H

@@ -92,6 +92,23 @@ static bool is_bank_sound(const vitals_bank_t* const bank, const vitals_limits_t
            (vitals_check(&bank->state, limits) == VITALS_SOUND);
 }
 
+static const vitals_bank_t* newest(const vitals_t* const vitals)
+{
+    return &vitals->banks[(generation_of(&vitals->banks[0]) > generation_of(&vitals->banks[1])) ? 0U : 1U];
+}
+
+const uint8_t* vitals_waiting(const vitals_t* const vitals, const size_t ring, size_t* const out_octets)
+{
+    FSW_ASSERT((vitals != NULL) && (ring < VITALS_RINGS) && (out_octets != NULL));
+    const vitals_bank_t* const bank = newest(vitals);
+    size_t place                    = 0U;
+    for (size_t i = 0U; i < ring; i++) {
+        place += bank->state.rings[i].used;
+    }
+    *out_octets = bank->state.rings[ring].used;
+    return &bank->octets[place];
+}
+
 static void fill_rings(const vitals_bank_t* const bank, const vitals_rings_t* const rings)
 {
     size_t place = 0U;
@@ -302,7 +319,7 @@ vitals_flaw_t vitals_check(const supervisor_vitals_t* const state, const vitals_
         vitals_flaw_t flaw;
     } checks[] = {
         {mission_find_mode(mission, state->mode) != NULL, VITALS_MODE},
-        {(state->log_number >= 1U) && (state->log_strategy <= (uint8_t)MISSION_LOG_RING) &&
+        {(state->log_written < state->log_number) && (state->log_strategy <= (uint8_t)MISSION_LOG_RING) &&
              is_truth(state->is_log_failure_told),
          VITALS_LOG},
         {is_shutdown_sound(state), VITALS_SHUTDOWN},

@@ -17,7 +17,9 @@
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/descriptor/mission_descriptor.h"
 #include "fsw/framework/message/message_positions.h"
+#include "fsw/supervisor/ground_backlog.h"
 #include "fsw/supervisor/link_graph.h"
+#include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
 #include "pus/counts.h"
 
@@ -28,10 +30,13 @@
 #define VITALS_SESSIONS 8U
 #define VITALS_PLANS 16U
 #define VITALS_COUNTERS 16U
-#define VITALS_RINGS (2U + MESSAGE_PEERS_MAX)
+#define VITALS_RELEASED_OCTETS 65536U
+#define VITALS_RINGS (3U + MESSAGE_PEERS_MAX)
 #define VITALS_STATES_MAX 32768U ///< The fields of both banks together [octets].
 /// Octets of all rings of a bank, each as full as can be.
-#define VITALS_OCTETS (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + (2U * 65536U))
+#define VITALS_OCTETS                                                                                        \
+    (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + GROUND_OCTETS + VITALS_RELEASED_OCTETS +                    \
+     PACKET_LOG_RING_OCTETS)
 #define VITALS_NO_PLAN 0U ///< vitals_plan_t.plan: built in.
 
 typedef struct { // pus_token_t.
@@ -109,6 +114,7 @@ typedef struct {
     uint64_t interface_hash; ///< Of the mission.
     uint64_t now_ns;         ///< Of the commit.
     uint64_t log_number;     ///< Of the next record.
+    uint64_t log_written;    ///< Last record that a file has.
     uint64_t shutdown_ns;
     vitals_token_t shutdown_token;
     uint32_t lives;        ///< Of the supervisor in this run, this one included.
@@ -189,5 +195,8 @@ vitals_flaw_t vitals_check(const supervisor_vitals_t* state, const vitals_limits
 /// STATUS_NOT_FOUND: nothing was ever committed; STATUS_INVALID: no bank is sound.
 MUST_USE status_t vitals_adopt(vitals_t* vitals, const vitals_limits_t* limits,
                                supervisor_vitals_t* out_state, const vitals_rings_t* rings, bool* out_older);
+
+/// What waited in a ring, by octet_ring_copy, of the bank that was adopted; until the next commit.
+const uint8_t* vitals_waiting(const vitals_t* vitals, size_t ring, size_t* out_octets);
 
 #endif // FSW_SUPERVISOR_VITALS_H

@@ -188,6 +188,24 @@ static void the_mode_is_there_again(void)
     TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
 }
 
+static void select_log(uint8_t strategy)
+{
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &strategy, 1U);
+    bed_run(3U);
+    TEST_ASSERT_EQUAL(strategy, bed.supervisor.log.wanted);
+}
+
+static void records_that_are_in_memory_only_are_there_again(void)
+{
+    select_log(PACKET_LOG_RING);
+    bed_run(20U);
+    die();
+    bed_run(20U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_RING, bed.supervisor.log.strategy);
+    select_log(PACKET_LOG_ASCII);
+    expect_whole_log();
+}
+
 static void a_shutdown_goes_on(void)
 {
     (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 5U, NULL, 0U);
@@ -250,6 +268,7 @@ int main(void)
     RUN_TEST(networks_are_there_again);
     RUN_TEST(a_negotiation_goes_on);
     RUN_TEST(the_mode_is_there_again);
+    RUN_TEST(records_that_are_in_memory_only_are_there_again);
     RUN_TEST(a_shutdown_goes_on);
     RUN_TEST(the_word_of_the_member_wins);
     RUN_TEST(a_damaged_commit_falls_back_to_the_one_before);

@@ -252,6 +252,7 @@ static void a_head_that_cannot_be_is_refused(void)
     REFUSED(VITALS_COUNTS, autostart_step, 2U);
     REFUSED(VITALS_MODE, mode, 2U);
     REFUSED(VITALS_LOG, log_number, 0U);
+    REFUSED(VITALS_LOG, log_written, 77U);
     REFUSED(VITALS_LOG, log_strategy, 4U);
     REFUSED(VITALS_LOG, is_log_failure_told, 2U);
     REFUSED(VITALS_SHUTDOWN, shutdown_step, 6U);
