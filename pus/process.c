@@ -15,6 +15,7 @@
 #define OFFSET_DESTINATION 11U
 #define OFFSET_TIME 13U
 #define NS_PER_S 1000000000ULL
+#define HIGH_EVENT 0x0504U   // TM[5,4], as its headers have it.
 #define EVENT_NOTICE 0x8107U // TM[129,7], as its headers have it.
 
 void pus_process_init(pus_process_t* const process, const uint16_t apid, const uint32_t epoch_s,
@@ -186,6 +187,22 @@ bool pus_process_is_waiting(const pus_process_t* const process)
 {
     FSW_ASSERT(process != NULL);
     return (process->firm.size > 0U) || (process->plain.size > 0U);
+}
+
+bool pus_process_keeps_event(const pus_process_t* const process, const uint16_t event_id)
+{
+    FSW_ASSERT(process != NULL);
+    const pus_kept_t* const kept = &process->firm;
+    bool is_found                = false;
+    size_t at                    = 0U;
+    while ((at < kept->size) && !is_found) {
+        const uint8_t* const packet = &kept->octets[at + PUS_KEPT_PREFIX];
+        const uint16_t type         = octets_u16_at(&packet[OFFSET_SERVICE]);
+        is_found                    = ((type == HIGH_EVENT) || (type == EVENT_NOTICE)) &&
+                   (octets_u16_at(&packet[PUS_TM_HEADER_SIZE]) == event_id);
+        at += PUS_KEPT_PREFIX + octets_u16_at(&kept->octets[at]) + PUS_CRC_SIZE;
+    }
+    return is_found;
 }
 
 static size_t room_of(const pus_kept_t* const kept)

@@ -36,13 +36,14 @@
 /// Room that stays for what was begun before, when a request is taken in: 16 requests under way with an end
 /// each, a walk over 10 states with a transition and a step each, 8 links that change twice.
 #define PUS_FIRM_STANDING ((16U + (10U * 2U) + (8U * 2U)) * PUS_FIRM_REPORT)
-#define PUS_FIRM_EVENTS 2048U ///< HIGH events, each one kept once at most, and their notices.
-#define PUS_FIRM_SIZE 6144U   ///< Ring of FIRM reports [octets].
-#define PUS_PLAIN_SIZE 8192U  ///< Ring of PLAIN reports [octets].
+#define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS ///< Each HIGH event is kept once at most, or its notice.
+#define PUS_FIRM_SIZE 5632U                  ///< Ring of FIRM reports [octets].
+#define PUS_PLAIN_SIZE 8192U                 ///< Ring of PLAIN reports [octets].
 /// An answer and the verification that follows it.
 #define PUS_ANSWER_ROOM (PUS_KEPT_PREFIX + PUS_PACKET_MAX + PUS_FIRM_OF_REQUEST)
 CAPACITY_CHECK(firm_ring_holds_what_may_come,
                PUS_FIRM_SIZE >= (PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS));
+CAPACITY_CHECK(high_event_has_its_head, CAPACITY_HIGH_EVENT_HEAD >= (PUS_KEPT_PREFIX + PUS_TM_MIN + 2U));
 CAPACITY_CHECK(plain_ring_holds_an_answer_and_others, PUS_PLAIN_SIZE >= (PUS_ANSWER_ROOM + 2048U));
 
 /// Where packets go. `send` copies the packet or refuses it; it may not call back into the process.
@@ -150,6 +151,8 @@ void pus_tm_cancel(pus_process_t* process);
 status_t pus_process_flush(pus_process_t* process);
 /// True if reports wait for the port.
 bool pus_process_is_waiting(const pus_process_t* process);
+/// True if a report or notice of a HIGH event waits for the port.
+bool pus_process_keeps_event(const pus_process_t* process, uint16_t event_id);
 /// True if a request may be taken in: its verification and one answer have room, whatever was begun before.
 bool pus_process_may_answer(const pus_process_t* process);
 /// True if a FIRM report that others could do without has room beside all that may still have to come.

@@ -5,6 +5,8 @@
 #include "generated/pus/st05_shapes.h"
 #include "pus/st129_management.h"
 
+#define NS_PER_MS 1000000ULL
+
 enum {
     DISABLED_LIST = 8
 };
@@ -54,6 +56,65 @@ static status_t notice(const pus_events_t* const events, const pus_event_definit
     return pus_event_notice_report(events->process, &content, now_ns);
 }
 
+/// True if the limiter lets it pass; if so, it has taken note. Times are compared across their wrap: what
+/// lies further ahead than a burst can bring it has wrapped, and is past.
+static bool passes(const pus_events_t* const events, const pus_event_definition_t* const definition,
+                   pus_event_state_t* const state, const uint64_t now_ns)
+{
+    if (definition->severity == (uint8_t)PUS_SEVERITY_HIGH) {
+        return !pus_process_keeps_event(events->process, definition->id);
+    }
+    if (definition->interval_ms == 0U) {
+        return true;
+    }
+    const uint32_t now_ms = (uint32_t)(now_ns / NS_PER_MS);
+    const uint32_t most   = (uint32_t)definition->interval_ms * definition->burst;
+    const uint32_t ahead  = state->due_ms - now_ms;
+    const uint32_t used   = (ahead <= most) ? ahead : 0U;
+    if ((used + definition->interval_ms) > most) {
+        return false;
+    }
+    state->due_ms = now_ms + used + definition->interval_ms;
+    return true;
+}
+
+void pus_events_tell_by(pus_events_t* const events, const uint16_t event_id)
+{
+    FSW_ASSERT(events != NULL);
+    events->teller = event_id;
+}
+
+/// The next event, behind the one told last, of which something was suppressed; `count` if there is none.
+static uint16_t next_suppressed(const pus_events_t* const events)
+{
+    for (uint16_t i = 1U; i <= events->count; i++) {
+        const uint16_t index = (uint16_t)((events->told + i) % events->count);
+        if (events->states[index].suppressed > 0U) {
+            return index;
+        }
+    }
+    return events->count;
+}
+
+bool pus_events_step(pus_events_t* const events, const uint64_t now_ns)
+{
+    FSW_ASSERT(events != NULL);
+    const uint16_t index = (events->teller != 0U) ? next_suppressed(events) : events->count;
+    if ((index >= events->count) || (now_ns < events->next_tell_ns)) {
+        return index < events->count;
+    }
+    pus_event_state_t* const state = &events->states[index];
+    uint8_t octets[PUS_SUPPRESSED_AUX];
+    octets_put_u16(octets, events->definitions[index].id);
+    octets_put_u32(&octets[sizeof(uint16_t)], state->suppressed);
+    if (pus_event_raise(events, events->teller, octets, sizeof octets, now_ns) == STATUS_OK) {
+        state->suppressed = 0U;
+        events->told      = index;
+    }
+    events->next_tell_ns = now_ns + PUS_SUPPRESSED_TELL_NS;
+    return next_suppressed(events) < events->count;
+}
+
 status_t pus_event_raise(pus_events_t* const events, const uint16_t event_id, const uint8_t* const aux,
                          const size_t aux_size, const uint64_t now_ns)
 {
@@ -69,6 +130,11 @@ status_t pus_event_raise(pus_events_t* const events, const uint16_t event_id, co
         return STATUS_INVALID;
     }
     events->states[index].raised++;
+    if (!passes(events, definition, &events->states[index], now_ns)) {
+        events->states[index].suppressed++;
+        events->counters.suppressed++;
+        return STATUS_OK;
+    }
     const bool is_disabled = events->states[index].is_disabled;
     const status_t status =
         is_disabled ? notice(events, definition, now_ns) : report(events, definition, aux, aux_size, now_ns);

@@ -84,13 +84,17 @@ static void update_status(void* const self)
                                                               .records      = supervisor->log.next_number - 1U};
     supervisor->counters.pool_peak    = supervisor->component.tickets.stats.peak;
     supervisor->counters.pool_refused = supervisor->component.tickets.stats.refused;
-    supervisor->blocks                = (supervisor_blocks_t){.request_peak     = requests->stats.peak,
-                                                              .request_refused  = requests->stats.refused,
-                                                              .sequence_peak    = sequences->stats.peak,
-                                                              .sequence_refused = sequences->stats.refused};
-    const uint64_t position           = pus_position_schedule_now(&supervisor->onboard.schedules.position);
-    supervisor->orbit = (supervisor_orbit_t){.number = (uint32_t)(position / PUS_POSITION_TICKS),
-                                             .angle  = (uint16_t)(position % PUS_POSITION_TICKS)};
+    subsystem_health_t health;
+    subsystem_health(&supervisor->component, &health);
+    supervisor->counters.events_suppressed = health.events_suppressed;
+    supervisor->counters.reports_lost      = health.reports_lost;
+    supervisor->blocks                     = (supervisor_blocks_t){.request_peak     = requests->stats.peak,
+                                                                   .request_refused  = requests->stats.refused,
+                                                                   .sequence_peak    = sequences->stats.peak,
+                                                                   .sequence_refused = sequences->stats.refused};
+    const uint64_t position = pus_position_schedule_now(&supervisor->onboard.schedules.position);
+    supervisor->orbit       = (supervisor_orbit_t){.number = (uint32_t)(position / PUS_POSITION_TICKS),
+                                                   .angle  = (uint16_t)(position % PUS_POSITION_TICKS)};
     ground_update(supervisor);
     const message_counters_t* const messages = &supervisor->config.endpoint->counters;
     supervisor->messages                     = (supervisor_messages_t){.lost      = messages->lost,

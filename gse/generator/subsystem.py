@@ -2,6 +2,7 @@
 """Subsystem descriptors: from XML to a checked model, with interface and configuration hash."""
 
 import binascii
+import re
 from dataclasses import dataclass, field
 
 from device import device_of
@@ -35,7 +36,7 @@ TABLE = {
     ("StructRef", "StructRef"): "name! id type!",
     ("Parameters", "ParamRef"): "name! id! type! count unit init min max settable",
     ("Subsystem", "Events"): "",
-    ("Events", "Event"): "name! id! severity!",
+    ("Events", "Event"): "name! id! severity! rate burst",
     ("Event", "ParamRef"): "name! type count unit",
     ("Subsystem", "Functions"): "",
     ("Functions", "Function"): "name! id! states! configurations",
@@ -68,6 +69,9 @@ CONFIGURATION_LOOPS = 2
 SERVICES = 16
 PORT_OCTETS = 1024
 AUXILIARY_OCTETS = 1024
+HIGH_EVENT_HEAD = 27  # Of a report that is kept, beside its auxiliary data.
+HIGH_EVENTS_OCTETS = 2048
+RATE = re.compile(r"([1-9][0-9]{0,3})/s\Z")
 
 
 @dataclass
@@ -127,6 +131,11 @@ class Event:
     severity: str
     fields: list
     references: list
+
+    @property
+    def size(self):
+        """Octets of auxiliary data."""
+        return sum(item.size for item in self.fields + self.references)
 
 
 @dataclass
@@ -390,6 +399,15 @@ def _reference(subsystem, element):
     return found
 
 
+def _check_limiter(element, severity):
+    if severity == "HIGH" and ("rate" in element.attributes or "burst" in element.attributes):
+        element.fail("an <Event> of severity HIGH has no rate and no burst")
+    element.unsigned("burst", 1, 255)
+    match = RATE.match(element.attributes.get("rate", "10/s"))
+    if not match or int(match[1]) > 1000:
+        element.wrong("rate", "a rate like 10/s, from 1/s to 1000/s")
+
+
 def _events(subsystem, container):
     for element in container.children:
         event = Event(element.identifier(), element.unsigned("id", 1, 65535), element.word("severity", SEVERITIES), [], [])
@@ -403,10 +421,13 @@ def _events(subsystem, container):
             else:
                 event.references.append(_reference(subsystem, child))
         unique(element.children, "name")
-        size = sum(item.size for item in event.fields + event.references)
-        if size > AUXILIARY_OCTETS:
-            element.fail(f"{size} octets of auxiliary data, at most {AUXILIARY_OCTETS}")
+        if event.size > AUXILIARY_OCTETS:
+            element.fail(f"{event.size} octets of auxiliary data, at most {AUXILIARY_OCTETS}")
+        _check_limiter(element, event.severity)
         subsystem.events.append(event)
+        high = sum(HIGH_EVENT_HEAD + each.size for each in subsystem.events if each.severity == "HIGH")
+        if high > HIGH_EVENTS_OCTETS:
+            element.fail(f"{high} octets of reports of HIGH events, at most {HIGH_EVENTS_OCTETS}")
         unique(container.children[: len(subsystem.events)], "name", "id")
 
 

@@ -370,6 +370,18 @@ def test_generator_writes_only_what_changes(copy, tmp_path):
         ("missions/rokviss.xml", 'select="MOVE_TO"', 'select="FLY_TO"', 'select="FLY_TO" of <Allow>: expected a function of MANIPULATOR'),
         ("missions/rokviss.xml", "joystick.xml", "nothing.xml", 'nothing.xml" of <Subsystem>: expected a file, found none'),
         ("subsystems/joystick.xml", "</Events>", "</Event>", "not well-formed: mismatched tag"),
+        (
+            "subsystems/joystick.xml",
+            'name="LINK_CLOSED" id="11" severity="LOW"',
+            'name="LINK_CLOSED" id="11" severity="LOW" rate="0/s"',
+            "expected a rate like 10/s, from 1/s to 1000/s",
+        ),
+        (
+            "subsystems/joystick.xml",
+            'name="STATE_TIMEOUT" id="10" severity="HIGH"',
+            'name="STATE_TIMEOUT" id="10" severity="HIGH" burst="2"',
+            "an <Event> of severity HIGH has no rate and no burst",
+        ),
         ("subsystems/joystick.xml", 'name="CYCLES"', 'name="SIGNED"', "keyword of C"),
     ],
 )

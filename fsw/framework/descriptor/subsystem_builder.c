@@ -2,12 +2,16 @@
 // Parts of a subsystem descriptor that stand outside its configurations.
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
+#include "fsw/framework/base/capacities.h"
 #include "fsw/framework/base/number.h"
 
 #include <float.h>
 #include <string.h>
 
 #define AUXILIARY_OCTETS_MAX 1024U
+#define RATE_DIGITS_MAX 4U
+#define RATE_MAX 1000U   // Of an event [1/s].
+#define RATE_DEFAULT 10U // [1/s]
 
 void subsystem_builder_resources(source_t* const source)
 {
@@ -133,9 +137,47 @@ uint32_t subsystem_builder_referred(const subsystem_descriptor_t* const descript
 
 // ---- Events ----
 
+/// Number of "<number>/s"; 0 if it is none from 1 to 1000.
+static uint16_t rate_of(const char* const words)
+{
+    uint16_t rate = 0U;
+    size_t at     = 0U;
+    while ((words[at] >= '0') && (words[at] <= '9') && (at < RATE_DIGITS_MAX)) {
+        rate = (uint16_t)((rate * 10U) + (uint16_t)(words[at] - '0'));
+        at++;
+    }
+    return ((words[0] != '0') && (rate <= RATE_MAX) && (strcmp(&words[at], "/s") == 0)) ? rate : 0U;
+}
+
 void subsystem_builder_event(source_t* const source)
 {
+    descriptor_event_t* const event               = source->item;
+    const char* const rate                        = source_raw(source, "rate");
+    const bool is_high                            = (event->severity == DESCRIPTOR_HIGH);
     subsystem_builder_of(source)->first_reference = subsystem_builder_model(source)->reference_count;
+    event->per_second                             = is_high ? 0U : RATE_DEFAULT;
+    if (is_high && ((rate != NULL) || source_has(source, "burst"))) {
+        source_fail(source, source->line, "an <Event> of severity HIGH has no rate and no burst");
+    } else if (rate != NULL) {
+        event->per_second = rate_of(rate);
+        if (event->per_second == 0U) {
+            source_wrong(source, "rate", "a rate like 10/s, from 1/s to 1000/s");
+        }
+    } else {
+        // As its severity has it.
+    }
+}
+
+/// Reports of all HIGH events so far, each once: they have room of their own.
+static uint32_t high_octets(const subsystem_descriptor_t* const descriptor)
+{
+    uint32_t octets = 0U;
+    for (uint16_t i = 0U; i < descriptor->event_count; i++) {
+        if (descriptor->events[i].severity == DESCRIPTOR_HIGH) {
+            octets += CAPACITY_HIGH_EVENT_HEAD + descriptor->events[i].octets;
+        }
+    }
+    return octets;
 }
 
 void subsystem_builder_event_value(source_t* const source)
@@ -164,6 +206,7 @@ void subsystem_builder_event_end(source_t* const source)
     event->octets = subsystem_builder_octets(descriptor, event->first_field, event->field_count) +
                     subsystem_builder_referred(descriptor, event->first_reference, event->reference_count);
     source_limit(source, event->octets, AUXILIARY_OCTETS_MAX, " octets of auxiliary data");
+    source_limit(source, high_octets(descriptor), CAPACITY_HIGH_EVENTS, " octets of reports of HIGH events");
 }
 
 // ---- Functions ----

@@ -276,6 +276,13 @@ static const source_attribute_t event_attributes[] = {
      .form = SOURCE_WORD | SOURCE_NEEDED,
      SEVERITIES,
      SOURCE_TO(descriptor_event_t, severity)},
+    FREE("rate"),
+    {.name      = "burst",
+     .form      = SOURCE_UNSIGNED,
+     .low       = 1U,
+     .high      = 255U,
+     .otherwise = 20U,
+     SOURCE_TO(descriptor_event_t, burst)},
 };
 static const source_attribute_t event_value_attributes[] = {FREE_NEEDED("name"), FREE("type"), FREE("count"),
                                                             FREE("unit")};

@@ -229,6 +229,7 @@ static uint64_t step_own_loop(component_t* const component)
     component_take_reload(component);
     watch_supervisor(component);
     watch_pools(component);
+    (void)pus_events_step(&component->events, now_ns); // What is left is told in the step of a status.
     if (now_ns >= component->next_status_ns) {
         report_status(component);
         component->next_status_ns = next_on_grid(now_ns, STATUS_INTERVAL_NS);

@@ -14,6 +14,7 @@ void subsystem_health(const subsystem_t* const subsystem, subsystem_health_t* co
                                                              subsystem->dispatcher.counters.ignored,
                                          .parameters_refused = parameters->unknown + parameters->read_only + parameters->out_of_range +
                                                                parameters->malformed + parameters->no_room,
+                                         .events_suppressed    = subsystem->events.counters.suppressed,
                                          .events_refused       = subsystem->events.counters.refused,
                                          .housekeeping_dropped = subsystem->housekeeping.counters.dropped,
                                          .reports_lost         = subsystem->process.counters.lost + subsystem->process.counters.oversized +

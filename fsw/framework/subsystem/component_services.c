@@ -8,6 +8,7 @@
 
 #include <string.h>
 
+#define MS_PER_S 1000U
 #define HK_PARAMETERS_MAX PUS_HK_PARAMETERS_MAX
 
 // ---- Parameters: ST[03] and ST[20] ----
@@ -335,7 +336,13 @@ static void tabulate_events(component_t* const component)
     for (uint16_t i = 0U; i < descriptor->event_count; i++) {
         const descriptor_event_t* const event = &descriptor->events[i];
         component->event_definitions[i]       = (pus_event_definition_t){
-                  .id = event->id, .severity = (uint8_t)event->severity, .aux_size = (uint16_t)event->octets};
+                  .id          = event->id,
+                  .severity    = (uint8_t)event->severity,
+                  .burst       = event->burst,
+                  .aux_size    = (uint16_t)event->octets,
+                  .interval_ms = (event->per_second > 0U)
+                                     ? (uint16_t)((MS_PER_S + event->per_second - 1U) / event->per_second)
+                                     : 0U};
     }
 }
 
@@ -364,6 +371,10 @@ static void init_tabulated(component_t* const component)
     const pus_function_port_t functions = {component, perform_function};
     pus_events_init(&component->events, &component->process, component->event_definitions,
                     component->event_states, component->descriptor->event_count);
+    const descriptor_event_t* const teller =
+        descriptor_find_event_name(component->descriptor, "EVENTS_SUPPRESSED");
+    pus_events_tell_by(&component->events,
+                       ((teller != NULL) && (teller->octets == PUS_SUPPRESSED_AUX)) ? teller->id : 0U);
     pus_functions_init(&component->functions, component->function_table,
                        component->descriptor->function_count, &functions, component->argument_area,
                        sizeof component->argument_area);

@@ -145,6 +145,7 @@ typedef struct {                 // What was refused or lost since the start [wr
     uint32_t events_refused;     ///< Events of unknown id, with wrong data, or without room.
     uint32_t housekeeping_dropped; ///< Housekeeping reports that nobody took.
     uint32_t reports_lost;         ///< Other reports for which there was no room.
+    uint32_t events_suppressed;    ///< Occurrences of events that their limiters kept from being reported.
 } subsystem_health_t;
 void subsystem_health(const subsystem_t* subsystem, subsystem_health_t* out_health);
 /// Publish a sample on a provided port; sent at once with the present state. STATUS_OK, STATUS_CLOSED (no

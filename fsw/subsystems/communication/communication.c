@@ -325,12 +325,14 @@ static void update_status(void* const context)
         (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_POOL_WARNING, NULL, 0U);
     }
     parameter_lock(dictionary);
-    self->counters.tc_refused     = self->not_requests + health.requests_refused;
-    self->counters.pool_peak      = health.pool_peak;
-    self->counters.pool_refused   = health.pool_refused;
-    self->counters.socket_peak    = self->sockets.stats.peak;
-    self->counters.socket_refused = self->sockets.stats.refused;
-    self->status.connections      = connections;
+    self->counters.tc_refused        = self->not_requests + health.requests_refused;
+    self->counters.pool_peak         = health.pool_peak;
+    self->counters.pool_refused      = health.pool_refused;
+    self->counters.events_suppressed = health.events_suppressed;
+    self->counters.reports_lost      = health.reports_lost;
+    self->counters.socket_peak       = self->sockets.stats.peak;
+    self->counters.socket_refused    = self->sockets.stats.refused;
+    self->status.connections         = connections;
     ground_security_publish(&self->security, &self->secured);
     self->status.queued = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
     parameter_unlock(dictionary);

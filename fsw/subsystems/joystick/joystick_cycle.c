@@ -97,6 +97,8 @@ static void count(joystick_t* const joystick, joystick_counters_t* const counter
     counters->parameter_refused = health.parameters_refused;
     counters->pool_peak         = health.pool_peak;
     counters->pool_refused      = health.pool_refused;
+    counters->events_suppressed = health.events_suppressed;
+    counters->reports_lost      = health.reports_lost;
     counters->channel           = network->channel;
     counters->error_frames      = bus.errors;
     counters->bus_off           = bus.bus_offs;

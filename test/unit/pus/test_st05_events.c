@@ -156,6 +156,168 @@ static void an_event_waits_while_the_port_refuses(void)
     TEST_ASSERT_EQUAL_UINT64(raised - 1U, bench.count);
 }
 
+// ---- Limiter ----
+
+#define TELLER 9U
+#define MS 1000000ULL
+
+enum {
+    NOISE,
+    OTHER
+};
+
+static const pus_event_definition_t limited[] = {
+    {.id = 1U, .severity = PUS_SEVERITY_LOW, .burst = PUS_EVENT_BURST, .interval_ms = PUS_EVENT_INTERVAL_MS},
+    {.id = 2U, .severity = PUS_SEVERITY_MEDIUM, .burst = 3U, .interval_ms = 1U},
+    {.id = 3U, .severity = PUS_SEVERITY_HIGH},
+    {.id          = TELLER,
+     .severity    = PUS_SEVERITY_LOW,
+     .burst       = 20U,
+     .aux_size    = PUS_SUPPRESSED_AUX,
+     .interval_ms = 100U}};
+
+static void limit(void)
+{
+    pus_events_init(&events, &bench.process, limited, states, 4U);
+    pus_events_tell_by(&events, TELLER);
+}
+
+/// Raise an event so often at one time; how many of them were reported.
+static unsigned passed(const uint16_t id, const unsigned times, const uint64_t now_ns)
+{
+    const uint32_t before = events.counters.reported;
+    for (unsigned i = 0U; i < times; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, id, NULL, 0U, now_ns));
+    }
+    return events.counters.reported - before;
+}
+
+static void a_burst_passes_and_then_the_rate(void)
+{
+    static const uint64_t begins_ms[] = {0U, 5000U, UINT32_MAX - 150U}; // The last: milliseconds wrap soon.
+    for (unsigned i = 0U; i < 3U; i++) {
+        const uint64_t begin = begins_ms[i] * MS;
+        bench_clear();
+        limit();
+        if (i == 2U) {
+            TEST_ASSERT_EQUAL(1U, passed(1U, 1U, begin - (5000U * MS)));
+        }
+        TEST_ASSERT_EQUAL(20U, passed(1U, 100U, begin));
+        TEST_ASSERT_EQUAL(0U, passed(1U, 10U, begin + (99U * MS)));
+        TEST_ASSERT_EQUAL(1U, passed(1U, 10U, begin + (100U * MS)));
+        TEST_ASSERT_EQUAL(0U, passed(1U, 10U, begin + (199U * MS)));
+        TEST_ASSERT_EQUAL(3U, passed(1U, 10U, begin + (400U * MS)));
+        TEST_ASSERT_EQUAL(19U, passed(1U, 50U, begin + (2300U * MS))); // 1.9 s later: all but one again.
+        TEST_ASSERT_EQUAL(20U, passed(1U, 50U, begin + (90000U * MS)));
+        TEST_ASSERT_EQUAL(3U, passed(2U, 5U, begin)); // Each on its own.
+        TEST_ASSERT_EQUAL(1U, passed(2U, 5U, begin + MS));
+        TEST_ASSERT_EQUAL_UINT32(events.states[NOISE].raised + events.states[OTHER].raised,
+                                 events.counters.reported + events.counters.suppressed);
+    }
+}
+
+static void an_event_without_a_rate_always_passes(void)
+{
+    TEST_ASSERT_EQUAL(100U, passed(300U, 100U, 0U));
+    TEST_ASSERT_EQUAL_UINT32(0U, events.counters.suppressed);
+}
+
+static uint32_t told(const size_t index, const uint16_t id)
+{
+    octet_reader_t reader = bench_data(index);
+    TEST_ASSERT_EQUAL_UINT16(TELLER, octet_read_u16(&reader));
+    TEST_ASSERT_EQUAL_UINT16(id, octet_read_u16(&reader));
+    return octet_read_u32(&reader);
+}
+
+static void what_is_suppressed_is_told_once_a_second(void)
+{
+    limit();
+    TEST_ASSERT_FALSE(pus_events_step(&events, 0U));
+    (void)passed(1U, 25U, MS);
+    (void)passed(2U, 5U, MS);
+    bench_clear();
+    TEST_ASSERT_TRUE(pus_events_step(&events, MS)); // One event at a time, each in its turn.
+    TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
+    TEST_ASSERT_EQUAL_UINT32(2U, told(0U, 2U));
+    (void)passed(2U, 4U, 2U * MS);
+    (void)passed(1U, 7U, 2U * MS);
+    bench_clear();
+    TEST_ASSERT_TRUE(pus_events_step(&events, 1000U * MS));
+    TEST_ASSERT_EQUAL_UINT64(0U, bench.count); // It is not time.
+    TEST_ASSERT_TRUE(pus_events_step(&events, 1001U * MS));
+    TEST_ASSERT_EQUAL_UINT32(12U, told(0U, 1U));
+    TEST_ASSERT_FALSE(pus_events_step(&events, 2001U * MS));
+    TEST_ASSERT_EQUAL_UINT32(3U, told(1U, 2U));
+    TEST_ASSERT_FALSE(pus_events_step(&events, 9000U * MS));
+    TEST_ASSERT_EQUAL_UINT64(2U, bench.count);
+}
+
+static void what_cannot_be_told_is_told_later(void)
+{
+    limit();
+    (void)passed(1U, 30U, MS);
+    bench_clear();
+    while (raise_event(TELLER, 6U) == STATUS_OK) { // Until there is no room for another.
+        bench.refusals   = 1000U;
+        states[3].due_ms = 0U;
+    }
+    TEST_ASSERT_TRUE(pus_events_step(&events, 2000U * MS));
+    bench.refusals = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    bench_clear();
+    TEST_ASSERT_FALSE(pus_events_step(&events, 3000U * MS));
+    TEST_ASSERT_EQUAL_UINT32(10U, told(0U, 1U));
+}
+
+static void nobody_tells_where_there_is_no_such_event(void)
+{
+    limit();
+    pus_events_tell_by(&events, 0U);
+    (void)passed(1U, 30U, MS);
+    TEST_ASSERT_FALSE(pus_events_step(&events, 2000U * MS));
+    TEST_ASSERT_EQUAL_UINT32(10U, events.counters.suppressed);
+}
+
+static void a_high_event_passes_unless_it_still_waits(void)
+{
+    for (unsigned is_notice = 0U; is_notice < 2U; is_notice++) {
+        bench_clear();
+        limit();
+        states[2].is_disabled = (is_notice == 1U);
+        bench.accepts         = 1U;
+        for (unsigned i = 0U; i < 50U; i++) {
+            TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 3U, NULL, 0U, MS));
+        }
+        TEST_ASSERT_EQUAL_UINT32(48U, events.counters.suppressed); // One went out, one waits.
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 2U, NULL, 0U, MS));
+        bench.accepts = 0U;
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+        TEST_ASSERT_EQUAL_UINT64(3U, bench.count);
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 3U, NULL, 0U, MS));
+        TEST_ASSERT_EQUAL_UINT64(4U, bench.count);
+        TEST_ASSERT_EQUAL_UINT32(48U, events.counters.suppressed);
+    }
+}
+
+/// 100 a millisecond for 60 s, told and added up.
+static void all_occurrences_of_a_storm_add_up(void)
+{
+    uint32_t sum = 0U;
+    limit();
+    for (uint64_t ms = 0U; ms < 60000U; ms++) {
+        (void)passed(1U, 100U, ms * MS);
+        (void)pus_events_step(&events, ms * MS);
+        for (size_t i = 0U; i < bench.count; i++) {
+            sum += (bench_report(i).data[1] == TELLER) ? told(i, 1U) : 1U;
+        }
+        bench_clear();
+    }
+    TEST_ASSERT_EQUAL_UINT32(6000000U, states[NOISE].raised);
+    TEST_ASSERT_EQUAL_UINT32(6000000U, sum + states[NOISE].suppressed);
+    TEST_ASSERT_EQUAL_UINT32(20U + 599U, states[NOISE].raised - events.counters.suppressed);
+}
+
 static void the_largest_auxiliary_data_fits_and_the_next_does_not(void)
 {
     static uint8_t aux[PUS_TM_DATA_MAX];
@@ -209,6 +371,13 @@ int main(void)
     RUN_TEST(an_event_is_read_from_its_report_and_from_its_notice);
     RUN_TEST(unknown_instructions_are_refused_alone);
     RUN_TEST(an_event_waits_while_the_port_refuses);
+    RUN_TEST(a_burst_passes_and_then_the_rate);
+    RUN_TEST(an_event_without_a_rate_always_passes);
+    RUN_TEST(what_is_suppressed_is_told_once_a_second);
+    RUN_TEST(what_cannot_be_told_is_told_later);
+    RUN_TEST(nobody_tells_where_there_is_no_such_event);
+    RUN_TEST(a_high_event_passes_unless_it_still_waits);
+    RUN_TEST(all_occurrences_of_a_storm_add_up);
     RUN_TEST(the_largest_auxiliary_data_fits_and_the_next_does_not);
     RUN_TEST(more_disabled_events_than_a_report_holds_are_refused);
     RUN_TEST(every_request_has_a_strict_shape);

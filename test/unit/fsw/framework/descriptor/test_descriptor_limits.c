@@ -155,6 +155,24 @@ static void more_octets_than_allowed_are_refused_with_their_number(void)
         {"<Events>\n<Event name='E' id='1' severity='LOW'><ParamRef name='A' type='DOUBLE' count='129'/>"
          "</Event></Events>",
          "arm.xml:2: 1032 octets of auxiliary data, at most 1024"},
+        {"<Events><Event name='E' id='1' severity='HIGH'><ParamRef name='A' type='DOUBLE' "
+         "count='125'/></Event>\n"
+         "<Event name='F' id='2' severity='HIGH'><ParamRef name='A' type='UINT8' count='249'/>"
+         "<ParamRef name='B' type='UINT8' count='249'/><ParamRef name='C' type='UINT8' count='249'/>"
+         "<ParamRef name='D' type='UINT8' count='248'/></Event></Events>",
+         "arm.xml:2: 2049 octets of reports of HIGH events, at most 2048"},
+        {"<Events>\n<Event name='E' id='1' severity='HIGH' rate='10/s'/></Events>",
+         "arm.xml:2: an <Event> of severity HIGH has no rate and no burst"},
+        {"<Events>\n<Event name='E' id='1' severity='HIGH' burst='1'/></Events>",
+         "arm.xml:2: an <Event> of severity HIGH has no rate and no burst"},
+        {"<Events>\n<Event name='E' id='1' severity='LOW' rate='0/s'/></Events>",
+         "arm.xml:2: rate=\"0/s\" of <Event>: expected a rate like 10/s, from 1/s to 1000/s"},
+        {"<Events>\n<Event name='E' id='1' severity='LOW' rate='1001/s'/></Events>",
+         "arm.xml:2: rate=\"1001/s\" of <Event>: expected a rate like 10/s, from 1/s to 1000/s"},
+        {"<Events>\n<Event name='E' id='1' severity='LOW' rate='10'/></Events>",
+         "arm.xml:2: rate=\"10\" of <Event>: expected a rate like 10/s, from 1/s to 1000/s"},
+        {"<Events>\n<Event name='E' id='1' severity='LOW' burst='256'/></Events>",
+         "arm.xml:2: burst=\"256\" of <Event>: expected a number from 1 to 255"},
         {"<Functions>\n<Function name='F' id='1' states='*'><Argument name='A' id='1' type='DOUBLE' "
          "count='128'/></Function></Functions>",
          "arm.xml:2: 1026 octets of arguments, at most 1024"},
@@ -167,6 +185,30 @@ static void more_octets_than_allowed_are_refused_with_their_number(void)
         TEST_ASSERT_EQUAL(STATUS_INVALID, load());
         TEST_ASSERT_EQUAL_STRING(bodies[i].says, descriptor_error(&loader));
     }
+}
+
+static void high_events_fill_their_room_exactly(void)
+{
+    length = 0U;
+    add("<Subsystem name='A' id='1'><Events>"
+        "<Event name='E' id='1' severity='HIGH'><ParamRef name='A' type='DOUBLE' count='125'/></Event>"
+        "<Event name='F' id='2' severity='HIGH'><ParamRef name='A' type='UINT8' count='249'/>"
+        "<ParamRef name='B' type='UINT8' count='249'/><ParamRef name='C' type='UINT8' count='249'/>"
+        "<ParamRef name='D' type='UINT8' count='247'/></Event>"
+        "<Event name='G' id='3' severity='LOW' rate='1/s'><ParamRef name='A' type='DOUBLE' "
+        "count='128'/></Event>"
+        "<Event name='H' id='4' severity='MEDIUM' rate='1000/s' burst='255'/>"
+        "<Event name='I' id='5' severity='INFORMATIVE'/></Events>" CONFIGURATION
+        "</Configuration></Subsystem>");
+    const status_t status = load();
+    TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
+    TEST_ASSERT_EQUAL(0U, arm.events[0].per_second);
+    TEST_ASSERT_EQUAL(1U, arm.events[2].per_second);
+    TEST_ASSERT_EQUAL(1000U, arm.events[3].per_second);
+    TEST_ASSERT_EQUAL(255U, arm.events[3].burst);
+    TEST_ASSERT_EQUAL(10U, arm.events[4].per_second);
+    TEST_ASSERT_EQUAL(20U, arm.events[4].burst);
 }
 
 /// Six texts of 901 octets and the names fit into 6144; the seventh function stands in line 8.
@@ -226,6 +268,7 @@ int main(void)
     RUN_TEST(references_are_counted_over_all_that_refer);
     RUN_TEST(a_port_with_too_long_names_is_refused);
     RUN_TEST(more_octets_than_allowed_are_refused_with_their_number);
+    RUN_TEST(high_events_fill_their_room_exactly);
     RUN_TEST(texts_beyond_the_models_room_are_refused);
     RUN_TEST(a_port_may_stand_in_several_configurations);
     RUN_TEST(an_arena_that_is_used_up_is_told);
