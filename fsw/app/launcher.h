@@ -65,6 +65,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint32_t lost_frames;
     uint32_t foreign_frames;
     uint32_t bus_cuts;                                 // Times that an interface went under an end.
+    int tool_code;                                     // Exit code of the last tool.
     uint32_t memory_limit_kib[MISSION_SUBSYSTEMS_MAX]; // Address space.
     child_t children[LAUNCHER_CHILDREN_MAX];
     size_t child_count;

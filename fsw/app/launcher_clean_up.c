@@ -13,6 +13,7 @@
 /// loaded machine.
 #define END_ASKED_NS 500000000ULL
 #define END_FORCED_NS 30000000000ULL
+#define REPORT_FIGURES_FAILED 3 ///< Its exit code.
 
 static bool is_any_alive(launcher_t* const launcher)
 {
@@ -123,6 +124,7 @@ bool launcher_run_tool(launcher_t* const launcher, const arguments_t* const argu
             child.is_alive = false;
         }
     }
+    launcher->tool_code = child.result.code;
     return child.has_run && !child.result.was_signalled && (child.result.code == 0);
 }
 
@@ -147,7 +149,12 @@ static void draw_report(launcher_t* const launcher)
     arguments_add(&report, "-m");
     arguments_add(&report, "hirosco_gse.report");
     arguments_add(&report, launcher->run->folder);
-    if (!launcher_run_tool(launcher, &report, "report")) {
+    if (launcher_run_tool(launcher, &report, "report")) {
+        return;
+    }
+    if (launcher->tool_code == REPORT_FIGURES_FAILED) { // It says so in run.json as well.
+        launcher_give_up(launcher, "figures out of their bounds", "; see report.html and run.json");
+    } else {
         osal_console_complain("the report could not be drawn; see console.log in the run's folder");
     }
 }

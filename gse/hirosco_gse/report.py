@@ -63,9 +63,18 @@ def versions():
     return found
 
 
+FIGURES_FAILED = 3  # Exit code; the launcher knows it.
+
+
 def is_telepresence(run):
     """The figures belong to the telepresence scenario."""
     return pathlib.Path(str(run.facts.get("scenario", ""))).stem == "telepresence"
+
+
+def failed_figures(facts):
+    """Names of the figures that have a value, and one out of its bound."""
+    names = figures.BOUNDS if "figures_hold" in facts else ()
+    return [name for name in names if facts.get(name) is not None and not figures.holds(name, facts[name])]
 
 
 def complete_facts(run):
@@ -76,6 +85,9 @@ def complete_facts(run):
     facts["figures_missing"] = reasons
     if is_telepresence(run):
         facts["figures_hold"] = all(figures.holds(name, computed.get(name)) for name in figures.BOUNDS)
+        failed = failed_figures(facts)
+        if failed and facts.get("exit_code") == 0:
+            facts.update(exit_code=1, exit_reason=f"figures out of their bounds: {' '.join(failed)}")
     facts["sha256"] = {path.name: sha256(path) for pattern in LOGS for path in sorted(run.folder.glob(pattern))}
     facts["versions"] = {**facts.get("versions", {}), **versions()}
     if run.dictionary is not None:
@@ -261,7 +273,7 @@ def main(argv=None):
         print(f"{mark} {name:<30} {_value(facts.get(name)):>10}  {relation} {bound:g}  {reason}".rstrip())
     for problem in facts["report_problems"]:
         print(f"report: {problem}", file=sys.stderr)
-    return 0
+    return FIGURES_FAILED if failed_figures(facts) else 0
 
 
 if __name__ == "__main__":

@@ -4,9 +4,11 @@
 import hashlib
 import html.parser
 import re
+import shutil
 import sqlite3
 import struct
 
+import flying
 import lcm
 import pytest
 
@@ -216,3 +218,21 @@ def test_plots_lie_beside_the_report(flight):
         assert width >= 600
         assert height >= 200
         assert octets.endswith(b"IEND\xaeB`\x82")
+
+
+def test_a_figure_out_of_its_bound_fails_the_run(folder):
+    """Told by the exit code, in run.json and in the report; here the bound is moved, not the flight."""
+    root = folder / "root"
+    root.mkdir(parents=True)
+    for name in ("build", "sim", "descriptors"):
+        (root / name).symlink_to(flying.ROOT / name)
+    shutil.copytree(flying.ROOT / "gse", root / "gse")
+    path = root / "gse" / "hirosco_gse" / "figures.py"
+    source, count = re.subn(r'("tracking_error": )\(.*?\)', r'\1("<", 0.0)', path.read_text(encoding="utf-8"), count=1)
+    assert count == 1
+    path.write_text(source, encoding="utf-8")
+    flight = flying.fly(folder / "out", "--scenario", "telepresence", root=root, report="yes")
+    assert flight.code == 1
+    assert "figures out of their bounds" in flight.output, flight.told()
+    assert flight.facts["exit_code"] == 1
+    assert flight.facts["exit_reason"] == "figures out of their bounds: tracking_error"

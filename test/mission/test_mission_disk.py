@@ -4,6 +4,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 
@@ -130,3 +131,19 @@ def test_missing_records_are_named(folder):
     assert done.returncode == 1
     assert f"12 missing, 0 doubled: 10-19 {count - 1}-{count}; known in flight: 10" in done.stderr, done.stderr
     assert len(flight.packets) == count - 12
+
+
+def test_slow_disk_is_told_and_changes_nothing(folder):
+    """In stepped time the wall waits, and simulated time does not."""
+    programs = folder / "programs"
+    shutil.copytree(flying.BIN, programs)
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", programs / "slow.so", pathlib.Path(__file__).with_name("slow_disk.c"), "-ldl"], check=True)
+    (programs / "supervisor").rename(programs / "supervisor.plain")
+    (programs / "supervisor").write_text(f'#!/bin/sh\nLD_PRELOAD="{programs}/slow.so" exec "{programs}/supervisor.plain" "$@"\n', encoding="utf-8")
+    (programs / "supervisor").chmod(0o755)
+    flight = flying.fly(folder / "slow", "--scenario", "commissioning", binaries=programs)
+    assert flight.code == 0, flight.told()
+    told = re.search(r"supervisor: one write of the packet log took (\d+) ms", flight.console)
+    assert told and int(told[1]) >= 300, flight.told()
+    plain = flying.fly(folder / "plain", "--scenario", "commissioning")
+    assert flight.octets("packets.log") == plain.octets("packets.log")

@@ -75,6 +75,18 @@ def test_a_crash_is_told(flight_folder, dictionary_path, tmp_path):
     assert facts["report_problems"]
 
 
+def test_a_figure_out_of_its_bound_fails_the_run(flight_folder, dictionary_path, tmp_path, monkeypatch):
+    for path in flight_folder.iterdir():
+        shutil.copy(path, tmp_path)
+    name = next(iter(figures.BOUNDS))
+    monkeypatch.setitem(figures.BOUNDS, name, (">=", 1e9))
+    assert report.main([str(tmp_path), str(dictionary_path)]) == report.FIGURES_FAILED == 3
+    facts = json.loads((tmp_path / "run.json").read_text())
+    assert facts["exit_code"] == 1
+    assert facts["exit_reason"] == f"figures out of their bounds: {name}"
+    assert f"figures out of their bounds: {name}" in (tmp_path / "report.html").read_text()
+
+
 def test_another_scenario_is_not_measured_by_these_figures(tmp_path, dictionary_path):
     (tmp_path / "run.json").write_text(json.dumps({"scenario": "commissioning", "exit_code": 0}))
     assert report.main([str(tmp_path), str(dictionary_path)]) == 0
