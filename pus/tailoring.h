@@ -100,6 +100,7 @@ enum {
     PUS_FAILURE_RESOURCES        = 0x0112, ///< what is missing, in the resource's unit
     PUS_FAILURE_MEMBER_ACTIVE    = 0x0113, ///< APID of a network member that is operational
     PUS_FAILURE_INTERFACE        = 0x0114, ///< APID whose interface hash is not the supervisor's
+    PUS_FAILURE_STATE_IN_DOUBT   = 0x0115, ///< APID that was silent and has not told its state since
     // Start of execution, TM[1,4].
     PUS_FAILURE_UNKNOWN_ID    = 0x0201, ///< identifier
     PUS_FAILURE_EXISTS        = 0x0202, ///< identifier

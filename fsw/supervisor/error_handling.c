@@ -308,9 +308,13 @@ static void found(supervisor_t* const supervisor, const descriptor_severity_t se
     react(supervisor, &failure);
 }
 
-void error_member_lost(supervisor_t* const supervisor, const uint16_t apid)
+/// A process that hung is killed, and so lost: a plan that names only PROCESS_LOST is meant, too.
+void error_member_lost(supervisor_t* const supervisor, const uint16_t apid, const uint16_t event_id)
 {
-    found(supervisor, DESCRIPTOR_HIGH, apid, SUPERVISOR_EVENT_PROCESS_LOST);
+    const mission_plan_t* const plan =
+        mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, SUPERVISOR_APID, event_id);
+    const bool is_named = (plan != NULL) && (plan->apid == SUPERVISOR_APID);
+    found(supervisor, DESCRIPTOR_HIGH, apid, is_named ? event_id : SUPERVISOR_EVENT_PROCESS_LOST);
     plan_runner_mark_lost(&supervisor->plans, apid);
 }
 
@@ -358,9 +362,9 @@ static bool is_noted(const supervisor_t* const supervisor, const own_event_t* co
 void error_own_event(supervisor_t* const supervisor, const pus_tm_t* const tm,
                      const pus_event_occurrence_t* const occurrence)
 {
-    const bool is_handled =
-        (occurrence->event == SUPERVISOR_EVENT_PROCESS_LOST) ||
-        (occurrence->event == SUPERVISOR_EVENT_SUBSYSTEM_SILENT); // Where they are raised.
+    const bool is_handled = (occurrence->event == SUPERVISOR_EVENT_PROCESS_LOST) || // Where they are raised.
+                            (occurrence->event == SUPERVISOR_EVENT_PROCESS_HUNG) ||
+                            (occurrence->event == SUPERVISOR_EVENT_SUBSYSTEM_SILENT);
     const own_event_t event = {.event_id = occurrence->event,
                                .severity = occurrence->severity,
                                .subject  = subject_of(supervisor, tm, occurrence->event)};

@@ -111,6 +111,24 @@ static void drop_link(supervisor_t* const supervisor, const uint16_t link)
     }
 }
 
+/// True if a subsystem is on the way to OFFLINE, where it closes its links by itself.
+static bool is_going_offline(supervisor_t* const supervisor, const uint16_t apid)
+{
+    const roster_entry_t* const member = roster_find(supervisor, apid);
+    FSW_ASSERT(member != NULL); // Links are between subsystems of the mission.
+    return (member->state == STATE_OFFLINE) || (member->state >= STATE_POST_OPERATIONAL);
+}
+
+/// Order the close that waits, if the end has not closed by itself.
+static void close_now(supervisor_t* const supervisor, const uint16_t link)
+{
+    const uint16_t apid = supervisor->closings[link - 1U];
+    if ((apid != 0U) && !is_going_offline(supervisor, apid)) {
+        (void)close_member(supervisor, apid, link, (uint8_t)PUS_LINK_REASON_PEER);
+    }
+    supervisor->closings[link - 1U] = 0U;
+}
+
 /// Nothing of the link is to stay behind at either end, but for the one that has nothing (0: both have).
 static void forget_link(supervisor_t* const supervisor, const uint16_t link,
                         const pus_link_ends_t* const ends, const uint16_t without)
@@ -190,6 +208,7 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
         refuse(out_answer, PUS_LINK_REASON_RESOURCE, PUS_LINK_FIELD_NONE, &request->properties);
         return pus_done();
     }
+    close_now(supervisor, link->number); // Before what is agreed on anew.
     supervisor->link_transaction++;
     session->ends        = *ends;
     session->asked       = request->transaction;
@@ -353,7 +372,10 @@ static void member_closed(supervisor_t* const supervisor, const uint16_t link, c
 {
     link_session_t* const session = session_of_link(supervisor, link);
     if (session == NULL) {
-        forget_link(supervisor, link, ends, apid);
+        const bool is_producer = (ends->producer_apid == apid);
+        drop_link(supervisor, link);
+        // The other end often closes at the same time, and its report is the next one: link_manager_settle.
+        supervisor->closings[link - 1U] = is_producer ? ends->consumer_apid : ends->producer_apid;
         return;
     }
     const bool had_edge = link_graph_remove(&supervisor->graph, link);
@@ -401,6 +423,11 @@ static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
 static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
                            const pus_link_transition_t* const transition)
 {
+    const bool is_link = (transition->link >= 1U) && (transition->link <= MISSION_LINKS_MAX);
+    if (is_link && (transition->state == (uint8_t)PUS_LINK_STATE_CLOSED) &&
+        (supervisor->closings[transition->link - 1U] == apid)) {
+        supervisor->closings[transition->link - 1U] = 0U;
+    }
     const link_edge_t* const accepted = accepted_of(supervisor, transition->link);
     if (accepted != NULL) {
         const pus_link_ends_t ends = ends_of(accepted);
@@ -428,6 +455,13 @@ void link_manager_report(supervisor_t* const supervisor, const pus_tm_t* const t
         member_changed(supervisor, tm->apid, &transition);
     } else {
         // Offers and status are for the ground.
+    }
+}
+
+void link_manager_settle(supervisor_t* const supervisor)
+{
+    for (uint16_t link = 1U; link <= MISSION_LINKS_MAX; link++) {
+        close_now(supervisor, link);
     }
 }
 

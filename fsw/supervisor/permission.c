@@ -67,18 +67,25 @@ static pus_failure_t check_links(const supervisor_t* const supervisor, const ros
     return pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
-/// A member of the target's network, other than itself, that is in a state; 0 if there is none.
-static uint16_t member_in(supervisor_t* const supervisor, const uint16_t apid, const state_t state)
+/// MEMBER_ACTIVE: a member of the target's network, other than itself, is in a state. STATE_IN_DOUBT: it may
+/// be, or, where `is_certain` is needed, none is known to be and one may have changed.
+static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_t apid, const state_t state,
+                                   const bool is_certain)
 {
     uint16_t members[LINK_GRAPH_MEMBERS];
     const uint16_t count = link_graph_members(&supervisor->graph, apid, members);
+    uint16_t doubted     = 0U;
     for (uint16_t i = 1U; i < count; i++) {
         const roster_entry_t* const member = roster_find(supervisor, members[i]);
-        if ((member != NULL) && (member->state == state)) {
-            return members[i];
+        FSW_ASSERT(member != NULL); // Links are between subsystems of the mission.
+        const bool is_barring = (member->state == state);
+        if (is_barring && !doubt_is_about(member)) {
+            return pus_failure(PUS_FAILURE_MEMBER_ACTIVE, members[i]);
         }
+        doubted = (doubt_is_about(member) && (is_barring || is_certain)) ? members[i] : doubted;
     }
-    return 0U;
+    return (doubted != 0U) ? pus_failure(PUS_FAILURE_STATE_IN_DOUBT, doubted)
+                           : pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
 /// G1: electrical power for the state asked for.
@@ -88,6 +95,11 @@ static pus_failure_t check_power(supervisor_t* const supervisor, const uint16_t 
     const uint32_t available_w = supervisor->mission->power_available_w;
     if ((available_w == 0U) || (needed_w <= available_w)) {
         return pus_failure(PUS_FAILURE_NONE, 0U);
+    }
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        if (doubt_is_about(&supervisor->roster[i])) { // It may need less by now.
+            return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, supervisor->roster[i].mission->apid);
+        }
     }
     raise_u16(supervisor, SUPERVISOR_EVENT_RESOURCE_REFUSED, apid);
     return pus_failure(PUS_FAILURE_RESOURCES, needed_w - available_w);
@@ -103,19 +115,19 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
     }
     const bool is_up = (wanted > target->state) && (target->state <= STATE_OPERATIONAL);
     if (!is_up) {
-        const uint16_t active = member_in(supervisor, tc->apid, STATE_OPERATIONAL);
-        const bool is_barred  = (wanted <= STATE_PRE_OPERATIONAL) && (active != 0U);
-        return is_barred ? pus_failure(PUS_FAILURE_MEMBER_ACTIVE, active) : pus_failure(PUS_FAILURE_NONE, 0U);
+        return (wanted <= STATE_PRE_OPERATIONAL)
+                   ? check_members(supervisor, tc->apid, STATE_OPERATIONAL, false)
+                   : pus_failure(PUS_FAILURE_NONE, 0U);
+    }
+    if (doubt_is_about(target)) {
+        return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, tc->apid);
     }
     pus_failure_t failure = check_power(supervisor, tc->apid, wanted);
     if ((failure.code == PUS_FAILURE_NONE) && (wanted >= STATE_SAFE_OPERATIONAL)) {
         failure = check_links(supervisor, target);
     }
     if ((failure.code == PUS_FAILURE_NONE) && (wanted == STATE_OPERATIONAL)) {
-        const uint16_t failed = member_in(supervisor, tc->apid, STATE_ERROR_OPERATIONAL);
-        if (failed != 0U) {
-            failure = pus_failure(PUS_FAILURE_MEMBER_ACTIVE, failed);
-        }
+        failure = check_members(supervisor, tc->apid, STATE_ERROR_OPERATIONAL, true);
     }
     return failure;
 }
@@ -134,6 +146,10 @@ pus_failure_t permission_of(supervisor_t* const supervisor, const pus_tc_t* cons
                                           .state   = (uint8_t)target->state};
     int rule                           = PERMISSION_RULE_NONE;
     if (permission_check(supervisor->mission, &request, &rule) != STATUS_OK) {
+        if (doubt_is_about(target)) {
+            return pus_failure(PUS_FAILURE_STATE_IN_DOUBT,
+                               tc->apid); // In its true state it may be permitted.
+        }
         return pus_failure(PUS_FAILURE_PERMISSION,
                            ((uint32_t)supervisor->mode << 8U) | (uint32_t)target->state);
     }

@@ -178,7 +178,7 @@ static void process_lost(supervisor_t* const supervisor, roster_entry_t* const e
     entry->is_order_owed = false;
     roster_end_pending(supervisor, apid);
     raise_u16(supervisor, event_id, apid);
-    error_member_lost(supervisor, apid);
+    error_member_lost(supervisor, apid, event_id);
     link_manager_member_lost(supervisor, apid);
     if (apid == COMMUNICATION_APID) {
         supervisor->autostart_step = 0U;

@@ -64,6 +64,7 @@ static void learn_from(supervisor_t* const supervisor, const pus_tm_t* const tm)
 {
     pus_verification_t verification;
     if (pus_verification_read(tm, &verification) == STATUS_OK) {
+        doubt_verification(supervisor, tm, &verification);
         pending_report(&supervisor->pending, tm->apid, tm->destination, &verification);
     }
     roster_report(supervisor, tm);

@@ -168,6 +168,7 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
 static void tick(supervisor_t* const supervisor)
 {
     roster_watch(supervisor);
+    doubt_watch(supervisor);
     roster_end_unanswered(supervisor);
     order_owed(supervisor);
     link_manager_watch(supervisor);
@@ -186,6 +187,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     adoption_tell(supervisor);
     ground_flush(supervisor);
     router_take_in(supervisor);
+    link_manager_settle(supervisor);
     ground_flush(supervisor);
     ground_tell(supervisor);
     const uint64_t component_wake_ns = component_step(&supervisor->component, now_ns);

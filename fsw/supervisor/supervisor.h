@@ -64,6 +64,12 @@ typedef enum { // Process state in TM[131,9].
     PROCESS_LOST    = 2
 } process_state_t;
 
+typedef enum {
+    DOUBT_NONE,
+    DOUBT_SILENT, ///< Not heard for so long that its state may be another one.
+    DOUBT_ASKED   ///< Heard again, and asked for its state.
+} doubt_t;
+
 typedef struct { // What is known of one subsystem.
     const mission_subsystem_t* mission;
     process_state_t process;
@@ -86,6 +92,11 @@ typedef struct { // What is known of one subsystem.
     uint64_t configuration_hash; ///< the supervisor's.
     bool is_interface_foreign;
     bool is_in_doubt; ///< Taken over from the supervisor before this one, and not told by itself since.
+    doubt_t doubt;
+    struct {
+        uint32_t request_id; ///< TC[129,4], if DOUBT_ASKED.
+        uint64_t time_ns;
+    } asked;
 } roster_entry_t;
 
 typedef enum {
@@ -158,6 +169,7 @@ typedef struct supervisor { // All fields are private.
     pus_requester_t requester;
     link_graph_t graph;
     link_session_t sessions[SUPERVISOR_LINK_SESSIONS];
+    uint16_t closings[MISSION_LINKS_MAX]; // Ends that are to close, too, by mission link number - 1; 0: none.
     link_edge_t accepted[MISSION_LINKS_MAX]; // Negotiated, by mission link number - 1; link 0 = none.
     uint32_t link_epoch;
     uint32_t link_transaction;

@@ -82,12 +82,22 @@ void adoption_tell(supervisor_t* supervisor);
 /// A member tells its state itself: what was taken over is compared once.
 void adoption_compare(supervisor_t* supervisor, roster_entry_t* entry, uint8_t state, uint16_t configuration);
 
+/// doubt.c
+/// True if a subsystem may be in another state than is known: its state is no ground for a verdict.
+bool doubt_is_about(const roster_entry_t* entry);
+/// Ask those anew that are heard again after silence; once per tick.
+void doubt_watch(supervisor_t* supervisor);
+/// Believe a subsystem that has answered.
+void doubt_verification(supervisor_t* supervisor, const pus_tm_t* tm, const pus_verification_t* verification);
+
 /// permission.c: PUS_FAILURE_NONE or why the request may not pass.
 pus_failure_t permission_of(supervisor_t* supervisor, const pus_tc_t* tc);
 
 /// link_manager.c
 pus_rtlink_port_t link_manager_port(supervisor_t* supervisor);
 void link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm);
+/// Order the other ends of links of which one has closed to close, too; when all reports have been taken in.
+void link_manager_settle(supervisor_t* supervisor);
 void link_manager_watch(supervisor_t* supervisor);
 /// Every edge of a member that is gone: remove it and close the other end.
 void link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
@@ -100,8 +110,8 @@ void error_event(supervisor_t* supervisor, const pus_event_occurrence_t* event);
 /// report is being sent, when no other may be built.
 void error_own_event(supervisor_t* supervisor, const pus_tm_t* tm, const pus_event_occurrence_t* event);
 void error_own_events(supervisor_t* supervisor);
-/// The process of a member died; its links are still in the graph.
-void error_member_lost(supervisor_t* supervisor, uint16_t apid);
+/// The process of a member died, as PROCESS_LOST or PROCESS_HUNG tells; its links are still in the graph.
+void error_member_lost(supervisor_t* supervisor, uint16_t apid, uint16_t event_id);
 /// A member has not been heard for too long.
 void error_member_silent(supervisor_t* supervisor, uint16_t apid);
 void error_run_plans(supervisor_t* supervisor);

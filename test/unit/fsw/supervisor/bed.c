@@ -225,6 +225,8 @@ static void answer(bed_member_t* member, const pus_tc_t* tc)
         member->configuration = octet_read_u16(&reader);
         member->phase         = PHASE_CONFIGURED;
         tell_state(member, member->state);
+    } else if ((tc->service == PUS_SERVICE_MANAGEMENT) && (tc->subtype == PUS_MANAGEMENT_REPORT_STATUS)) {
+        send_status(member);
     } else if (tc->service == PUS_SERVICE_RTLINK) {
         answer_link(member, tc, &reader);
     } else {

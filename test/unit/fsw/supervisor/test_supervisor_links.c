@@ -331,6 +331,39 @@ static void an_end_that_closes_takes_the_other_along(void)
     TEST_ASSERT_NOT_NULL(strstr(bed_look(), " 0201 1\n"));
 }
 
+static void an_end_that_closes_by_itself_is_not_told_to(void)
+{
+    static const state_t downwards[] = {STATE_OFFLINE, STATE_POST_OPERATIONAL};
+    bed_link_up(STATE_PRE_OPERATIONAL);
+    bed_link_changed(BED_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    bed_link_changed(BED_HAND, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    bed_run(10U);
+    TEST_ASSERT_FALSE(bed_has("16 TC 130.7"));
+    TEST_ASSERT_FALSE(bed_has("17 TC 130.7"));
+    for (unsigned i = 0U; i < 2U; i++) { // It goes where it closes all of them.
+        tearDown();
+        setUp();
+        bed_link_up(STATE_PRE_OPERATIONAL);
+        bed_place(BED_HAND, downwards[i]);
+        bed_link_changed(BED_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+        bed_run(10U);
+        TEST_ASSERT_FALSE(bed_has("17 TC 130.7"));
+    }
+}
+
+static void a_close_that_waits_comes_before_a_new_agreement(void)
+{
+    bed_link_up(STATE_PRE_OPERATIONAL);
+    bed_link_changed(BED_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    (void)bed_request_link(LINK_ARM_STATE);
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 00010A"));
+    bed_run(4U);
+    (void)bed_open_link(LINK_ARM_STATE);
+    bed_run(10U);
+    TEST_ASSERT_EQUAL(2U, edges());
+}
+
 static void an_agreement_that_ran_out_is_forgotten(void)
 {
     (void)bed_request_link(LINK_ARM_STATE);
@@ -437,6 +470,8 @@ int main(void)
     RUN_TEST(closing_ends_even_if_nobody_answers);
     RUN_TEST(a_negotiated_link_can_be_given_up);
     RUN_TEST(an_end_that_closes_takes_the_other_along);
+    RUN_TEST(an_end_that_closes_by_itself_is_not_told_to);
+    RUN_TEST(a_close_that_waits_comes_before_a_new_agreement);
     RUN_TEST(an_agreement_that_ran_out_is_forgotten);
     RUN_TEST(a_lost_member_closes_its_links);
     RUN_TEST(staleness_is_kept_in_the_graph);

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether what is known of a subsystem's state can be relied on. While a subsystem is not heard it may have
+// gone further down by itself; what arrives first when it is heard again may have been sent before. So it is
+// asked, and believed once it has completed that request: its reports come in order.
+#include "fsw/supervisor/supervisor_internal.h"
+
+#define DOUBT_AFTER_NS 1500000000ULL ///< Of silence: a running subsystem tells its status once a second.
+#define ASK_AGAIN_NS 1000000000ULL
+
+bool doubt_is_about(const roster_entry_t* const entry)
+{
+    return entry->doubt != DOUBT_NONE;
+}
+
+static void ask(supervisor_t* const supervisor, roster_entry_t* const entry)
+{
+    pus_token_t token     = {.request_id = 0U};
+    octet_writer_t writer = pus_tc_begin(&supervisor->requester, entry->mission->apid, PUS_SERVICE_MANAGEMENT,
+                                         PUS_MANAGEMENT_REPORT_STATUS, PUS_ACK_COMPLETION);
+    if (pus_tc_send(&supervisor->requester, &writer, &token) == STATUS_OK) {
+        entry->doubt            = DOUBT_ASKED;
+        entry->asked.request_id = token.request_id;
+        entry->asked.time_ns    = supervisor->now_ns;
+        supervisor->reactions.asked++;
+    }
+}
+
+static void watch_one(supervisor_t* const supervisor, roster_entry_t* const entry)
+{
+    const uint64_t now_ns = supervisor->now_ns;
+    const bool is_silent  = (now_ns - entry->heard_ns) > DOUBT_AFTER_NS;
+    if ((entry->process != PROCESS_RUNNING) || !entry->is_heard) {
+        entry->doubt = DOUBT_NONE; // It begins anew in OFFLINE.
+    } else if (is_silent) {
+        entry->doubt = DOUBT_SILENT;
+    } else if ((entry->doubt == DOUBT_SILENT) ||
+               ((entry->doubt == DOUBT_ASKED) && ((now_ns - entry->asked.time_ns) > ASK_AGAIN_NS))) {
+        ask(supervisor, entry);
+    } else {
+        // Heard regularly, or asked just now.
+    }
+}
+
+void doubt_watch(supervisor_t* const supervisor)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        if (supervisor->roster[i].mission->apid != SUPERVISOR_APID) {
+            watch_one(supervisor, &supervisor->roster[i]);
+        }
+    }
+}
+
+void doubt_verification(supervisor_t* const supervisor, const pus_tm_t* const tm,
+                        const pus_verification_t* const verification)
+{
+    roster_entry_t* const entry = roster_find(supervisor, tm->apid);
+    const bool is_answer        = (entry != NULL) && (entry->doubt == DOUBT_ASKED) &&
+                           (tm->destination == (PUS_USER_ONBOARD | SUPERVISOR_APID)) &&
+                           (verification->request_id == entry->asked.request_id) &&
+                           (verification->failure.code == PUS_FAILURE_NONE);
+    if (!is_answer) {
+        return;
+    }
+    entry->doubt = DOUBT_NONE;
+    if (entry->state == STATE_OFFLINE) { // It has closed its links, and told while nobody heard it.
+        link_manager_member_lost(supervisor, tm->apid);
+    }
+}
