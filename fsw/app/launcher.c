@@ -262,13 +262,18 @@ static void show_progress(launcher_t* const launcher, const uint64_t wall_ns)
 static bool has_stalled(launcher_t* const launcher, const uint64_t simulated)
 {
     const uint64_t wall_ns = osal_clock_monotonic_ns();
-    if ((simulated != launcher->moved_simulated_ns) || (launcher->moved_wall_ns == 0U)) {
+    if ((simulated != launcher->moved_simulated_ns) || (launcher->moved_wall_ns == 0U) ||
+        launcher_is_starved(launcher)) {
         launcher->moved_simulated_ns = simulated;
         launcher->moved_wall_ns      = wall_ns;
     }
     const bool has = (wall_ns - launcher->moved_wall_ns) > ((simulated == 0U) ? START_NS : STALL_NS);
     if (has) {
-        launcher_give_up(launcher, "simulated time stands still", "; see console.log");
+        char what[LAUNCHER_REASON_MAX];
+        text_t text = text_in(what, sizeof what);
+        text_add(&text, "simulated time stands still, held by ");
+        text_add(&text, launcher_holder(launcher));
+        launcher_give_up(launcher, what, "; see console.log");
     }
     return has;
 }
@@ -313,8 +318,11 @@ void launcher_fly(launcher_t* const launcher)
                 count++;
             }
         }
-        (void)osal_process_wait_any(processes, count, LAUNCHER_LOOP_MS);
+        const bool is_held_back = (launcher->calendar != NULL) && !launcher->options.is_stepped;
+        (void)osal_process_wait_any(processes, count,
+                                    is_held_back ? LAUNCHER_REAL_LOOP_MS : LAUNCHER_LOOP_MS);
         reap(launcher);
+        launcher_watch_calendar(launcher);
         show_progress(launcher, osal_clock_monotonic_ns());
         if (is_over(launcher, &stops_seen)) {
             break;

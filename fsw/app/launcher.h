@@ -45,6 +45,14 @@ typedef struct { // Private: the interfaces of one bus, "" where it has none.
     osal_can_claim_t claim;
 } launcher_bus_t;
 
+typedef struct { // Private: who holds the grant of the calendar.
+    unsigned holder;
+    uint32_t grants;
+    uint64_t since_ns;     // Wall-clock time at which it was first seen with this grant; 0: nobody was.
+    uint64_t processor_ns; // That it had used then.
+    uint64_t join_ns;      // Wall-clock time since which time stands still for one that is to join; 0: none.
+} launcher_watch_t;
+
 typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     launch_options_t options;
     const char* program_folder;
@@ -84,6 +92,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint64_t left_ns;            // Simulated time at which the operator left in good order, + 1.
     uint64_t moved_simulated_ns; // Simulated time when it was last seen to move, and when that was.
     uint64_t moved_wall_ns;
+    launcher_watch_t watch;
     bool is_cut_short;       // Ended at an instant that simulated time does not determine.
     bool is_broken;          // A part died.
     return_budget_t returns; // Of the supervisor.

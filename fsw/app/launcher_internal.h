@@ -7,6 +7,8 @@
 #include "fsw/framework/base/text.h"
 
 #define LAUNCHER_LOOP_MS 20U
+#define LAUNCHER_REAL_LOOP_MS                                                                                \
+    5U ///< Where simulated time is held back to the wall clock, a hang is found soon.
 #define LAUNCHER_NO_PARTICIPANT OSAL_CALENDAR_PARTICIPANTS_MAX
 #define LAUNCHER_ARGUMENTS_MAX 96U
 #define LAUNCHER_ARGUMENT_TEXT 8192U
@@ -78,6 +80,13 @@ bool launcher_make_buses(launcher_t* launcher);
 void launcher_remove_buses(launcher_t* launcher);
 /// Virtual interfaces that a launcher which was killed has made, to be removed with the buses.
 void launcher_adopt_interfaces(launcher_t* launcher);
+
+/// launcher_watch.c: suspend who holds the grant and hangs; give up who does not join.
+void launcher_watch_calendar(launcher_t* launcher);
+/// The holder would go on if it got a processor.
+bool launcher_is_starved(launcher_t* launcher);
+/// Name of the process that holds the grant, for people.
+const char* launcher_holder(launcher_t* launcher);
 
 /// launcher.c: mission time.
 uint64_t launcher_now_ns(const launcher_t* launcher);

@@ -51,6 +51,7 @@ typedef struct {
     /// Written by the launcher:
     uint32_t found_life; ///< Of the process that was started last,
     uint32_t process;    ///< and what became of it: run_process_t.
+    uint32_t hung_life;  ///< The last life that was found to hang, and suspended.
 } run_component_t;
 
 typedef struct {      // Of one component, in a cache line of its own; written by it.

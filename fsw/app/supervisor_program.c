@@ -126,6 +126,10 @@ static uint64_t promise_of(void* const context, const uint16_t apid)
     if (!run_block_find(seat->run, apid, &index)) {
         return OSAL_CALENDAR_NEVER;
     }
+    const run_component_t* const component = &seat->run->components[index];
+    if (__atomic_load_n(&component->hung_life, __ATOMIC_ACQUIRE) == component->life) {
+        return 0U; // The launcher has seen it.
+    }
     const run_beat_t beat = run_block_last_beat(seat->run, index);
     if (beat.wake_ns == OSAL_CALENDAR_NEVER) {
         return OSAL_CALENDAR_NEVER; // It begins a life.

@@ -293,6 +293,16 @@ static uint32_t pass_on(osal_calendar_t* calendar)
     return NOBODY;
 }
 
+/// After a change: give the grant if nobody holds it, and let others in.
+static void unlock_and_pass_on(osal_calendar_t* calendar)
+{
+    const uint32_t next = pass_on(calendar);
+    unlock(calendar);
+    if (next != NOBODY) {
+        wake(calendar, next);
+    }
+}
+
 /// Sleep until the grant has come. False if the run is over or the participant was ended.
 static bool sleep_until_granted(osal_calendar_t* calendar, uint32_t participant, uint32_t incarnation)
 {
@@ -424,38 +434,28 @@ void osal_calendar_suspend(osal_calendar_t* calendar, unsigned participant)
 {
     FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
     participant_t* const one = &calendar->participants[participant];
-    uint32_t next            = NOBODY;
     lock(calendar);
     if (one->state == OSAL_CALENDAR_JOINED) {
         one->is_suspended = 1U;
         if (calendar->running == participant) {
             __atomic_store_n(&calendar->running, NOBODY, __ATOMIC_RELEASE);
-            next = pass_on(calendar);
         }
     }
-    unlock(calendar);
-    if (next != NOBODY) {
-        wake(calendar, next);
-    }
+    unlock_and_pass_on(calendar);
 }
 
 void osal_calendar_resume(osal_calendar_t* calendar, unsigned participant)
 {
     FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
     participant_t* const one = &calendar->participants[participant];
-    uint32_t next            = NOBODY;
     lock(calendar);
     if (one->is_suspended != 0U) {
         one->is_suspended = 0U;
         if (one->wake_ns <= calendar->now_ns) {
             one->wake_ns = is_turn_to_come(calendar, participant) ? calendar->now_ns : next_slot_ns(calendar);
         }
-        next = pass_on(calendar);
     }
-    unlock(calendar);
-    if (next != NOBODY) {
-        wake(calendar, next);
-    }
+    unlock_and_pass_on(calendar);
 }
 
 void osal_calendar_close(osal_calendar_t* calendar)
@@ -541,19 +541,14 @@ void osal_calendar_deliver(osal_calendar_t* calendar, unsigned sender, unsigned 
     FSW_ASSERT((calendar != NULL) && (sender < PARTICIPANTS) && (receiver < PARTICIPANTS));
     lock(calendar);
     participant_t* const one = &calendar->participants[receiver];
-    uint32_t next            = NOBODY;
     if ((one->state != OSAL_CALENDAR_ABSENT) && is_of_life(one, life)) {
         const bool is_still_now = (receiver > sender) && is_turn_to_come(calendar, receiver);
         add_saturating(&one->messages, messages);
         add_saturating(&one->octets, octets);
         const uint64_t told_ns = is_still_now ? calendar->now_ns : next_slot_ns(calendar);
         one->wake_ns           = not_before_begin(one, earlier(pending_wake_ns(calendar, receiver), told_ns));
-        next = pass_on(calendar); // Only when all were waiting for a delivery: this one came from outside.
     }
-    unlock(calendar);
-    if (next != NOBODY) {
-        wake(calendar, next);
-    }
+    unlock_and_pass_on(calendar); // Only when all were waiting for a delivery: this one came from outside.
 }
 
 uint64_t osal_calendar_now_ns(const osal_calendar_t* calendar)
@@ -576,6 +571,24 @@ osal_calendar_presence_t osal_calendar_presence(const osal_calendar_t* calendar,
     const participant_t* const one = &calendar->participants[participant];
     *out_life                      = __atomic_load_n(&one->life, __ATOMIC_ACQUIRE);
     return (osal_calendar_presence_t)__atomic_load_n(&one->state, __ATOMIC_ACQUIRE);
+}
+
+unsigned osal_calendar_awaited(const osal_calendar_t* calendar)
+{
+    FSW_ASSERT(calendar != NULL);
+    const uint32_t awaited = __atomic_load_n(&calendar->awaited, __ATOMIC_ACQUIRE);
+    return (awaited != NOBODY) ? awaited : PARTICIPANTS;
+}
+
+void osal_calendar_postpone(osal_calendar_t* calendar, unsigned participant, uint32_t life, uint64_t at_ns)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    participant_t* const one = &calendar->participants[participant];
+    lock(calendar);
+    if (is_of_life(one, life) && (one->state == OSAL_CALENDAR_EXPECTED) && (at_ns > one->begin_ns)) {
+        one->begin_ns = at_ns;
+    }
+    unlock_and_pass_on(calendar);
 }
 
 unsigned osal_calendar_holder(const osal_calendar_t* calendar, uint32_t* out_grants)

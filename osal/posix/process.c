@@ -12,6 +12,7 @@
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/prctl.h>
@@ -19,6 +20,7 @@
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #define FIRST_UNNAMED 3U ///< Descriptors 0, 1, 2 are always kept.
@@ -275,16 +277,59 @@ status_t osal_process_wait_any(osal_process_t* const* processes, size_t count, u
     return (ready > 0) ? STATUS_OK : STATUS_TIMEOUT;
 }
 
-status_t osal_process_stop(osal_process_t* process, bool by_force)
+static status_t send_signal(const osal_process_t* process, int kind)
 {
-    FSW_ASSERT(process != NULL);
     if (process->descriptor < 0) {
         return STATUS_NOT_FOUND;
     }
-    const int kind = by_force ? SIGKILL : SIGTERM;
     if (syscall(SYS_pidfd_send_signal, process->descriptor, kind, NULL, 0U) != 0) {
         return (errno == ESRCH) ? STATUS_NOT_FOUND : STATUS_DENIED;
     }
+    return STATUS_OK;
+}
+
+status_t osal_process_stop(osal_process_t* process, bool by_force)
+{
+    FSW_ASSERT(process != NULL);
+    return send_signal(process, by_force ? SIGKILL : SIGTERM);
+}
+
+status_t osal_process_suspend(osal_process_t* process)
+{
+    FSW_ASSERT(process != NULL);
+    return send_signal(process, SIGSTOP);
+}
+
+/// State letter of /proc/<id>/stat: "id (program) state ...", and a program's name may hold anything.
+static char state_of(int32_t id)
+{
+    char path[32];
+    char text[512];
+    (void)snprintf(path, sizeof path, "/proc/%d/stat", (int)id);
+    const int file     = open(path, O_RDONLY | O_CLOEXEC);
+    const ssize_t size = (file >= 0) ? read(file, text, sizeof text - 1U) : -1;
+    if (file >= 0) {
+        (void)close(file);
+    }
+    text[(size > 0) ? size : 0]   = '\0';
+    const char* const end_of_name = strrchr(text, ')');
+    return ((end_of_name != NULL) && (end_of_name[1] == ' ')) ? end_of_name[2] : '\0';
+}
+
+status_t osal_process_look(const osal_process_t* process, osal_process_look_t* out_look)
+{
+    FSW_ASSERT((process != NULL) && (out_look != NULL));
+    clockid_t clock      = 0;
+    struct timespec used = {0, 0};
+    const char state     = (process->descriptor >= 0) ? state_of(process->id) : '\0';
+    if ((state == '\0') || (state == 'Z') || (clock_getcpuclockid((pid_t)process->id, &clock) != 0) ||
+        (clock_gettime(clock, &used) != 0)) {
+        return STATUS_NOT_FOUND;
+    }
+    *out_look = (osal_process_look_t){.is_stopped  = (state == 'T') || (state == 't'),
+                                      .is_runnable = (state == 'R'),
+                                      .processor_ns =
+                                          ((uint64_t)used.tv_sec * 1000000000ULL) + (uint64_t)used.tv_nsec};
     return STATUS_OK;
 }
 

@@ -4,6 +4,7 @@
 import hashlib
 import itertools
 import os
+import signal
 
 import pytest
 
@@ -80,3 +81,37 @@ def test_lives_are_the_same_in_every_form_and_repeat(folder):
     answers = list(_answers(flights["processes"]))
     assert len(answers) >= 3 * PINGS
     assert max(answers) <= 2 * SLOT_NS
+
+
+HUNG = (30).to_bytes(2, "big")
+HIGH_EVENT = b"\x05\x04"
+
+
+def _hung(flight):
+    """APIDs of the processes that the supervisor has told to hang."""
+    return {
+        int.from_bytes(raw[23:25], "big")
+        for _, direction, raw in flight.packets
+        if direction == "TM" and raw[7:9] == HIGH_EVENT and raw[21:23] == HUNG
+    }
+
+
+@pytest.mark.parametrize(("name", "apid"), [("joystick", 17), ("manipulator", 16), ("communication", 2)])
+def test_a_process_that_stands_still_does_not_stop_the_others(folder, name, apid):
+    """By the wall clock: it is found by its beat, killed and started again; simulated time goes on without it."""
+    flight = flying.start(folder, "--time", "real", "--scenario", "none")
+    try:
+        flight.port()
+        flying.wait_until(lambda: "alive" in flying.gse(flight, "ping", "SUPERVISOR").stdout, "the supervisor does not answer")
+        stopped = flight.children()[name]
+        os.kill(stopped, signal.SIGSTOP)
+        flying.wait_until(lambda: flight.children().get(name, stopped) != stopped, f"{name} was not started again")
+        flying.wait_until(lambda: "COMMUNICATION is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there again")
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    finally:
+        flight.abandon()
+    assert apid in _hung(flight), flight.told()
+    assert not flight.facts["reproducible"]
+    assert "hangs: suspended" in flight.told() + flight.output
+    flying.assert_clean(flight)

@@ -105,6 +105,10 @@ osal_calendar_presence_t osal_calendar_presence(const osal_calendar_t* calendar,
                                                 uint32_t* out_life);
 /// True if the participant has joined and not ended.
 bool osal_calendar_is_present(const osal_calendar_t* calendar, unsigned participant);
+/// The expected participant for which time stands still now (PARTICIPANTS_MAX: none).
+unsigned osal_calendar_awaited(const osal_calendar_t* calendar);
+/// An expected life begins later: time goes on without it. No effect on another life, or one that has begun.
+void osal_calendar_postpone(osal_calendar_t* calendar, unsigned participant, uint32_t life, uint64_t at_ns);
 /// For who watches over the hand-over: the holder of the grant (PARTICIPANTS_MAX: nobody) and the number of
 /// grants so far [wraps].
 unsigned osal_calendar_holder(const osal_calendar_t* calendar, uint32_t* out_grants);

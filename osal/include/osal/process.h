@@ -40,6 +40,12 @@ typedef struct {
     uint64_t memory_high_kib;
 } osal_process_result_t;
 
+typedef struct {
+    bool is_stopped;       ///< By a signal: it cannot go on by itself.
+    bool is_runnable;      ///< It runs, or would if it got a processor. Else it waits for something.
+    uint64_t processor_ns; ///< Processor time it has used.
+} osal_process_look_t;
+
 /// STATUS_OK, STATUS_NOT_FOUND (no such executable, or folder of output_path), STATUS_DENIED,
 /// STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_process_start(osal_process_t* process, const osal_process_start_t* start);
@@ -54,6 +60,10 @@ MUST_USE status_t osal_process_poll(osal_process_t* process, osal_process_result
 status_t osal_process_wait_any(osal_process_t* const* processes, size_t count, uint32_t timeout_ms);
 /// Ask to end (SIGTERM), or end (SIGKILL). STATUS_OK, STATUS_NOT_FOUND (has ended), STATUS_DENIED.
 status_t osal_process_stop(osal_process_t* process, bool by_force);
+/// Let it do nothing more (SIGSTOP), until it is ended. As osal_process_stop.
+status_t osal_process_suspend(osal_process_t* process);
+/// How it is now. STATUS_OK, STATUS_NOT_FOUND (has ended).
+MUST_USE status_t osal_process_look(const osal_process_t* process, osal_process_look_t* out_look);
 /// Watch a process that is not our child by its id. STATUS_OK, STATUS_NOT_FOUND, STATUS_UNSUPPORTED.
 MUST_USE status_t osal_process_watch(osal_process_t* process, int32_t id);
 /// Stop watching; the process itself goes on. For a child, after its end was told, there is no need.
