@@ -11,7 +11,7 @@
 #include "osal/include/osal/calendar.h"
 
 #include "fsw/framework/base/assertion.h"
-#include "osal/include/osal/mutex.h"
+#include "osal/posix/calendar_core.h"
 
 #include <limits.h>
 #include <linux/futex.h>
@@ -19,243 +19,6 @@
 #include <string.h>
 #include <sys/syscall.h>
 #include <unistd.h>
-
-#define CALENDAR_MAGIC 0x63616C656E646172ULL // "calendar"
-#define NOBODY UINT32_MAX
-#define PARTICIPANTS OSAL_CALENDAR_PARTICIPANTS_MAX
-
-typedef struct {
-    uint32_t word;        ///< Futex: changes whenever the participant has reason to look.
-    uint32_t state;       ///< osal_calendar_presence_t.
-    uint64_t wake_ns;     ///< Earliest of what was asked for and what deliveries brought about.
-    uint32_t messages;    ///< Deliveries not yet told.
-    uint32_t octets;      ///< Octets not yet told.
-    uint32_t incarnation; ///< Changes with each join and end: a waiter of an older one leaves.
-    uint32_t is_new;      ///< Joined, and not yet fitted into the order of the present instant.
-    uint32_t stream_port;
-    uint32_t life;
-    uint64_t begin_ns;      ///< When the life begins: it is not granted before.
-    uint32_t is_begun;      ///< It has been granted.
-    uint32_t is_failed;     ///< Its process died before the life began: it ends when it would begin.
-    uint32_t is_suspended;  ///< Not granted.
-    uint32_t killed_life;   ///< The last life that was killed.
-    uint64_t succession_ns; ///< From the end of a life to the beginning of the next; 0: there is none.
-} participant_t;
-
-struct osal_calendar {
-    uint64_t magic;
-    uint64_t slot_ns;
-    uint64_t now_ns;
-    uint32_t running; ///< Holder of the grant, or NOBODY. Commits a hand-over.
-    uint32_t last;    ///< Last holder: at the present instant only higher orders still have their turn.
-    uint32_t is_closed;
-    uint32_t is_shared;
-    uint32_t grants;  ///< So far [wraps].
-    uint32_t awaited; ///< Expected participant that time waits for, or NOBODY.
-    uint64_t reserved[2];
-    osal_mutex_t mutex;
-    participant_t participants[PARTICIPANTS];
-};
-
-typedef char calendar_fits_its_storage[(sizeof(osal_calendar_t) <= OSAL_CALENDAR_BYTES) ? 1 : -1];
-
-// --- Core: state changes without waiting ---------------------------------------------------------------
-
-static uint64_t next_slot_ns(const osal_calendar_t* calendar)
-{
-    const uint64_t into_slot = calendar->now_ns % calendar->slot_ns;
-    const uint64_t rest      = calendar->slot_ns - into_slot;
-    return (calendar->now_ns < (OSAL_CALENDAR_NEVER - rest)) ? (calendar->now_ns + rest)
-                                                             : OSAL_CALENDAR_NEVER;
-}
-
-/// True if `participant` still has its turn at the present instant.
-static bool is_turn_to_come(const osal_calendar_t* calendar, uint32_t participant)
-{
-    return (calendar->last == NOBODY) || (participant > calendar->last);
-}
-
-static uint64_t earlier(uint64_t a_ns, uint64_t b_ns)
-{
-    return (a_ns < b_ns) ? a_ns : b_ns;
-}
-
-/// When `participant` is to wake, as far as known. The wake time that brought it the grant it holds is not
-/// after now, and spent; a later one is of a delivery to itself.
-static uint64_t pending_wake_ns(const osal_calendar_t* calendar, uint32_t participant)
-{
-    const uint64_t wake_ns = calendar->participants[participant].wake_ns;
-    const bool is_spent    = (calendar->running == participant) && (wake_ns <= calendar->now_ns);
-    return is_spent ? OSAL_CALENDAR_NEVER : wake_ns;
-}
-
-/// Fit those that joined during the last grant into the order, at one defined point: the end of that grant,
-/// whenever within it, in wall-clock time, they came.
-static void admit_new(osal_calendar_t* calendar)
-{
-    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
-        participant_t* const one = &calendar->participants[i];
-        if ((one->state == OSAL_CALENDAR_JOINED) && (one->is_new != 0U)) {
-            if (one->wake_ns <= calendar->now_ns) {
-                one->wake_ns = is_turn_to_come(calendar, i) ? calendar->now_ns : next_slot_ns(calendar);
-            }
-            one->is_new = 0U;
-        }
-    }
-}
-
-static void leave(osal_calendar_t* calendar, uint32_t participant)
-{
-    participant_t* const self = &calendar->participants[participant];
-    self->state               = OSAL_CALENDAR_ABSENT;
-    self->incarnation++;
-    self->wake_ns     = OSAL_CALENDAR_NEVER;
-    self->stream_port = 0U;
-    if (self->succession_ns != 0U) {
-        self->life++;
-        self->begin_ns = calendar->now_ns + self->succession_ns;
-        self->is_begun = 0U;
-        self->state    = OSAL_CALENDAR_EXPECTED;
-    } else {
-        self->messages = 0U;
-        self->octets   = 0U;
-    }
-    self->is_new       = 0U;
-    self->is_failed    = 0U;
-    self->is_suspended = 0U;
-    if (calendar->running == participant) {
-        __atomic_store_n(&calendar->running, NOBODY, __ATOMIC_RELEASE);
-    }
-}
-
-/// When `participant` has its next turn, as far as it can have one: an expected one has it when its life
-/// begins.
-static uint64_t turn_ns(const participant_t* one)
-{
-    if (one->state == OSAL_CALENDAR_EXPECTED) {
-        return one->begin_ns;
-    }
-    return ((one->state == OSAL_CALENDAR_JOINED) && (one->is_suspended == 0U)) ? one->wake_ns
-                                                                               : OSAL_CALENDAR_NEVER;
-}
-
-/// The smallest (time, order) of the next turns, or NOBODY.
-static uint32_t first_turn(const osal_calendar_t* calendar)
-{
-    uint32_t chosen   = NOBODY;
-    uint64_t least_ns = OSAL_CALENDAR_NEVER;
-    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
-        const uint64_t time_ns = turn_ns(&calendar->participants[i]);
-        if (time_ns < least_ns) {
-            chosen   = i;
-            least_ns = time_ns;
-        }
-    }
-    return chosen;
-}
-
-/// An expected participant at whose beginning time would stand before `chosen` has its turn, or NOBODY.
-/// Orders do not matter: nobody runs at the instant at which a life begins before that life has joined.
-static uint32_t awaited_before(const osal_calendar_t* calendar, uint32_t chosen)
-{
-    const uint64_t limit_ns =
-        (chosen != NOBODY) ? turn_ns(&calendar->participants[chosen]) : OSAL_CALENDAR_NEVER;
-    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
-        const participant_t* const one = &calendar->participants[i];
-        if ((one->state == OSAL_CALENDAR_EXPECTED) && (one->begin_ns <= limit_ns)) {
-            return i;
-        }
-    }
-    return NOBODY;
-}
-
-/// Hand the grant to the smallest (wake time, order). Leaves `running` at NOBODY if there is none, if an
-/// expected participant has not joined, or if the run is over.
-static void grant_next(osal_calendar_t* calendar)
-{
-    calendar->awaited = NOBODY;
-    if ((calendar->running != NOBODY) || (calendar->is_closed != 0U)) {
-        return;
-    }
-    admit_new(calendar);
-    // Each round either ends a life that failed to begin, or is the last.
-    for (uint32_t round = 0U; round <= PARTICIPANTS; round++) {
-        const uint32_t chosen  = first_turn(calendar);
-        const uint32_t awaited = awaited_before(calendar, chosen);
-        const uint32_t first   = (awaited != NOBODY) ? awaited : chosen;
-        if (first == NOBODY) {
-            return;
-        }
-        participant_t* const one = &calendar->participants[first];
-        if (one->is_failed != 0U) {
-            leave(calendar, first);
-            continue;
-        }
-        if (awaited != NOBODY) {
-            calendar->awaited = awaited;
-            return;
-        }
-        if (one->wake_ns > calendar->now_ns) {
-            __atomic_store_n(&calendar->now_ns, one->wake_ns, __ATOMIC_RELEASE);
-        }
-        one->is_begun  = 1U;
-        calendar->last = first;
-        calendar->grants++;
-        __atomic_store_n(&calendar->running, first, __ATOMIC_RELEASE);
-        return;
-    }
-}
-
-/// A life is not granted before it begins, whatever is delivered to it.
-static uint64_t not_before_begin(const participant_t* one, uint64_t wake_ns)
-{
-    return ((one->is_begun == 0U) && (wake_ns < one->begin_ns)) ? one->begin_ns : wake_ns;
-}
-
-/// The participant is done (or joins): note when it wants to run again. False: this life has ended, or has
-/// lost its grant.
-static bool rest(osal_calendar_t* calendar, uint32_t participant, uint32_t life, uint64_t wake_ns)
-{
-    participant_t* const self = &calendar->participants[participant];
-    if ((life != OSAL_CALENDAR_ANY_LIFE) && ((self->life != life) || (self->state == OSAL_CALENDAR_ABSENT))) {
-        return false;
-    }
-    if (self->state != OSAL_CALENDAR_JOINED) {
-        const bool is_expected = (self->state == OSAL_CALENDAR_EXPECTED);
-        if (!is_expected) {
-            self->begin_ns = 0U;
-        }
-        self->wake_ns =
-            not_before_begin(self, earlier(wake_ns, is_expected ? self->wake_ns : OSAL_CALENDAR_NEVER));
-        self->is_new = 1U;
-        self->incarnation++;
-        __atomic_store_n(&self->state, (uint32_t)OSAL_CALENDAR_JOINED, __ATOMIC_RELEASE);
-        return true;
-    }
-    if (calendar->running != participant) {
-        return false; // It was suspended while it held the grant, and comes back.
-    }
-    const uint64_t delivered_ns = pending_wake_ns(calendar, participant);
-    const uint64_t asked_ns     = (wake_ns > calendar->now_ns) ? wake_ns : next_slot_ns(calendar);
-    self->wake_ns               = earlier(asked_ns, delivered_ns);
-    __atomic_store_n(&calendar->running, NOBODY, __ATOMIC_RELEASE);
-    return true;
-}
-
-static void add_saturating(uint32_t* sum, uint32_t more)
-{
-    *sum = (more < (UINT32_MAX - *sum)) ? (*sum + more) : UINT32_MAX;
-}
-
-static void take_grant(osal_calendar_t* calendar, uint32_t participant, osal_grant_t* out_grant)
-{
-    participant_t* const self = &calendar->participants[participant];
-    out_grant->now_ns         = calendar->now_ns;
-    out_grant->messages       = self->messages;
-    out_grant->octets         = self->octets;
-    self->messages            = 0U;
-    self->octets              = 0U;
-}
 
 // --- Process form: lock and hand-over ------------------------------------------------------------------
 
@@ -287,7 +50,7 @@ static void wake(osal_calendar_t* calendar, uint32_t participant)
 static uint32_t pass_on(osal_calendar_t* calendar)
 {
     if ((calendar->is_shared != 0U) && (calendar->running == NOBODY)) {
-        grant_next(calendar);
+        calendar_grant_next(calendar);
         return calendar->running;
     }
     return NOBODY;
@@ -376,7 +139,7 @@ static void end_life(osal_calendar_t* calendar, unsigned participant, uint32_t l
     lock(calendar);
     if (is_of_life(one, life) && (one->state != OSAL_CALENDAR_ABSENT)) {
         one->killed_life = is_kill ? one->life : one->killed_life;
-        leave(calendar, participant);
+        calendar_leave(calendar, participant);
         (void)pass_on(calendar);
     }
     const uint32_t running = calendar->running;
@@ -452,7 +215,8 @@ void osal_calendar_resume(osal_calendar_t* calendar, unsigned participant)
     if (one->is_suspended != 0U) {
         one->is_suspended = 0U;
         if (one->wake_ns <= calendar->now_ns) {
-            one->wake_ns = is_turn_to_come(calendar, participant) ? calendar->now_ns : next_slot_ns(calendar);
+            one->wake_ns = calendar_is_turn_to_come(calendar, participant) ? calendar->now_ns
+                                                                           : calendar_next_slot_ns(calendar);
         }
     }
     unlock_and_pass_on(calendar);
@@ -491,7 +255,7 @@ status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned participant, uin
         return STATUS_CLOSED;
     }
     lock(calendar);
-    const bool is_resting      = rest(calendar, participant, life, wake_ns);
+    const bool is_resting      = calendar_rest(calendar, participant, life, wake_ns);
     const uint32_t incarnation = calendar->participants[participant].incarnation;
     const uint32_t next        = is_resting ? pass_on(calendar) : NOBODY;
     unlock(calendar);
@@ -503,7 +267,7 @@ status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned participant, uin
         return STATUS_CLOSED;
     }
     lock(calendar);
-    take_grant(calendar, participant, out_grant);
+    calendar_take_grant(calendar, participant, out_grant);
     unlock(calendar);
     return STATUS_OK;
 }
@@ -511,7 +275,7 @@ status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned participant, uin
 void osal_calendar_done(osal_calendar_t* calendar, unsigned participant, uint64_t wake_ns)
 {
     FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS) && (calendar->is_shared == 0U));
-    const bool is_resting = rest(calendar, participant, OSAL_CALENDAR_ANY_LIFE, wake_ns);
+    const bool is_resting = calendar_rest(calendar, participant, OSAL_CALENDAR_ANY_LIFE, wake_ns);
     FSW_ASSERT(is_resting); // Only the holder of the grant can be done.
 }
 
@@ -522,7 +286,7 @@ status_t osal_calendar_next(osal_calendar_t* calendar, unsigned* out_participant
     if (calendar->is_closed != 0U) {
         return STATUS_CLOSED;
     }
-    grant_next(calendar);
+    calendar_grant_next(calendar);
     if (calendar->awaited != NOBODY) {
         *out_participant = calendar->awaited;
         return STATUS_BUSY;
@@ -531,7 +295,7 @@ status_t osal_calendar_next(osal_calendar_t* calendar, unsigned* out_participant
         return STATUS_EMPTY;
     }
     *out_participant = calendar->running;
-    take_grant(calendar, calendar->running, out_grant);
+    calendar_take_grant(calendar, calendar->running, out_grant);
     return STATUS_OK;
 }
 
@@ -542,11 +306,12 @@ void osal_calendar_deliver(osal_calendar_t* calendar, unsigned sender, unsigned 
     lock(calendar);
     participant_t* const one = &calendar->participants[receiver];
     if ((one->state != OSAL_CALENDAR_ABSENT) && is_of_life(one, life)) {
-        const bool is_still_now = (receiver > sender) && is_turn_to_come(calendar, receiver);
-        add_saturating(&one->messages, messages);
-        add_saturating(&one->octets, octets);
-        const uint64_t told_ns = is_still_now ? calendar->now_ns : next_slot_ns(calendar);
-        one->wake_ns           = not_before_begin(one, earlier(pending_wake_ns(calendar, receiver), told_ns));
+        const bool is_still_now = (receiver > sender) && calendar_is_turn_to_come(calendar, receiver);
+        calendar_add_saturating(&one->messages, messages);
+        calendar_add_saturating(&one->octets, octets);
+        const uint64_t told_ns = is_still_now ? calendar->now_ns : calendar_next_slot_ns(calendar);
+        one->wake_ns           = calendar_not_before_begin(
+                      one, calendar_earlier(calendar_pending_wake_ns(calendar, receiver), told_ns));
     }
     unlock_and_pass_on(calendar); // Only when all were waiting for a delivery: this one came from outside.
 }

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Between the source files of the calendar; for nobody else. State changes without waiting (calendar_core.c)
+/// are plain functions over the structure, called under the lock (calendar.c).
+#ifndef OSAL_POSIX_CALENDAR_CORE_H
+#define OSAL_POSIX_CALENDAR_CORE_H
+
+#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/mutex.h"
+
+#define CALENDAR_MAGIC 0x63616C656E646172ULL // "calendar"
+#define NOBODY UINT32_MAX
+#define PARTICIPANTS OSAL_CALENDAR_PARTICIPANTS_MAX
+
+typedef struct {
+    uint32_t word;        ///< Futex: changes whenever the participant has reason to look.
+    uint32_t state;       ///< osal_calendar_presence_t.
+    uint64_t wake_ns;     ///< Earliest of what was asked for and what deliveries brought about.
+    uint32_t messages;    ///< Deliveries not yet told.
+    uint32_t octets;      ///< Octets not yet told.
+    uint32_t incarnation; ///< Changes with each join and end: a waiter of an older one leaves.
+    uint32_t is_new;      ///< Joined, and not yet fitted into the order of the present instant.
+    uint32_t stream_port;
+    uint32_t life;
+    uint64_t begin_ns;      ///< When the life begins: it is not granted before.
+    uint32_t is_begun;      ///< It has been granted.
+    uint32_t is_failed;     ///< Its process died before the life began: it ends when it would begin.
+    uint32_t is_suspended;  ///< Not granted.
+    uint32_t killed_life;   ///< The last life that was killed.
+    uint64_t succession_ns; ///< From the end of a life to the beginning of the next; 0: there is none.
+} participant_t;
+
+struct osal_calendar {
+    uint64_t magic;
+    uint64_t slot_ns;
+    uint64_t now_ns;
+    uint32_t running; ///< Holder of the grant, or NOBODY. Commits a hand-over.
+    uint32_t last;    ///< Last holder: at the present instant only higher orders still have their turn.
+    uint32_t is_closed;
+    uint32_t is_shared;
+    uint32_t grants;  ///< So far [wraps].
+    uint32_t awaited; ///< Expected participant that time waits for, or NOBODY.
+    uint64_t reserved[2];
+    osal_mutex_t mutex;
+    participant_t participants[PARTICIPANTS];
+};
+
+typedef char calendar_fits_its_storage[(sizeof(osal_calendar_t) <= OSAL_CALENDAR_BYTES) ? 1 : -1];
+
+uint64_t calendar_next_slot_ns(const osal_calendar_t* calendar);
+/// True if `participant` still has its turn at the present instant.
+bool calendar_is_turn_to_come(const osal_calendar_t* calendar, uint32_t participant);
+uint64_t calendar_earlier(uint64_t a_ns, uint64_t b_ns);
+/// When `participant` is to wake, as far as known. The wake time that brought it the grant it holds is not
+/// after now, and spent; a later one is of a delivery to itself.
+uint64_t calendar_pending_wake_ns(const osal_calendar_t* calendar, uint32_t participant);
+void calendar_leave(osal_calendar_t* calendar, uint32_t participant);
+/// Hand the grant to the smallest (wake time, order). Leaves `running` at NOBODY if there is none, if an
+/// expected participant has not joined, or if the run is over.
+void calendar_grant_next(osal_calendar_t* calendar);
+/// A life is not granted before it begins, whatever is delivered to it.
+uint64_t calendar_not_before_begin(const participant_t* one, uint64_t wake_ns);
+/// The participant is done (or joins): note when it wants to run again. False: this life has ended, or has
+/// lost its grant.
+bool calendar_rest(osal_calendar_t* calendar, uint32_t participant, uint32_t life, uint64_t wake_ns);
+void calendar_add_saturating(uint32_t* sum, uint32_t more);
+void calendar_take_grant(osal_calendar_t* calendar, uint32_t participant, osal_grant_t* out_grant);
+
+#endif // OSAL_POSIX_CALENDAR_CORE_H
