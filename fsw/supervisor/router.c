@@ -114,7 +114,8 @@ static void reject(supervisor_t* const supervisor, const pus_tc_t* const tc,
 static bool is_known_user(const supervisor_t* const supervisor, const uint16_t source, const uint16_t from)
 {
     if (!is_ground(source)) {
-        return source == (PUS_USER_ONBOARD | from);
+        return (source == (PUS_USER_ONBOARD | from)) &&
+               (from != COMMUNICATION_APID); // That carries others' only.
     }
     for (uint16_t i = 0U; i < supervisor->mission->user_count; i++) {
         if ((supervisor->mission->users[i].id == source) && (from == COMMUNICATION_APID)) {

@@ -129,6 +129,7 @@ static unsigned take_place(flow_tcp_t* const flow, const flow_tcp_user_t* const 
     }
     const unsigned gone = user->make_room(user->context);
     if (gone < flow->capacity) {
+        flow->counters.evicted++;
         flow_tcp_end(flow, user, gone);
     }
     return free_place(flow);

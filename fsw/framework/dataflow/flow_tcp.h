@@ -39,6 +39,7 @@ typedef struct {     // [wrap]
     uint32_t failed; ///< Attempts to listen that were refused.
     uint32_t accepted;
     uint32_t turned_away; ///< Connections closed at once: no place, or no quota, was left.
+    uint32_t evicted;     ///< Connections ended for the sake of a new one.
     uint32_t ended;       ///< Connections that the peer, an error or the caller ended.
     uint32_t malformed; ///< Connections ended because the framer gave up or its frame did not fit the buffer.
     uint32_t octets_in;

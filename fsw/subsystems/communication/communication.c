@@ -12,6 +12,7 @@
 #define SOURCE_OFFSET 9U       ///< Source id of a request.
 #define DESTINATION_OFFSET 11U ///< Destination id of a report.
 #define NO_CLIENT COMMUNICATION_CLIENTS
+#define ANSWERS_ROOM 32768U ///< With less room for its reports no request of a client is taken in [octets].
 
 static uint16_t u16_at(const uint8_t* const octets, const size_t offset)
 {
@@ -33,6 +34,7 @@ static void connected(void* const context, const unsigned client)
     communication_t* const self = (communication_t*)context;
     ground_queue_init(&self->queues[client]);
     ground_security_connected(&self->security, client);
+    self->heard_ns[client] = subsystem_now_ns(self->generic);
     self->counters.connected++;
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_CONNECTED, NULL, 0U);
     if (!is_participant(self, client)) {
@@ -50,6 +52,24 @@ static void disconnected(void* const context, const unsigned client)
         }
     }
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_LOST, NULL, 0U);
+}
+
+/// The client that gives its place up to a new one: who has been silent longest, and long enough; never the
+/// participant of the calendar, which others count on.
+static unsigned idle_client(const communication_t* const self)
+{
+    const uint64_t now_ns = subsystem_now_ns(self->generic);
+    uint64_t longest_ns   = COMMUNICATION_IDLE_NS;
+    unsigned found        = NO_CLIENT;
+    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
+        const uint64_t silent_ns = now_ns - self->heard_ns[client];
+        if ((silent_ns >= longest_ns) && !is_participant(self, client) &&
+            ((found == NO_CLIENT) || (silent_ns > longest_ns))) {
+            found      = client;
+            longest_ns = silent_ns;
+        }
+    }
+    return found;
 }
 
 /// Remember where a user speaks from. More users than places: the last place is taken over.
@@ -80,6 +100,13 @@ static unsigned client_of(const communication_t* const self, const uint16_t user
 
 // ---- Up: requests ----
 
+static bool is_valid(const uint8_t* const packet, const size_t size)
+{
+    pus_tc_t tc;
+    pus_failure_t failure;
+    return pus_tc_decode(packet, size, &tc, &failure) == STATUS_OK;
+}
+
 static size_t frame(void* const context, const unsigned client, const uint8_t* const octets,
                     const size_t size)
 {
@@ -100,12 +127,19 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
         self->not_requests++; // A report from the ground is none of ours.
         return unit.taken;
     }
+    if (ground_queue_room(&self->queues[client]) < ANSWERS_ROOM) {
+        self->is_uplink_full = true; // It shall read first what it has asked for.
+        return FLOW_TCP_BUSY;
+    }
     if (self->uplink.send(self->uplink.context, unit.packet, unit.size) != STATUS_OK) {
         self->is_uplink_full = true; // The supervisor's mailbox: the packet stays in the buffer.
         return FLOW_TCP_BUSY;
     }
     ground_security_accept(&self->security, client);
     self->counters.tc_received++;
+    if (is_valid(unit.packet, unit.size)) {
+        self->heard_ns[client] = subsystem_now_ns(self->generic);
+    }
     if (unit.size >= (SOURCE_OFFSET + 2U)) {
         note_user(self, u16_at(unit.packet, SOURCE_OFFSET), client);
     }
@@ -131,11 +165,13 @@ static unsigned participant_client(const communication_t* const self)
     return NO_CLIENT;
 }
 
-/// Where there is a key, who has shown none goes for who may have one; never the participant.
+/// Where there is a key, who has shown none goes for who may have one; else who is idle. Never the
+/// participant.
 static unsigned make_room(void* const context)
 {
     const communication_t* const self = (const communication_t*)context;
-    return ground_security_stranger(&self->security, participant_client(self));
+    const unsigned stranger           = ground_security_stranger(&self->security, participant_client(self));
+    return (stranger < COMMUNICATION_CLIENTS) ? stranger : idle_client(self);
 }
 
 static flow_tcp_user_t user_of(communication_t* const self)
@@ -292,6 +328,10 @@ static status_t publish(void* const context)
         status = subsystem_publish(self->generic, &communication_definitions[COMMUNICATION_INDEX_SECURITY],
                                    &self->secured);
     }
+    if (status == STATUS_OK) {
+        status = subsystem_publish(self->generic, &communication_definitions[COMMUNICATION_INDEX_CLIENTS],
+                                   &self->misuse);
+    }
     return status;
 }
 
@@ -305,6 +345,19 @@ static status_t listen(void* const context, const descriptor_configuration_t* co
         return status;
     }
     return STATUS_OK;
+}
+
+/// What was refused or ended; not more often than somebody can read, whoever knocks.
+static void tell_misuse(communication_t* const self)
+{
+    const communication_clients_t* const misuse = &self->misuse;
+    const uint32_t sum    = misuse->refused + misuse->evicted + misuse->malformed + misuse->no_telecommand;
+    const uint64_t now_ns = subsystem_now_ns(self->generic);
+    if ((sum != self->misuse_told) && ((now_ns - self->misuse_told_ns) >= COMMUNICATION_TELL_NS)) {
+        self->misuse_told    = sum;
+        self->misuse_told_ns = now_ns;
+        (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_MISUSED, NULL, 0U);
+    }
 }
 
 static void update_status(void* const context)
@@ -333,11 +386,16 @@ static void update_status(void* const context)
     self->counters.socket_peak       = self->sockets.stats.peak;
     self->counters.socket_refused    = self->sockets.stats.refused;
     self->status.connections         = connections;
+    self->misuse                     = (communication_clients_t){.refused        = self->flow.counters.turned_away,
+                                                                 .evicted        = self->flow.counters.evicted,
+                                                                 .malformed      = self->flow.counters.malformed,
+                                                                 .no_telecommand = self->not_requests};
     ground_security_publish(&self->security, &self->secured);
     self->status.queued = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
     parameter_unlock(dictionary);
     self->is_drop_told = self->is_drop_told && (queued > 0U);
     ground_security_tell(&self->security, self->generic);
+    tell_misuse(self);
 }
 
 /// As the end of its process does to every connection, without a word to anybody on board; the listening

@@ -20,6 +20,10 @@
 #define COMMUNICATION_CLIENTS GROUND_CLIENTS
 #define COMMUNICATION_USERS 8U
 #define COMMUNICATION_BUFFER 8192U
+/// A client that has sent no valid telecommand for so long gives its place up to a new one, the longest
+/// first.
+#define COMMUNICATION_IDLE_NS 10000000000ULL
+#define COMMUNICATION_TELL_NS 1000000000ULL ///< Between two events GROUND_MISUSED, at least.
 
 typedef struct {
     void* context;
@@ -47,6 +51,10 @@ typedef struct { // Private.
     uint32_t owed;        // Octets of the participant announced and not taken in yet.
     bool is_uplink_full;  // A request could not go up in this step.
     bool is_drop_told;
+    uint64_t heard_ns[COMMUNICATION_CLIENTS]; // Connection, or last valid telecommand.
+    communication_clients_t misuse;           // Published.
+    uint32_t misuse_told;                     // Sum of what the last event told.
+    uint64_t misuse_told_ns;
     uint32_t not_requests;             // Packets of the ground that are no telecommands [wraps].
     communication_status_t status;     // Published.
     communication_counters_t counters; // Published.

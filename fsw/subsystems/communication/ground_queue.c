@@ -109,3 +109,9 @@ uint32_t ground_queue_count(const ground_queue_t* const queue)
     FSW_ASSERT(queue != NULL);
     return queue->housekeeping.blocks + queue->firm.blocks + ((queue->sending_size > 0U) ? 1U : 0U);
 }
+
+size_t ground_queue_room(const ground_queue_t* const queue)
+{
+    FSW_ASSERT(queue != NULL);
+    return octet_ring_room(&queue->firm);
+}

@@ -132,7 +132,11 @@ static void nobody_speaks_for_another(void)
     bed.source = PUS_USER_ONBOARD | ARM; // The ground in the name of ARM.
     (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     bed_run(2U);
+    bed.source = PUS_USER_ONBOARD | COMMUNICATION_APID; // Or of who carries it: that commands nobody.
+    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
     TEST_ASSERT_FALSE(bed_has("17 TC"));
+    TEST_ASSERT_EQUAL_UINT32(2U, bed.supervisor.counters.tc_forbidden);
     uint8_t packet[64];
     const size_t size = good_request(packet); // A member in the name of the ground.
     bed_send(BED_HAND, packet, size);

@@ -210,6 +210,35 @@ static void everyone_gets_a_turn_and_no_more_than_there_are_places(void)
     TEST_ASSERT_EQUAL_UINT32(2U, clients[0].epoch);
 }
 
+static unsigned victim;
+
+static unsigned give_up(void* const context)
+{
+    (void)context;
+    return victim;
+}
+
+static void a_place_may_be_given_up_for_a_new_one(void)
+{
+    const flow_tcp_user_t generous = {&seen, on_connected, on_disconnected, on_frame, NULL, give_up};
+    size_t taken                   = 0U;
+    join(0U);
+    join(1U);
+    victim = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&peers[2], address));
+    wait(&flow.listener);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &generous, FLOW_TCP_UNLIMITED, &taken));
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.evicted);
+    TEST_ASSERT_EQUAL_UINT32(3U, flow.counters.accepted);
+    TEST_ASSERT_EQUAL_UINT(1U, seen.disconnected);
+    TEST_ASSERT_TRUE(flow_tcp_is_connected(&flow, 1U));
+    victim = CLIENTS; // Nobody.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&peers[3], address));
+    wait(&flow.listener);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &generous, FLOW_TCP_UNLIMITED, &taken));
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.turned_away);
+}
+
 static void malformed_and_endless_frames_end_the_connection(void)
 {
     uint8_t endless[BUFFER];
@@ -334,6 +363,7 @@ int main(void)
     RUN_TEST(no_more_is_taken_in_than_allowed);
     RUN_TEST(each_client_has_its_own_allowance);
     RUN_TEST(everyone_gets_a_turn_and_no_more_than_there_are_places);
+    RUN_TEST(a_place_may_be_given_up_for_a_new_one);
     RUN_TEST(malformed_and_endless_frames_end_the_connection);
     RUN_TEST(a_frame_as_long_as_the_buffer_still_fits);
     RUN_TEST(the_user_may_end_a_connection_inside_its_framer);
