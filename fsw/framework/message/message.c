@@ -2,43 +2,15 @@
 #include "fsw/framework/message/message.h"
 
 #include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/octets.h"
+#include "fsw/framework/message/message_frame.h"
 
 #include <string.h>
 
-#define MAGIC 0x484DU
-#define VERSION 1U
-#define KIND_DATA 0U
-#define KIND_CREDIT 1U
-#define KIND_SYNC 2U
-#define KIND_SYNC_ACK 3U
 #define FIRST_PROBE 4U         ///< Refusals in a row after which a peer is asked what it has taken.
 #define STRAYS_MAX 3U          ///< Frames outside of the window in a row after which SYNC is sent.
 #define SYNC_SPACING 1024U     ///< Strays between two SYNCs that nobody answers, at most.
 #define LOST_AT_ONCE_MAX 4096U ///< A larger gap is no loss: one of both numbers was forged or damaged.
 #define FIRST_LIFE 1U
-
-/// Place of each field in the header.
-enum {
-    AT_MAGIC     = 0,
-    AT_VERSION   = 2,
-    AT_KIND      = 3,
-    AT_FROM      = 4,
-    AT_TO        = 6,
-    AT_FROM_LIFE = 8,
-    AT_TO_LIFE   = 12,
-    AT_SEQUENCE  = 16,
-    AT_TAKEN     = 20
-};
-
-typedef struct {
-    uint8_t kind;
-    uint32_t from_life;
-    uint32_t to_life;
-    uint32_t sequence;
-    uint32_t taken;
-    size_t size; // Of the payload.
-} frame_t;
 
 static message_channel_t* channel_of(message_endpoint_t* const endpoint, const uint16_t peer)
 {
@@ -84,16 +56,15 @@ status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t pee
 static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t* const channel,
                            const uint8_t kind, const uint8_t* const octets, const size_t size)
 {
-    uint8_t* const frame = endpoint->frame;
-    octets_put_u16(&frame[AT_MAGIC], MAGIC);
-    frame[AT_VERSION] = VERSION;
-    frame[AT_KIND]    = kind;
-    octets_put_u16(&frame[AT_FROM], endpoint->self);
-    octets_put_u16(&frame[AT_TO], channel->peer);
-    octets_put_u32(&frame[AT_FROM_LIFE], endpoint->life);
-    octets_put_u32(&frame[AT_TO_LIFE], channel->peer_life);
-    octets_put_u32(&frame[AT_SEQUENCE], channel->sent);
-    octets_put_u32(&frame[AT_TAKEN], channel->taken);
+    uint8_t* const frame         = endpoint->frame;
+    const message_frame_t header = {.kind      = kind,
+                                    .from      = endpoint->self,
+                                    .to        = channel->peer,
+                                    .from_life = endpoint->life,
+                                    .to_life   = channel->peer_life,
+                                    .sequence  = channel->sent,
+                                    .taken     = channel->taken};
+    message_frame_write(&header, frame);
     if (size > 0U) {
         (void)memcpy(&frame[MESSAGE_HEADER_OCTETS], octets, size);
     }
@@ -131,7 +102,7 @@ static void credit_up_to(message_channel_t* const channel, const uint32_t taken)
 /// word, and what was forged or damaged may have led either side away from the other's numbers.
 static void sync(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
-    if (send_frame(endpoint, channel, KIND_SYNC, NULL, 0U) == STATUS_OK) {
+    if (send_frame(endpoint, channel, MESSAGE_SYNC, NULL, 0U) == STATUS_OK) {
         channel->is_syncing = true;
         endpoint->counters.syncs++;
     }
@@ -204,7 +175,7 @@ static status_t send_leaving(message_endpoint_t* const endpoint, const uint16_t 
         refused_for_credit(endpoint, channel);
         return STATUS_FULL;
     }
-    const status_t status = send_frame(endpoint, channel, KIND_DATA, octets, size);
+    const status_t status = send_frame(endpoint, channel, MESSAGE_DATA, octets, size);
     if (status == STATUS_OK) {
         const uint16_t frame_size                      = (uint16_t)(MESSAGE_HEADER_OCTETS + size);
         channel->sizes[channel->sent % MESSAGE_WINDOW] = frame_size;
@@ -227,41 +198,23 @@ status_t message_send_plain(message_endpoint_t* const endpoint, const uint16_t t
     return send_leaving(endpoint, to, octets, size, MESSAGE_RESERVE, MESSAGE_RESERVE_OCTETS);
 }
 
-/// What a header says that has been looked at when it arrived.
-static frame_t frame_of(const uint8_t header[MESSAGE_HEADER_OCTETS], const uint8_t kind, const size_t size)
-{
-    return (frame_t){.kind      = kind,
-                     .from_life = octets_u32_at(&header[AT_FROM_LIFE]),
-                     .to_life   = octets_u32_at(&header[AT_TO_LIFE]),
-                     .sequence  = octets_u32_at(&header[AT_SEQUENCE]),
-                     .taken     = octets_u32_at(&header[AT_TAKEN]),
-                     .size      = size - MESSAGE_HEADER_OCTETS};
-}
-
-/// False for a header that no frame for us has, or none of its size.
-static bool is_well_made(const message_endpoint_t* const endpoint, const uint8_t* const octets,
-                         const size_t size)
-{
-    return (size >= MESSAGE_HEADER_OCTETS) && (size <= MESSAGE_FRAME_MAX) &&
-           (octets_u16_at(&octets[AT_MAGIC]) == MAGIC) && (octets[AT_VERSION] == VERSION) &&
-           (octets[AT_KIND] <= KIND_SYNC_ACK) && (octets_u16_at(&octets[AT_TO]) == endpoint->self) &&
-           (octets_u32_at(&octets[AT_FROM_LIFE]) != 0U);
-}
-
 status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
 {
     FSW_ASSERT((endpoint != NULL) && ((frame != NULL) || (size == 0U)));
     message_channel_t* const channel =
-        is_well_made(endpoint, frame, size) ? channel_of(endpoint, octets_u16_at(&frame[AT_FROM])) : NULL;
+        message_frame_is_well_made(frame, size, endpoint->self)
+            ? channel_of(endpoint, message_frame_read(frame, frame[MESSAGE_AT_KIND], size).from)
+            : NULL;
     if (channel == NULL) {
         endpoint->counters.malformed++;
         return STATUS_OK;
     }
-    const uint32_t life = octets_u32_at(&frame[AT_FROM_LIFE]);
-    status_t status     = message_inbox_put(&channel->inbox, frame[AT_KIND], endpoint->stamp, frame, size);
+    const uint32_t life = message_frame_read(frame, MESSAGE_DATA, size).from_life;
+    status_t status =
+        message_inbox_put(&channel->inbox, frame[MESSAGE_AT_KIND], endpoint->stamp, frame, size);
     while ((status == STATUS_FULL) && message_inbox_forget(&channel->inbox, life)) {
         endpoint->counters.stale++; // Nobody has taken the last words of an earlier life, and now they go.
-        status = message_inbox_put(&channel->inbox, frame[AT_KIND], endpoint->stamp, frame, size);
+        status = message_inbox_put(&channel->inbox, frame[MESSAGE_AT_KIND], endpoint->stamp, frame, size);
     }
     if (status != STATUS_OK) { // No true sender sends beyond its window.
         endpoint->counters.overruns++;
@@ -337,7 +290,7 @@ static void in_step(message_channel_t* const channel)
 /// What answers a SYNC comes from a peer that lives now: if that is an earlier life than was believed, the
 /// later one was forged or damaged. Its numbers have nothing to do with ours: another exchange tells both.
 static void correct_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
-                         const frame_t* const frame)
+                         const message_frame_t* const frame)
 {
     meet(endpoint, channel, frame->from_life);
     channel->expected = frame->sequence;
@@ -348,7 +301,7 @@ static void correct_life(message_endpoint_t* const endpoint, message_channel_t* 
 
 /// Bring the channel up to the life of its peer. False if the frame is of another one.
 static bool is_of_this_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
-                            const frame_t* const frame)
+                            const message_frame_t* const frame)
 {
     if (channel->is_life_said) {
         endpoint->counters.stale += (frame->from_life != channel->peer_life) ? 1U : 0U;
@@ -358,7 +311,7 @@ static bool is_of_this_life(message_endpoint_t* const endpoint, message_channel_
         meet(endpoint, channel, frame->from_life);
     } else if (frame->from_life == channel->peer_life) {
         // As known.
-    } else if ((frame->kind == KIND_SYNC_ACK) && channel->is_syncing) {
+    } else if ((frame->kind == MESSAGE_SYNC_ACK) && channel->is_syncing) {
         correct_life(endpoint, channel, frame);
         return false;
     } else {
@@ -369,10 +322,10 @@ static bool is_of_this_life(message_endpoint_t* const endpoint, message_channel_
 }
 
 static void answer(message_endpoint_t* const endpoint, message_channel_t* const channel,
-                   const frame_t* const frame)
+                   const message_frame_t* const frame)
 {
-    if (frame->kind == KIND_SYNC) {
-        (void)send_frame(endpoint, channel, KIND_SYNC_ACK, NULL, 0U); // If refused, the peer asks again.
+    if (frame->kind == MESSAGE_SYNC) {
+        (void)send_frame(endpoint, channel, MESSAGE_SYNC_ACK, NULL, 0U); // If refused, the peer asks again.
     }
 }
 
@@ -386,22 +339,24 @@ bool message_is_of_past(message_endpoint_t* const endpoint, const uint8_t* const
 {
     FSW_ASSERT((endpoint != NULL) && (frame != NULL));
     const message_channel_t* const channel =
-        is_well_made(endpoint, frame, size) ? channel_of(endpoint, octets_u16_at(&frame[AT_FROM])) : NULL;
+        message_frame_is_well_made(frame, size, endpoint->self)
+            ? channel_of(endpoint, message_frame_read(frame, frame[MESSAGE_AT_KIND], size).from)
+            : NULL;
     const bool is_of_past = (channel != NULL) && channel->is_life_said &&
-                            !is_own_life(endpoint, octets_u32_at(&frame[AT_TO_LIFE]));
+                            !is_own_life(endpoint, message_frame_read(frame, MESSAGE_DATA, size).to_life);
     endpoint->counters.stale += is_of_past ? 1U : 0U;
     return is_of_past;
 }
 
 /// Bring the channel up to date with a frame of its peer. False if the frame is to be dropped.
 static bool is_current(message_endpoint_t* const endpoint, message_channel_t* const channel,
-                       const frame_t* const frame)
+                       const message_frame_t* const frame)
 {
     if (!is_of_this_life(endpoint, channel, frame)) {
         return false;
     }
     const bool is_for_us = is_own_life(endpoint, frame->to_life);
-    if (!is_for_us && (frame->kind == KIND_SYNC)) {
+    if (!is_for_us && (frame->kind == MESSAGE_SYNC)) {
         endpoint->counters.stale++; // Its numbers are of another life, but it shall know ours.
         answer(endpoint, channel, frame);
         return false;
@@ -424,7 +379,7 @@ static void catch_up(message_channel_t* const channel)
 
 /// Both sides say where they stand; nothing that was sent before is on its way any more.
 static void resync(message_endpoint_t* const endpoint, message_channel_t* const channel,
-                   const frame_t* const frame)
+                   const message_frame_t* const frame)
 {
     const uint32_t ahead     = frame->sequence - channel->expected;
     const uint32_t under_way = channel->sent - frame->taken;
@@ -441,7 +396,7 @@ static void resync(message_endpoint_t* const endpoint, message_channel_t* const 
             channel->under_way += channel->sizes[i % MESSAGE_WINDOW];
         }
     }
-    channel->is_syncing = channel->is_syncing && (frame->kind != KIND_SYNC_ACK);
+    channel->is_syncing = channel->is_syncing && (frame->kind != MESSAGE_SYNC_ACK);
     in_step(channel);
     answer(endpoint, channel, frame);
 }
@@ -449,10 +404,10 @@ static void resync(message_endpoint_t* const endpoint, message_channel_t* const 
 /// True if a data frame is the next or a later one of its sequence. Credit carries the number of the next
 /// data frame: it shows a loss even where the whole window was lost and no data frame can follow.
 static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t* const channel,
-                           const frame_t* const frame)
+                           const message_frame_t* const frame)
 {
     const uint32_t ahead     = frame->sequence - channel->expected;
-    const uint32_t limit     = (frame->kind == KIND_DATA) ? (MESSAGE_WINDOW - 1U) : MESSAGE_WINDOW;
+    const uint32_t limit     = (frame->kind == MESSAGE_DATA) ? (MESSAGE_WINDOW - 1U) : MESSAGE_WINDOW;
     const bool is_claim_good = (frame->taken - channel->credited) <= (channel->sent - channel->credited);
     if (is_claim_good) {
         credit_up_to(channel, frame->taken);
@@ -467,26 +422,27 @@ static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t
         out_of_step(endpoint, channel);
     }
     endpoint->counters.lost += ahead;
-    channel->expected = frame->sequence + ((frame->kind == KIND_DATA) ? 1U : 0U);
-    return frame->kind == KIND_DATA;
+    channel->expected = frame->sequence + ((frame->kind == MESSAGE_DATA) ? 1U : 0U);
+    return frame->kind == MESSAGE_DATA;
 }
 
 static void return_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     if (((channel->taken - channel->told) >= (MESSAGE_WINDOW / 2U)) ||
         (channel->untold >= (MESSAGE_WINDOW_OCTETS / 2U))) {
-        (void)send_frame(endpoint, channel, KIND_CREDIT, NULL, 0U); // If refused, again at the next receive.
+        (void)send_frame(endpoint, channel, MESSAGE_CREDIT, NULL,
+                         0U); // If refused, again at the next receive.
     }
 }
 
 /// Take note of what a frame tells. True if it carries a block for the caller.
 static bool is_block(message_endpoint_t* const endpoint, message_channel_t* const channel,
-                     const frame_t* const frame)
+                     const message_frame_t* const frame)
 {
     if (!is_current(endpoint, channel, frame)) {
         return false;
     }
-    if (frame->kind >= KIND_SYNC) {
+    if (frame->kind >= MESSAGE_SYNC) {
         resync(endpoint, channel, frame);
         return false;
     }
@@ -496,11 +452,11 @@ static bool is_block(message_endpoint_t* const endpoint, message_channel_t* cons
 static void judge_all_of(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     uint8_t header[MESSAGE_HEADER_OCTETS];
-    uint8_t kind = KIND_DATA;
+    uint8_t kind = MESSAGE_DATA;
     size_t size  = 0U;
     while (message_inbox_next(&channel->inbox, header, &kind, &size)) {
-        const frame_t frame = frame_of(header, kind, size);
-        if (!is_block(endpoint, channel, &frame) && (kind == KIND_DATA)) {
+        const message_frame_t frame = message_frame_read(header, kind, size);
+        if (!is_block(endpoint, channel, &frame) && (kind == MESSAGE_DATA)) {
             message_inbox_drop(&channel->inbox);
         }
     }
@@ -581,9 +537,9 @@ status_t message_receive_if(message_endpoint_t* const endpoint, const message_fi
         return STATUS_EMPTY;
     }
     uint8_t header[MESSAGE_HEADER_OCTETS];
-    size_t size           = 0U;
-    const status_t status = message_inbox_take(&channel->inbox, header, octets, capacity, &size);
-    const frame_t frame   = frame_of(header, KIND_DATA, size);
+    size_t size                 = 0U;
+    const status_t status       = message_inbox_take(&channel->inbox, header, octets, capacity, &size);
+    const message_frame_t frame = message_frame_read(header, MESSAGE_DATA, size);
     if (frame.from_life == channel->peer_life) { // Last words of an earlier life give no credit to this one.
         channel->taken = frame.sequence + 1U;
         channel->untold += (uint32_t)size;

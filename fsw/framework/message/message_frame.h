@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Header of a message frame, as message.h draws it.
+///
+/// Context: any. Time: O(1).
+#ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_FRAME_H
+#define FSW_FRAMEWORK_MESSAGE_MESSAGE_FRAME_H
+
+#include "fsw/framework/message/message.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define MESSAGE_AT_KIND 3U ///< Place of the kind in the header.
+#define MESSAGE_DATA 0U
+#define MESSAGE_CREDIT 1U
+#define MESSAGE_SYNC 2U
+#define MESSAGE_SYNC_ACK 3U
+
+typedef struct {
+    uint8_t kind;
+    uint16_t from;
+    uint16_t to;
+    uint32_t from_life;
+    uint32_t to_life;
+    uint32_t sequence;
+    uint32_t taken;
+    size_t size; ///< Of the payload.
+} message_frame_t;
+
+void message_frame_write(const message_frame_t* frame, uint8_t header[MESSAGE_HEADER_OCTETS]);
+/// What a header says, whose kind is known; `size` is that of the frame.
+message_frame_t message_frame_read(const uint8_t header[MESSAGE_HEADER_OCTETS], uint8_t kind, size_t size);
+/// False for octets that are no frame to component `self`.
+bool message_frame_is_well_made(const uint8_t* octets, size_t size, uint16_t self);
+
+#endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_FRAME_H
