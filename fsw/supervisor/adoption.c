@@ -115,10 +115,13 @@ static void take_members(supervisor_t* const supervisor, const supervisor_vitals
         const vitals_member_t* const member = &state->members[i];
         roster_entry_t* const entry         = &supervisor->roster[i];
         entry->restarts                     = member->restarts;
+        entry->deaths                       = member->restarts; // The strictest that can be meant.
         if (member->apid == SUPERVISOR_APID) {
             continue;
         }
-        entry->process              = (process_state_t)member->process;
+        entry->process      = (process_state_t)member->process;
+        entry->is_start_due = (entry->process == PROCESS_LOST) &&
+                              (member->restarts < entry->mission->restart_budget); // A pause was under way.
         entry->is_heard             = is_true(member->is_heard);
         entry->state                = (state_t)member->state;
         entry->phase                = (state_phase_t)member->phase;

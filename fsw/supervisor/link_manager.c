@@ -38,11 +38,19 @@ static link_session_t* new_session(supervisor_t* const supervisor, const uint16_
     return NULL;
 }
 
+/// Begun by the supervisor itself: there is no request to answer.
+static bool is_own(const link_session_t* const session)
+{
+    return session->token.source == 0U;
+}
+
 static void end_session(supervisor_t* const supervisor, link_session_t* const session, const uint16_t code,
                         const uint32_t detail)
 {
     pus_process_t* const process = component_process(&supervisor->component);
-    pus_verify_ended(process, &session->token, pus_failure(code, detail), supervisor->now_ns);
+    if (!is_own(session)) {
+        pus_verify_ended(process, &session->token, pus_failure(code, detail), supervisor->now_ns);
+    }
     session->step = SESSION_FREE;
 }
 
@@ -183,6 +191,30 @@ static void refuse(pus_link_answer_t* const answer, const pus_link_reason_t reas
     answer->refuse.supported = *wanted;
 }
 
+/// Null: the link has a session, or there is no room.
+static link_session_t* begin_negotiation(supervisor_t* const supervisor, const mission_link_t* const link,
+                                         const pus_link_properties_t* const wanted,
+                                         const pus_token_t* const token)
+{
+    link_session_t* const session = (session_of_link(supervisor, link->number) == NULL)
+                                        ? new_session(supervisor, link->number, SESSION_ASK_PRODUCER, token)
+                                        : NULL;
+    if (session == NULL) {
+        return NULL;
+    }
+    close_now(supervisor, link->number); // Before what is agreed on anew.
+    supervisor->link_transaction++;
+    session->ends =
+        (pus_link_ends_t){link->producer_apid, link->producer_port, link->consumer_apid, link->consumer_port};
+    session->transaction                  = supervisor->link_transaction;
+    supervisor->wanted[link->number - 1U] = *wanted;
+    if (ask_member(supervisor, link->producer_apid, session, wanted) != STATUS_OK) {
+        session->step = SESSION_FREE;
+        return NULL;
+    }
+    return session;
+}
+
 static pus_reply_t request_link(void* const context, const pus_link_request_t* const request,
                                 pus_link_answer_t* const out_answer, const pus_token_t* const token,
                                 const uint64_t now_ns)
@@ -201,24 +233,27 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
         refuse(out_answer, PUS_LINK_REASON_STATE, PUS_LINK_FIELD_NONE, &request->properties);
         return pus_done();
     }
-    link_session_t* const session = (session_of_link(supervisor, link->number) == NULL)
-                                        ? new_session(supervisor, link->number, SESSION_ASK_PRODUCER, token)
-                                        : NULL;
+    link_session_t* const session = begin_negotiation(supervisor, link, &request->properties, token);
     if (session == NULL) {
         refuse(out_answer, PUS_LINK_REASON_RESOURCE, PUS_LINK_FIELD_NONE, &request->properties);
         return pus_done();
     }
-    close_now(supervisor, link->number); // Before what is agreed on anew.
-    supervisor->link_transaction++;
-    session->ends        = *ends;
-    session->asked       = request->transaction;
-    session->transaction = supervisor->link_transaction;
-    if (ask_member(supervisor, ends->producer_apid, session, &request->properties) != STATUS_OK) {
-        session->step = SESSION_FREE;
-        refuse(out_answer, PUS_LINK_REASON_RESOURCE, PUS_LINK_FIELD_NONE, &request->properties);
-        return pus_done();
-    }
+    session->asked = request->transaction;
     return pus_later();
+}
+
+/// Another epoch for each opening. False, and the session is over: the producer cannot be told.
+static bool begin_opening(supervisor_t* const supervisor, link_session_t* const session,
+                          const link_edge_t* const accepted)
+{
+    supervisor->link_epoch++;
+    session->epoch = supervisor->link_epoch;
+    session->ends  = ends_of(accepted);
+    if (open_member(supervisor, accepted->producer_apid, session) != STATUS_OK) {
+        session->step = SESSION_FREE;
+        return false;
+    }
+    return true;
 }
 
 static pus_reply_t open_link(void* const context, const pus_link_open_t* const open,
@@ -236,14 +271,27 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     if (session == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, SUPERVISOR_LINK_SESSIONS);
     }
-    supervisor->link_epoch++;
-    session->epoch = supervisor->link_epoch;
-    session->ends  = ends_of(accepted);
-    if (open_member(supervisor, accepted->producer_apid, session) != STATUS_OK) {
-        session->step = SESSION_FREE;
-        return pus_failed(PUS_FAILURE_NO_ANSWER, accepted->producer_apid);
+    return begin_opening(supervisor, session, accepted)
+               ? pus_later()
+               : pus_failed(PUS_FAILURE_NO_ANSWER, accepted->producer_apid);
+}
+
+bool link_manager_renew(supervisor_t* const supervisor, const uint16_t link)
+{
+    static const pus_token_t nobody = {.source = 0U};
+    FSW_ASSERT((link >= 1U) && (link <= supervisor->mission->link_count));
+    const mission_link_t* const of            = &supervisor->mission->links[link - 1U];
+    const link_edge_t* const accepted         = accepted_of(supervisor, link);
+    const pus_link_properties_t* const wanted = &supervisor->wanted[link - 1U];
+    if ((session_of_link(supervisor, link) != NULL) || (wanted->layout_size == 0U)) {
+        return false;
     }
-    return pus_later();
+    if (accepted != NULL) {
+        link_session_t* const session = new_session(supervisor, link, SESSION_OPEN_PRODUCER, &nobody);
+        return (session != NULL) && begin_opening(supervisor, session, accepted);
+    }
+    return is_configured(supervisor, of->producer_apid) && is_configured(supervisor, of->consumer_apid) &&
+           (begin_negotiation(supervisor, of, wanted, &nobody) != NULL);
 }
 
 static pus_reply_t close_link(void* const context, const pus_link_close_t* const close,
@@ -329,8 +377,10 @@ static void member_accepts(supervisor_t* const supervisor, const uint16_t apid,
                                                              .producer_port = session->ends.producer_port,
                                                              .consumer_apid = session->ends.consumer_apid,
                                                              .consumer_port = session->ends.consumer_port};
-    (void)pus_link_accept_report(component_process(&supervisor->component), session->token.source, &agreed,
-                                 supervisor->now_ns);
+    if (!is_own(session)) {
+        (void)pus_link_accept_report(component_process(&supervisor->component), session->token.source,
+                                     &agreed, supervisor->now_ns);
+    }
     end_session(supervisor, session, PUS_FAILURE_NONE, 0U);
 }
 
@@ -343,8 +393,10 @@ static void member_refuses(supervisor_t* const supervisor, const uint16_t apid,
     }
     pus_link_refuse_t told = *refused;
     told.transaction       = session->asked;
-    (void)pus_link_refuse_report(component_process(&supervisor->component), session->token.source, &told,
-                                 supervisor->now_ns);
+    if (!is_own(session)) {
+        (void)pus_link_refuse_report(component_process(&supervisor->component), session->token.source, &told,
+                                     supervisor->now_ns);
+    }
     give_up(supervisor, session, 0U, PUS_FAILURE_LINK_REFUSED,
             ((uint32_t)refused->reason << 8U) | (uint32_t)refused->field);
 }

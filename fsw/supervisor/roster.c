@@ -5,6 +5,8 @@
 #include "fsw/framework/base/assertion.h"
 
 #define SILENT_NS 3000000000ULL ///< Longest silence of a running subsystem; its status comes once a second.
+#define SHORT_PAUSE_NS 100000000ULL ///< Before the second start in a row, and before each further one:
+#define LONG_PAUSE_NS 1000000000ULL
 #define UNANSWERED_NS 10000000000ULL ///< Longest wait for the acceptance of a request.
 #define NS_PER_MS 1000000ULL
 #define NS_PER_US 1000ULL
@@ -29,6 +31,16 @@ roster_entry_t* roster_find(supervisor_t* const supervisor, const uint16_t apid)
     return NULL;
 }
 
+/// A rest of an orderly life.
+static bool is_rest(const roster_entry_t* const entry)
+{
+    const bool is_still = (entry->phase == PHASE_IDLE) || (entry->phase == PHASE_UNCONFIGURED) ||
+                          (entry->phase == PHASE_CONFIGURED);
+    const bool is_one = (entry->state == STATE_OFFLINE) ||
+                        ((entry->state >= STATE_PRE_OPERATIONAL) && (entry->state <= STATE_OPERATIONAL));
+    return is_still && is_one;
+}
+
 /// A state that is none is not believed.
 static void keep(supervisor_t* const supervisor, roster_entry_t* const entry, const uint8_t state,
                  const uint8_t phase, const uint16_t configuration)
@@ -37,9 +49,16 @@ static void keep(supervisor_t* const supervisor, roster_entry_t* const entry, co
         supervisor->counters.tm_malformed++;
         return;
     }
+    if ((state == (uint8_t)STATE_ERROR_OPERATIONAL) && (entry->state != STATE_ERROR_OPERATIONAL)) {
+        entry->error_ns = supervisor->now_ns;
+    }
     entry->state         = (state_t)state;
     entry->phase         = (state_phase_t)phase;
     entry->configuration = configuration;
+    if (is_rest(entry)) {
+        entry->rested      = entry->state;
+        entry->rested_with = configuration;
+    }
 }
 
 static void raise_difference(supervisor_t* const supervisor, const uint16_t event_id, const uint16_t apid,
@@ -146,32 +165,64 @@ status_t roster_start(supervisor_t* const supervisor, roster_entry_t* const entr
         entry->process      = PROCESS_RUNNING;
         entry->is_heard     = false;
         entry->is_restarted = true;
+        entry->is_start_due = false;
         entry->started_ns   = supervisor->now_ns;
     }
     return status;
 }
 
-/// Start it again as long as its budget lasts, then, or if that fails, fall back to mode SAFE (id 0). On the
-/// way down to the end of the mission nothing is started.
+/// At once, then after a pause: what dies as soon as it is started does not take the processor from all.
+static uint64_t pause_ns(const uint8_t deaths)
+{
+    return (deaths <= 1U) ? 0U : ((deaths == 2U) ? SHORT_PAUSE_NS : LONG_PAUSE_NS);
+}
+
+static void fall_back(supervisor_t* const supervisor)
+{
+    error_set_mode(supervisor, 0U, (uint8_t)PUS_CAUSE_OWN_ERROR);
+}
+
+static void start_again(supervisor_t* const supervisor, roster_entry_t* const entry)
+{
+    entry->is_start_due = false;
+    if (supervisor->shutdown_step != 0U) {
+        return; // On the way down to the end of the mission nothing is started.
+    }
+    entry->restarts++;
+    supervisor->counters.restarts++;
+    if (roster_start(supervisor, entry) != STATUS_OK) {
+        fall_back(supervisor);
+    }
+}
+
+/// Start it again as long as its budget lasts, then fall back to mode SAFE (id 0). A life that lasted the
+/// period of the mission makes the deaths before it forgotten.
 static void restart(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
+    const mission_subsystem_t* const mission = entry->mission;
+    const uint64_t period_ns                 = (uint64_t)mission->restart_period_us * NS_PER_US;
+    if ((period_ns != 0U) && ((supervisor->now_ns - entry->restart_ns) >= period_ns)) {
+        entry->deaths = 0U;
+    }
     if (supervisor->shutdown_step != 0U) {
         return;
     }
-    status_t status = STATUS_EXHAUSTED;
-    if (entry->restarts < entry->mission->restart_budget) {
-        entry->restarts++;
-        supervisor->counters.restarts++;
-        status = roster_start(supervisor, entry);
+    if (entry->deaths >= mission->restart_budget) {
+        fall_back(supervisor);
+        return;
     }
-    if (status != STATUS_OK) {
-        error_set_mode(supervisor, 0U, (uint8_t)PUS_CAUSE_OWN_ERROR);
+    entry->deaths++;
+    entry->is_start_due = true;
+    entry->restart_ns   = supervisor->now_ns + pause_ns(entry->deaths);
+    if (entry->restart_ns == supervisor->now_ns) {
+        start_again(supervisor, entry);
     }
 }
 
 static void process_lost(supervisor_t* const supervisor, roster_entry_t* const entry, const uint16_t event_id)
 {
-    const uint16_t apid  = entry->mission->apid;
+    const uint16_t apid = entry->mission->apid;
+    recommission_begin(supervisor, apid); // While states and links are still known.
     entry->process       = PROCESS_LOST;
     entry->state         = STATE_OFFLINE;
     entry->phase         = PHASE_IDLE;
@@ -200,6 +251,10 @@ static void watch_one(supervisor_t* const supervisor, roster_entry_t* const entr
 {
     const supervisor_platform_t* const platform = &supervisor->config.platform;
     const uint16_t apid                         = entry->mission->apid;
+    if (entry->is_start_due && (supervisor->now_ns >= entry->restart_ns)) {
+        start_again(supervisor, entry);
+        return;
+    }
     if ((entry->process == PROCESS_RUNNING) && !platform->is_running(platform->context, apid)) {
         process_lost(supervisor, entry, SUPERVISOR_EVENT_PROCESS_LOST);
         return;

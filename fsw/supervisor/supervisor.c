@@ -195,6 +195,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
         tick(supervisor);
         supervisor->next_tick_ns = ((now_ns / TICK_NS) + 1U) * TICK_NS;
     }
+    recommission_step(supervisor);
     const uint64_t onboard_wake_ns = onboard_step(supervisor, now_ns);
     router_flush_log(supervisor);
     error_own_events(supervisor);

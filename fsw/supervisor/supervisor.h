@@ -23,6 +23,7 @@
 #include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
 #include "fsw/supervisor/plan_runner.h"
+#include "fsw/supervisor/recommission.h"
 #include "fsw/supervisor/vitals.h"
 #include "generated/supervisor_descriptor.h"
 #include "pus/requester.h"
@@ -79,6 +80,13 @@ typedef struct { // What is known of one subsystem.
     state_phase_t phase;
     uint16_t configuration;
     uint8_t restarts;
+    uint8_t deaths;       ///< That count against its budget.
+    bool is_start_due;    ///< At restart_ns.
+    uint64_t restart_ns;  ///< Of the last start, or the next.
+    state_t rested;       ///< The last state in which it rested, other than ERROR_OPERATIONAL.
+    uint16_t rested_with; ///< The configuration there.
+    uint64_t error_ns;    ///< When it told ERROR_OPERATIONAL first.
+    recommission_t recommission;
     bool is_order_owed; ///< `ordered` found no room in its mailbox.
     state_t ordered;
     struct {
@@ -115,7 +123,7 @@ typedef struct { // Negotiation, opening or closing of one link under way.
     uint32_t transaction; ///< The manager's own, by which members answer.
     uint32_t epoch;
     pus_link_ends_t ends;
-    pus_token_t token; ///< Of the request that asks for it.
+    pus_token_t token; ///< Of the request that asks for it; source 0: the supervisor itself, by no request.
     uint64_t deadline_ns;
 } link_session_t;
 
@@ -173,6 +181,9 @@ typedef struct supervisor { // All fields are private.
     link_edge_t accepted[MISSION_LINKS_MAX]; // Negotiated, by mission link number - 1; link 0 = none.
     uint32_t link_epoch;
     uint32_t link_transaction;
+    pus_link_properties_t wanted[MISSION_LINKS_MAX]; // As asked for last, by mission link number - 1.
+    uint32_t renewed;                                // Bit n: link n + 1 was open and is to be so again.
+    uint8_t renewals[MISSION_LINKS_MAX];             // Attempts left.
     plan_runner_t plans;
     own_event_t own_events[SUPERVISOR_OWN_EVENTS];
     uint16_t own_event_count;

@@ -99,6 +99,9 @@ void link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// Order the other ends of links of which one has closed to close, too; when all reports have been taken in.
 void link_manager_settle(supervisor_t* supervisor);
 void link_manager_watch(supervisor_t* supervisor);
+/// Next step to open a link again as it was asked for last, in the supervisor's own name: negotiate, then
+/// open. True if a step was begun.
+bool link_manager_renew(supervisor_t* supervisor, uint16_t link);
 /// Every edge of a member that is gone: remove it and close the other end.
 void link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
 

@@ -14,7 +14,7 @@ from subsystem import unique
 TABLE = {
     ("", "Mission"): "name! epoch! power! timeReports",
     ("Mission", "Subsystems"): "",
-    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts bootTime hangAfter node",
+    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts restartPeriod recommission bootTime hangAfter node",
     ("Subsystem", "Power"): "state! watts!",
     ("Mission", "Modes"): "",
     ("Modes", "Mode"): "name! id! initial",
@@ -129,6 +129,8 @@ def _list_subsystems(mission, container):
         element.flag("autostart")
         element.unsigned("memoryKiB", 0, 1 << 24)
         element.unsigned("restarts", 0, 100)
+        element.time_us("restartPeriod", 1000, 3_600_000_000)
+        element.flag("recommission")
         element.time_us("bootTime", 500, 60_000_000)
         element.time_us("hangAfter", 1000, 60_000_000)
         element.unsigned("node", 1, 2)

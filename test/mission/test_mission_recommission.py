@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A subsystem whose process dies in OPERATIONAL telepresence is back there with its links, where the mission says so."""
+
+import shutil
+
+import flying
+import pytest
+
+DEATH_S = 3.0
+BOUND_S = 0.2  # beside the arm's own calibration
+APIDS = {"MANIPULATOR": 16, "JOYSTICK": 17}
+MARKS = ('executable="joystick"', 'executable="manipulator"')
+AT_ONCE = ('state="OFFLINE" after="500ms"', 'state="OFFLINE"')
+
+
+@pytest.fixture(scope="module")
+def house(hangar):
+    """rokviss with both members to be led back, and a recovery plan that does not wait."""
+    place = hangar / "again"
+    place.mkdir()
+    shutil.copytree(flying.ROOT / "descriptors", place / "descriptors")
+    for name in ("build", "sim", "gse"):
+        (place / name).symlink_to(flying.ROOT / name)
+    path = place / "descriptors" / "missions" / "rokviss.xml"
+    text = path.read_text(encoding="utf-8")
+    for mark in MARKS:
+        assert mark in text
+        text = text.replace(mark, mark + ' recommission="true" restartPeriod="60s"')
+    assert AT_ONCE[0] in text
+    path.write_text(text.replace(*AT_ONCE), encoding="utf-8")
+    return place
+
+
+def _transitions(flight, apid):
+    """(time_s, state, phase) of every TM[129,2]."""
+    return [(time_ns / 1e9, raw[22], raw[23]) for time_ns, direction, raw in flight.packets
+            if direction == "TM" and raw[7:9] == b"\x81\x02" and raw[0] & 7 == 0 and raw[1] == apid]
+
+
+def _events(flight, number):
+    """(time_s, APID, state) of an event of the supervisor."""
+    return [(time_ns / 1e9, int.from_bytes(raw[23:25], "big"), int.from_bytes(raw[25:27], "big")) for time_ns, direction, raw in flight.packets
+            if direction == "TM" and raw[7] == 5 and raw[1] == 1 and int.from_bytes(raw[21:23], "big") == number]
+
+
+def _fly(house, folder, name, form, lines):
+    folder.mkdir(exist_ok=True)
+    scenario = flying.write_scenario(folder / f"{name}.scn", *flying.bring_up(0.0), *lines)
+    return flying.fly(folder / f"{name}-{form}", "--scenario", scenario, "--form", form, root=house)
+
+
+@pytest.mark.parametrize("victim", ["manipulator", "joystick"])
+def test_a_member_that_dies_is_back_with_its_links(house, folder, victim):
+    lines = [f"{DEATH_S} fault kill {victim}", "6.0 operator link list", "6.0 operator shutdown"]
+    flight = _fly(house, folder, victim, "processes", lines)
+    assert "FAILED" not in flight.console, flight.told()
+    back = _events(flight, 31)
+    assert {(apid, state) for _, apid, state in back} == {(16, 5), (17, 5)}, flight.told()
+    assert not _events(flight, 32)
+    safe_s = next(time_s for time_s, state, phase in _transitions(flight, 16) if time_s > DEATH_S and (state, phase) == (4, 0))
+    up_s = max(time_s for time_s, _, _ in back)
+    calibration_s = max(time_s for time_s, apid, _ in back if apid == 16) - safe_s
+    assert up_s - DEATH_S - calibration_s < BOUND_S, (back, safe_s)
+    lists = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x09" and raw[1] == 1]
+    assert lists and lists[-1][21:23] == b"\x00\x02", "both links are open"
+    flying.assert_clean(flight)
+
+
+def test_forms_give_identical_logs(house, folder):
+    lines = [f"{DEATH_S} fault kill manipulator", "6.0 operator shutdown"]
+    one, other = (_fly(house, folder, "forms", form, lines) for form in ("processes", "image"))
+    for name in flying.TRACED:
+        assert one.octets(name) == other.octets(name), name

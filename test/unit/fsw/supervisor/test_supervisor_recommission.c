@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+// A subsystem that died is started again within its budget and, where the mission says so, led back with its
+// network to where it was; and everything that can stop it on its way.
+#include "fsw/supervisor/recommission.h"
+
+#include "fsw/supervisor/supervisor_internal.h"
+#include "test/unit/fsw/supervisor/bed.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define SECOND 100U ///< Ticks.
+#define BACK "G 5.1 001F"
+#define STOPPED "G 5.2 0020"
+
+static mission_subsystem_t* mission_of(uint16_t apid)
+{
+    return (mission_subsystem_t*)roster_find(&bed.supervisor, apid)->mission;
+}
+
+/// ARM and HAND linked and in a state, both to be led back.
+static void link_up(state_t state)
+{
+    bed_open_up();
+    mission_of(ARM)->is_recommissioned  = true;
+    mission_of(HAND)->is_recommissioned = true;
+    bed_link_up(state);
+}
+
+static void die(unsigned member)
+{
+    bed.members[member].is_running = false;
+    bed_run(1U);
+}
+
+static void expect_line(const char* format, unsigned first, unsigned second)
+{
+    char expected[64];
+    (void)snprintf(expected, sizeof expected, format, first, second);
+    TEST_ASSERT_TRUE_MESSAGE(bed_has(expected), expected);
+}
+
+static void expect_back(uint16_t apid, state_t state)
+{
+    expect_line(BACK "%04X%04X", apid, (unsigned)state);
+}
+
+static bool is_under_way(uint16_t apid)
+{
+    return roster_find(&bed.supervisor, apid)->recommission.is_active;
+}
+
+/// From now on the supervisor hears what a user asks for.
+static void expect_stopped(uint16_t apid, state_t state, unsigned code)
+{
+    char expected[64];
+    (void)snprintf(expected, sizeof expected, STOPPED "%04X%04X%04X", apid, (unsigned)state, code);
+    TEST_ASSERT_TRUE_MESSAGE(bed_has(expected), expected);
+    TEST_ASSERT_FALSE(is_under_way(apid));
+}
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+    bed_close();
+}
+
+// ---- The way back ----
+
+static void the_network_is_back_with_its_links(void)
+{
+    link_up(STATE_OPERATIONAL);
+    die(BED_ARM);
+    TEST_ASSERT_TRUE(is_under_way(ARM));
+    TEST_ASSERT_TRUE(is_under_way(HAND));
+    bed_run(2U * SECOND);
+    expect_back(ARM, STATE_OPERATIONAL);
+    expect_back(HAND, STATE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_ARM].state);
+    TEST_ASSERT_EQUAL(2U, bed.members[BED_ARM].configuration);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_HAND].state);
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+    TEST_ASSERT_TRUE(bed_has("16 TC 130.6 000100000003")); // Other epochs.
+    TEST_ASSERT_TRUE(bed_has("17 TC 130.6 000200000004"));
+    TEST_ASSERT_FALSE(bed_has("G 130.4")); // Nobody has asked.
+    TEST_ASSERT_FALSE(bed_has("G 1."));
+    bed_forget();
+    bed_run(SECOND);
+    TEST_ASSERT_FALSE(bed_has("TC 129."));
+}
+
+static void it_goes_no_further_than_it_was(void)
+{
+    static const state_t states[] = {STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL};
+    for (unsigned i = 0U; i < 2U; i++) {
+        link_up(states[i]);
+        die(BED_ARM);
+        bed_run(3U * SECOND);
+        expect_back(ARM, states[i]);
+        expect_back(HAND, states[i]);
+        TEST_ASSERT_EQUAL(states[i], bed.members[BED_ARM].state);
+        TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+        if (i == 0U) {
+            bed_close();
+        }
+    }
+}
+
+static void who_was_not_up_stays_down(void)
+{
+    bed_open_up();
+    mission_of(ARM)->is_recommissioned = true;
+    die(BED_ARM);
+    TEST_ASSERT_FALSE(is_under_way(ARM));
+    bed_run(SECOND);
+    TEST_ASSERT_FALSE(bed_has("16 TC 129."));
+}
+
+static void without_the_mission_s_word_nobody_is_led_back(void)
+{
+    link_up(STATE_OPERATIONAL);
+    mission_of(ARM)->is_recommissioned = false;
+    die(BED_ARM);
+    bed_run(3U * SECOND);
+    TEST_ASSERT_FALSE(bed_has(BACK));
+    TEST_ASSERT_FALSE(bed_has(STOPPED));
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, bed.members[BED_ARM].state);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, bed.members[BED_HAND].state);
+}
+
+static void a_member_without_configuration_is_led_to_where_it_was(void)
+{
+    bed_open_up();
+    mission_of(LONE)->is_recommissioned = true;
+    (void)bed_request_state(LONE, STATE_PRE_OPERATIONAL);
+    bed_run(3U);
+    die(BED_LONE);
+    bed_run(2U * SECOND);
+    expect_back(LONE, STATE_PRE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(PHASE_UNCONFIGURED, bed.members[BED_LONE].phase);
+}
+
+// ---- What stops it ----
+
+static void a_mode_that_forbids_it_stops_it(void)
+{
+    const uint8_t safe[1] = {MODE_SAFE};
+    link_up(STATE_OPERATIONAL);
+    die(BED_ARM);
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, safe, 1U);
+    bed_run(2U * SECOND);
+    expect_stopped(ARM, STATE_PRE_OPERATIONAL, 0x0110U);
+    expect_stopped(HAND, STATE_PRE_OPERATIONAL, 0x0110U);
+}
+
+static void a_partner_that_does_not_come_stops_it_in_time(void)
+{
+    link_up(STATE_OPERATIONAL);
+    mission_of(HAND)->is_recommissioned = false;
+    die(BED_ARM);
+    bed_run(4U * SECOND);
+    TEST_ASSERT_FALSE(bed_has(STOPPED));
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, bed.members[BED_ARM].state);
+    bed_run(4U * SECOND);
+    expect_stopped(ARM, STATE_PRE_OPERATIONAL, 0x0406U);
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, bed.members[BED_ARM].state);
+}
+
+static void a_link_that_is_refused_is_asked_for_three_times(void)
+{
+    link_up(STATE_OPERATIONAL);
+    die(BED_ARM);
+    bed.members[BED_HAND].refuses_links = PUS_LINK_REASON_PERIOD;
+    bed_run(8U * SECOND);
+    unsigned asked = 0U;
+    for (const char* line = strstr(bed_look(), "17 TC 130.3"); line != NULL;
+         line             = strstr(line + 1, "17 TC 130.3")) {
+        asked++;
+    }
+    TEST_ASSERT_EQUAL(2U * RECOMMISSION_RENEWALS, asked); // Two links.
+    TEST_ASSERT_EQUAL(0U, bed.supervisor.graph.count);
+}
+
+static void who_fails_again_on_the_way_is_left_alone(void)
+{
+    link_up(STATE_OPERATIONAL);
+    die(BED_ARM);
+    bed.members[BED_ARM].ignores_links = true;
+    bed_run(SECOND + (SECOND / 2U));
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, bed.members[BED_ARM].state);
+    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
+    bed_run(2U);
+    expect_stopped(ARM, STATE_ERROR_OPERATIONAL, PUS_FAILURE_STATE);
+}
+
+static void who_is_led_down_by_a_user_is_left_alone(void)
+{
+    link_up(STATE_OPERATIONAL);
+    die(BED_ARM);
+    bed.members[BED_ARM].ignores_links = true;
+    bed_run(SECOND + (SECOND / 2U));
+    (void)bed_request_state(ARM, STATE_OFFLINE);
+    bed_run(4U);
+    expect_stopped(ARM, STATE_OFFLINE, PUS_FAILURE_STATE);
+    bed_run(SECOND);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, bed.members[BED_ARM].state);
+}
+
+static void who_had_failed_before_is_not_led_back(void)
+{
+    link_up(STATE_OPERATIONAL);
+    bed_place(BED_HAND, STATE_ERROR_OPERATIONAL);
+    bed_run(SECOND / 5U);
+    die(BED_ARM);
+    TEST_ASSERT_TRUE(is_under_way(ARM));
+    TEST_ASSERT_FALSE(is_under_way(HAND));
+}
+
+static void the_shutdown_ends_it(void)
+{
+    link_up(STATE_OPERATIONAL);
+    die(BED_ARM);
+    bed.is_stop_requested = true;
+    bed_run(2U * SECOND);
+    TEST_ASSERT_TRUE(bed.is_finished);
+    TEST_ASSERT_FALSE(bed_has(STOPPED));
+    TEST_ASSERT_FALSE(is_under_way(ARM));
+}
+
+// ---- Budget ----
+
+static void deaths_in_a_row_cost_a_pause_each_and_then_the_mode(void)
+{
+    link_up(STATE_OPERATIONAL);
+    mission_of(ARM)->restart_budget = 3U;
+    die(BED_ARM);
+    TEST_ASSERT_EQUAL(1U, bed.starts); // At once.
+    bed_run(SECOND / 10U);
+    die(BED_ARM);
+    bed_run(8U);
+    TEST_ASSERT_EQUAL(1U, bed.starts);
+    bed_run(4U);
+    TEST_ASSERT_EQUAL(2U, bed.starts); // After 100 ms.
+    die(BED_ARM);
+    bed_run(95U);
+    TEST_ASSERT_EQUAL(2U, bed.starts);
+    bed_run(10U);
+    TEST_ASSERT_EQUAL(3U, bed.starts); // After 1 s.
+    TEST_ASSERT_EQUAL(MODE_NOMINAL, bed.supervisor.mode);
+    TEST_ASSERT_TRUE(is_under_way(ARM)); // It still knows where it was.
+    die(BED_ARM);
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+    expect_stopped(ARM, STATE_OFFLINE, PUS_FAILURE_LOST);
+    bed_run(2U * SECOND);
+    TEST_ASSERT_EQUAL(3U, bed.starts);
+}
+
+static void a_long_life_makes_deaths_forgotten(void)
+{
+    bed_open_up();
+    mission_of(LONE)->restart_budget    = 1U;
+    mission_of(LONE)->restart_period_us = 2000000U;
+    for (unsigned i = 1U; i <= 3U; i++) {
+        die(BED_LONE);
+        bed_run(2U);
+        TEST_ASSERT_EQUAL(i, bed.starts);
+        bed_run((2U * SECOND) + 1U);
+    }
+    die(BED_LONE);
+    bed_run(SECOND);
+    die(BED_LONE); // Too soon.
+    bed_run(2U * SECOND);
+    TEST_ASSERT_EQUAL(4U, bed.starts);
+    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+}
+
+static void who_is_started_by_a_user_in_the_pause_is_not_started_twice(void)
+{
+    const uint8_t apid[2] = {0U, LONE};
+    bed_open_up();
+    mission_of(LONE)->restart_budget = 3U;
+    die(BED_LONE);
+    bed_run(2U);
+    die(BED_LONE);
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_START_PROCESS, apid, sizeof apid);
+    bed_run(2U * SECOND);
+    TEST_ASSERT_EQUAL(2U, bed.starts);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_network_is_back_with_its_links);
+    RUN_TEST(it_goes_no_further_than_it_was);
+    RUN_TEST(who_was_not_up_stays_down);
+    RUN_TEST(without_the_mission_s_word_nobody_is_led_back);
+    RUN_TEST(a_member_without_configuration_is_led_to_where_it_was);
+    RUN_TEST(a_mode_that_forbids_it_stops_it);
+    RUN_TEST(a_partner_that_does_not_come_stops_it_in_time);
+    RUN_TEST(a_link_that_is_refused_is_asked_for_three_times);
+    RUN_TEST(who_fails_again_on_the_way_is_left_alone);
+    RUN_TEST(who_is_led_down_by_a_user_is_left_alone);
+    RUN_TEST(who_had_failed_before_is_not_led_back);
+    RUN_TEST(the_shutdown_ends_it);
+    RUN_TEST(deaths_in_a_row_cost_a_pause_each_and_then_the_mode);
+    RUN_TEST(a_long_life_makes_deaths_forgotten);
+    RUN_TEST(who_is_started_by_a_user_in_the_pause_is_not_started_twice);
+    return UNITY_END();
+}
