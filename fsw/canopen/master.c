@@ -148,6 +148,10 @@ static void take_frame(canopen_master_t* const master, const osal_can_frame_t* c
         master->routes[route].take(master->routes[route].context, cob, frame->data, frame->length);
         return;
     }
+    if (cob == COB_SYNC) {
+        master->counters.foreign_syncs++; // We do not receive our own frames.
+        return;
+    }
     const uint8_t id    = (uint8_t)(cob & COB_NODE_MASK);
     const uint8_t index = index_of(master, id);
     if (index == NO_NODE) {

@@ -51,7 +51,8 @@ typedef enum {
     NETWORK_DRIVE_FAULT,   ///< Fault, high-severity emergency, or out of operation by itself. Once, as above.
     NETWORK_DRIVE_WARNING, ///< Medium-severity emergency.
     NETWORK_BUS_WARNING,   ///< Low-severity emergency (node), or a condition of our controller (node 0).
-    NETWORK_DEVICE_REFUSED ///< Cannot be commissioned: see refusal.
+    NETWORK_DEVICE_REFUSED, ///< Cannot be commissioned: see refusal.
+    NETWORK_FOREIGN_SYNC    ///< Somebody else sends SYNC. Once, and again after a second without.
 } network_fault_kind_t;
 
 /// Why a device is not commissioned; the numbers are those of the event DEVICE_REFUSED.
@@ -121,6 +122,11 @@ typedef struct { // Private: a controller as it was looked at last.
     uint64_t overrun_ns; ///< When frames were lost last: what goes on is told once.
 } network_conditions_t;
 
+typedef struct { // Private: SYNCs of others as they were counted last.
+    uint32_t count;
+    uint64_t time_ns; ///< Of the last one; 0: none.
+} network_foreign_sync_t;
+
 typedef enum { // Private.
     NETWORK_RESTING,
     NETWORK_CALLING,
@@ -146,6 +152,7 @@ typedef struct { // Read-only outside, but for the axes of its devices.
     uint64_t phase_start_ns;
     uint64_t secure_start_ns;
     bool was_bus_off; ///< The controller of the active channel left the bus since the last cycle.
+    network_foreign_sync_t foreign_sync;
     network_conditions_t told[NETWORK_CHANNELS];
     network_fault_t faults[NETWORK_FAULTS_MAX];
     uint8_t fault_first;

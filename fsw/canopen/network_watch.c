@@ -7,6 +7,7 @@
 #include <stddef.h>
 
 #define OVERRUN_QUIET_NS 1000000000ULL // Lost frames are told anew after a second without.
+#define SYNC_QUIET_NS 1000000000ULL    // So are SYNCs of others.
 
 void network_tell(canopen_network_t* const network, const network_fault_t* const fault)
 {
@@ -178,6 +179,23 @@ static void watch_bus(canopen_network_t* const network, const uint8_t channel, c
     *told = now;
 }
 
+/// SYNC is when all devices act at once. One that is not ours makes them sample and actuate at a moment that
+/// nothing here has computed, and their answers belong to no cycle.
+static void watch_sync(canopen_network_t* const network, const uint64_t now_ns)
+{
+    network_foreign_sync_t* const told = &network->foreign_sync;
+    const uint32_t count               = network->master.counters.foreign_syncs;
+    if (count == told->count) {
+        return;
+    }
+    const bool is_first = (told->time_ns == 0U) || ((now_ns - told->time_ns) >= SYNC_QUIET_NS);
+    if (network->is_booted && is_first) {
+        tell(network, NETWORK_FOREIGN_SYNC, 0U, 0U);
+    }
+    told->count   = count;
+    told->time_ns = network->is_booted ? now_ns : 0U;
+}
+
 /// The other channel: nobody speaks to us there.
 static void drain_standby(canopen_network_t* const network)
 {
@@ -202,6 +220,7 @@ void network_sense(canopen_network_t* const network, const uint64_t now_ns)
     master_receive(&network->master, now_ns);
     drain_standby(network);
     take_emergencies(network);
+    watch_sync(network, now_ns);
     for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
         watch_bus(network, i, now_ns);
     }

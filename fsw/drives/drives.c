@@ -38,11 +38,10 @@ void drives_init(drives_t* const drives, subsystem_t* const generic, const flow_
 
 static void raise_fault(drives_t* const drives, const network_fault_t* const fault)
 {
-    static const char* const names[] = {[NETWORK_DEVICE_LOST]    = "DEVICE_LOST",
-                                        [NETWORK_DRIVE_FAULT]    = "DRIVE_FAULT",
-                                        [NETWORK_DRIVE_WARNING]  = "DRIVE_WARNING",
-                                        [NETWORK_BUS_WARNING]    = "BUS_WARNING",
-                                        [NETWORK_DEVICE_REFUSED] = "DEVICE_REFUSED"};
+    static const char* const names[] = {
+        [NETWORK_DEVICE_LOST] = "DEVICE_LOST",       [NETWORK_DRIVE_FAULT] = "DRIVE_FAULT",
+        [NETWORK_DRIVE_WARNING] = "DRIVE_WARNING",   [NETWORK_BUS_WARNING] = "BUS_WARNING",
+        [NETWORK_DEVICE_REFUSED] = "DEVICE_REFUSED", [NETWORK_FOREIGN_SYNC] = "FOREIGN_SYNC"};
     const descriptor_event_t* const event =
         descriptor_find_event_name(subsystem_descriptor(drives->generic), names[fault->kind]);
     if (event == NULL) {

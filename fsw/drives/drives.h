@@ -6,8 +6,9 @@
 /// their settings and their end nodes come from the descriptor: in HARDWARE_INIT all devices that any
 /// configuration names are brought up, in PRE_OPERATIONAL those get their settings that the configuration
 /// names. Faults become the events DEVICE_LOST, DRIVE_FAULT {node u8, code u16}, DRIVE_WARNING, BUS_WARNING
-/// {node u8, code u16} and DEVICE_REFUSED {node u8, reason u8 as network_refusal_t, object u32, detail u32},
-/// where the descriptor has them; the selection of a channel is told by CHANNEL_SELECTED {channel u8}.
+/// {node u8, code u16}, DEVICE_REFUSED {node u8, reason u8 as network_refusal_t, object u32, detail u32} and
+/// FOREIGN_SYNC, where the descriptor has them; the selection of a channel is told by CHANNEL_SELECTED
+/// {channel u8}.
 ///
 /// Ownership  The caller places drives_t; it must not be moved. Subsystem and resolver outlive it.
 /// Context    The subsystem's task. Never blocks. Time: pushed in by the subsystem.

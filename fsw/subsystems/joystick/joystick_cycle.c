@@ -107,6 +107,7 @@ static void count(joystick_t* const joystick, joystick_counters_t* const counter
     counters->transmit_timeouts = bus.transmit_timeouts;
     counters->arbitrations_lost = bus.lost_arbitrations;
     counters->receive_overruns  = bus.overruns;
+    counters->foreign_syncs     = master->foreign_syncs;
 }
 
 /// Age of the samples of a link as the parameter LINK_AGE tells it [us]; without one, the largest number.

@@ -157,6 +157,7 @@ static void count(manipulator_t* const manipulator, manipulator_counters_t* cons
     counters->transmit_timeouts = bus.transmit_timeouts;
     counters->arbitrations_lost = bus.lost_arbitrations;
     counters->receive_overruns  = bus.overruns;
+    counters->foreign_syncs     = master->foreign_syncs;
 }
 
 /// Age of the samples of a link as the parameter LINK_AGE tells it [us]; without one, the largest number.

@@ -210,7 +210,8 @@ static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
     TEST_ASSERT_EQUAL_UINT(0U, taken);
     TEST_ASSERT_EQUAL_UINT32(1U, master.counters.remote);
     TEST_ASSERT_EQUAL_UINT32(4U, master.counters.malformed);
-    TEST_ASSERT_EQUAL_UINT32(4U, master.counters.unknown);
+    TEST_ASSERT_EQUAL_UINT32(3U, master.counters.unknown);
+    TEST_ASSERT_EQUAL_UINT32(1U, master.counters.foreign_syncs);
     TEST_ASSERT_EQUAL_UINT32(1U, master.flow->can.filtered); // The extended one.
     TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].sdo.counters.unasked);
     TEST_ASSERT_EQUAL(NMT_STATE_UNKNOWN, master.nodes[0].state);

@@ -254,6 +254,29 @@ static void an_unplugged_bus_comes_back_by_commissioning(void)
     expect_no_fault();
 }
 
+static void a_foreign_sync_is_told_once_while_it_goes_on(void)
+{
+    scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
+    idle(2U);
+    run_to(CIA402_GOAL_ENABLED);
+    expect_no_fault(); // What was before the devices were commissioned does not matter.
+    for (unsigned i = 0U; i < 400U; i++) {
+        scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
+        idle(1U);
+    }
+    expect_fault(NETWORK_FOREIGN_SYNC, 0U, 0U);
+    expect_no_fault();
+    TEST_ASSERT_EQUAL_UINT32(401U, network.master.counters.foreign_syncs);
+    idle(1998U); // Half a millisecond each: not a second yet.
+    scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
+    idle(1U);
+    expect_no_fault();
+    idle(2000U);
+    scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
+    idle(1U);
+    expect_fault(NETWORK_FOREIGN_SYNC, 0U, 0U);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -276,5 +299,6 @@ int main(void)
     RUN_TEST(securing_works_with_one_drive_mute);
     RUN_TEST(securing_from_every_goal);
     RUN_TEST(an_unplugged_bus_comes_back_by_commissioning);
+    RUN_TEST(a_foreign_sync_is_told_once_while_it_goes_on);
     return UNITY_END();
 }

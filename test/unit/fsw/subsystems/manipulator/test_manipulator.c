@@ -286,6 +286,10 @@ static void emergencies_become_events(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(warning, event->octets, 3U);
     TEST_ASSERT_EQUAL_UINT64(MANIPULATOR_EVENT_BUS_WARNING_OCTETS,
                              double_last_event(&rig_generic, MANIPULATOR_EVENT_BUS_WARNING)->size);
+    scripted_bus_deliver(&rig_bus, 0x080U, NULL, 0U); // SYNC of somebody else.
+    rig_idle(1U);
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_FOREIGN_SYNC));
+    TEST_ASSERT_EQUAL_UINT32(1U, rig_manipulator.parameters.counters.foreign_syncs);
     scripted_bus_emergency(&rig_bus, 0x12U, 0x7305U);
     rig_idle(1U);
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, rig_generic.state);
