@@ -11,6 +11,8 @@ typedef struct {
     void* context;
     /// Whether there is such an event definition.
     bool (*is_known)(void* context, uint16_t event_id);
+    /// Whether all of its auxiliary data can be filled by a raiser that gives `size` octets. Null: always.
+    bool (*can_fill)(void* context, uint16_t event_id, size_t size);
     /// Raise it. `auxiliary` tells what happened, as the service that raises it states in its header; where
     /// the definition has no such data, or other, the port leaves it out. It counts what it cannot raise.
     void (*raise)(void* context, uint16_t event_id, const uint8_t* auxiliary, size_t size, uint64_t now_ns);

@@ -4,8 +4,6 @@
 
 #include <string.h>
 
-#define EVENT_SIZE 16U // Auxiliary data of a PMON's event [octets].
-
 static bool is_out(const uint8_t status)
 {
     return (status == (uint8_t)PUS_CHECK_LOW) || (status == (uint8_t)PUS_CHECK_HIGH);
@@ -91,7 +89,7 @@ static void list_transition(pus_monitoring_t* const self, const pus_check_transi
 static void raise_event(const pus_monitoring_t* const self, const pus_check_transition_t* const transition,
                         const uint16_t event_id, const uint64_t now_ns)
 {
-    uint8_t octets[EVENT_SIZE];
+    uint8_t octets[MONITORING_PMON_EVENT];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
     octet_write_u16(&writer, transition->pmon_id);
     octet_write_u32(&writer, transition->parameter_id);

@@ -131,11 +131,18 @@ pus_failure_t monitoring_check_validity(const pus_monitoring_t* const self, cons
     return find(self, origin, &validity->scalar);
 }
 
-pus_failure_t monitoring_check_event(const pus_monitoring_t* const self, const uint16_t event_id)
+pus_failure_t monitoring_check_event(const pus_monitoring_t* const self, const uint16_t event_id,
+                                     const size_t size)
 {
     const pus_event_port_t* const events = &self->config.events;
-    const bool is_good                   = (event_id == 0U) || events->is_known(events->context, event_id);
-    return pus_failure(is_good ? PUS_FAILURE_NONE : PUS_FAILURE_UNKNOWN_ID, event_id);
+    if (event_id == 0U) {
+        return pus_failure(PUS_FAILURE_NONE, 0U);
+    }
+    if (!events->is_known(events->context, event_id)) {
+        return pus_failure(PUS_FAILURE_UNKNOWN_ID, event_id);
+    }
+    const bool is_filled = (events->can_fill == NULL) || events->can_fill(events->context, event_id, size);
+    return pus_failure(is_filled ? PUS_FAILURE_NONE : PUS_FAILURE_ACCESS, event_id);
 }
 
 /// Whether a value can ever be nominal by the criteria.
@@ -165,10 +172,10 @@ pus_failure_t monitoring_check_pmon(const pus_monitoring_t* const self, const mo
         failure = pus_failure(PUS_FAILURE_OUT_OF_RANGE, offset);
     }
     if (failure.code == PUS_FAILURE_NONE) {
-        failure = monitoring_check_event(self, pmon->low_event);
+        failure = monitoring_check_event(self, pmon->low_event, MONITORING_PMON_EVENT);
     }
     if (failure.code == PUS_FAILURE_NONE) {
-        failure = monitoring_check_event(self, pmon->high_event);
+        failure = monitoring_check_event(self, pmon->high_event, MONITORING_PMON_EVENT);
     }
     return failure;
 }

@@ -3,8 +3,6 @@
 
 #include "fsw/framework/base/assertion.h"
 
-#define EVENT_SIZE 4U // Auxiliary data of an FMON's event [octets].
-
 static pus_failure_t none(void)
 {
     return pus_failure(PUS_FAILURE_NONE, 0U);
@@ -113,7 +111,7 @@ static uint16_t failing(const pus_monitoring_t* const self, const pus_fmon_t* co
 static void fail(pus_monitoring_t* const self, const pus_fmon_t* const fmon, const uint16_t count,
                  const uint64_t now_ns)
 {
-    uint8_t octets[EVENT_SIZE];
+    uint8_t octets[MONITORING_FMON_EVENT];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
     octet_write_u16(&writer, fmon->id);
     octet_write_u16(&writer, count);
@@ -216,7 +214,7 @@ static pus_failure_t check_fmon(const pus_monitoring_t* const self, const monito
         return pus_failure(PUS_FAILURE_OUT_OF_RANGE, offset);
     }
     fmon->count                 = (uint8_t)candidate->member_count;
-    const pus_failure_t failure = monitoring_check_event(self, fmon->event);
+    const pus_failure_t failure = monitoring_check_event(self, fmon->event, MONITORING_FMON_EVENT);
     return (failure.code != PUS_FAILURE_NONE)
                ? failure
                : monitoring_check_validity(self, origin, &fmon->validity, offset);

@@ -13,6 +13,8 @@
 #define MONITORING_RECORD_MAX 640U ///< Largest record [octets]: an FMON of 255 members.
 #define MONITORING_PMON_MAX 96U    ///< Largest entry of TM[12,9] [octets].
 #define MONITORING_TRANSITION_MAX 48U
+#define MONITORING_PMON_EVENT 16U ///< Auxiliary data of the event of a PMON [octets].
+#define MONITORING_FMON_EVENT 4U  ///< The same of an FMON.
 
 /// Where a definition comes from, which tells its fields: TC[12,5] and [12,23], TC[12,7], or a record.
 typedef enum {
@@ -37,7 +39,7 @@ pus_failure_t monitoring_check_pmon(const pus_monitoring_t* self, monitoring_ori
                                     pus_pmon_t* pmon, uint32_t offset);
 pus_failure_t monitoring_check_validity(const pus_monitoring_t* self, monitoring_origin_t origin,
                                         pus_validity_t* validity, uint32_t offset);
-pus_failure_t monitoring_check_event(const pus_monitoring_t* self, uint16_t event_id);
+pus_failure_t monitoring_check_event(const pus_monitoring_t* self, uint16_t event_id, size_t size);
 
 // Tables and records (st12_monitoring.c).
 

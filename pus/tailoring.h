@@ -102,13 +102,13 @@ enum {
     PUS_FAILURE_INTERFACE        = 0x0114, ///< APID whose interface hash is not the supervisor's
     PUS_FAILURE_STATE_IN_DOUBT   = 0x0115, ///< APID that was silent and has not told its state since
     // Start of execution, TM[1,4].
-    PUS_FAILURE_UNKNOWN_ID    = 0x0201, ///< identifier
-    PUS_FAILURE_EXISTS        = 0x0202, ///< identifier
-    PUS_FAILURE_OUT_OF_RANGE  = 0x0203, ///< octet offset in the application data
-    PUS_FAILURE_STATE         = 0x0204, ///< identifier
-    PUS_FAILURE_TABLE_FULL    = 0x0205, ///< maximum
-    PUS_FAILURE_ACCESS        = 0x0206, ///< parameter id: not readable or not settable
-    PUS_FAILURE_ADDRESS       = 0x0207, ///< address
+    PUS_FAILURE_UNKNOWN_ID   = 0x0201, ///< identifier
+    PUS_FAILURE_EXISTS       = 0x0202, ///< identifier
+    PUS_FAILURE_OUT_OF_RANGE = 0x0203, ///< octet offset in the application data
+    PUS_FAILURE_STATE        = 0x0204, ///< identifier
+    PUS_FAILURE_TABLE_FULL   = 0x0205, ///< maximum
+    PUS_FAILURE_ACCESS  = 0x0206, ///< parameter id: not readable or not settable; event id: it has other data
+    PUS_FAILURE_ADDRESS = 0x0207, ///< address
     PUS_FAILURE_PROTECTED     = 0x0208, ///< memory id, or id of a definition
     PUS_FAILURE_PAST          = 0x0209, ///< 0
     PUS_FAILURE_EMBEDDED      = 0x020A, ///< octet offset

@@ -73,7 +73,7 @@ static pus_service_t open_procedures(supervisor_t* const supervisor)
         .engine              = procedure_engine_port(&procedures->engine),
         .requester           = &procedures->requester,
         .telemetry           = {supervisor, read_value, read_named},
-        .events              = {supervisor, may_raise, raise_event},
+        .events              = {supervisor, may_raise, NULL, raise_event},
         .files               = onboard_file_port(supervisor),
         .persistence         = onboard_persistence(supervisor),
         .procedures          = procedures->procedures,

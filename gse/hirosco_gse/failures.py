@@ -51,6 +51,8 @@ def _permission(detail, dictionary):
 
 
 def _parameter(detail, dictionary):
+    if detail <= 0xFFFF:  # No parameter has so low an id.
+        return f"event {detail} has auxiliary data that this service cannot fill"
     subsystem = dictionary.subsystem_of_apid(detail >> 21)
     parameter = subsystem.parameter_of_id(detail) if subsystem else None
     return f"parameter not readable or not settable: {parameter.name if parameter else f'0x{detail:08X}'}"

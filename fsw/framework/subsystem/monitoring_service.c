@@ -10,6 +10,14 @@ static bool is_event(void* const context, const uint16_t event_id)
     return descriptor_find_event(component->descriptor, event_id) != NULL;
 }
 
+/// Values of its own that an event has can be given by its raiser only; parameters are sampled.
+static bool can_fill(void* const context, const uint16_t event_id, const size_t size)
+{
+    const component_t* const component    = context;
+    const descriptor_event_t* const event = descriptor_find_event(component->descriptor, event_id);
+    return (event != NULL) && ((event->field_count == 0U) || (event->octets == size));
+}
+
 static void raise_event(void* const context, const uint16_t event_id, const uint8_t* const auxiliary,
                         const size_t size, const uint64_t now_ns)
 {
@@ -33,20 +41,20 @@ void monitoring_service_add(component_t* const component, monitoring_service_t* 
     const pus_parameter_port_t watched           = (callbacks->watched != NULL)
                                                        ? callbacks->watched(component->config.self)
                                                        : component_parameter_port(component);
-    const pus_monitoring_config_t config         = {.process             = component_process(component),
-                                                    .parameters          = watched,
-                                                    .events              = {component, is_event, raise_event},
-                                                    .persistence         = component_persistence(component),
-                                                    .pmons               = room->pmons,
-                                                    .pmon_order          = room->order,
-                                                    .pmon_places         = room->places,
-                                                    .due                 = room->due,
-                                                    .fmons               = room->fmons,
-                                                    .touched             = room->touched,
-                                                    .members             = room->members,
-                                                    .transitions         = service->transitions,
-                                                    .pmon_capacity       = room->capacity,
-                                                    .fmon_capacity       = room->functional,
+    const pus_monitoring_config_t config         = {.process       = component_process(component),
+                                                    .parameters    = watched,
+                                                    .events        = {component, is_event, can_fill, raise_event},
+                                                    .persistence   = component_persistence(component),
+                                                    .pmons         = room->pmons,
+                                                    .pmon_order    = room->order,
+                                                    .pmon_places   = room->places,
+                                                    .due           = room->due,
+                                                    .fmons         = room->fmons,
+                                                    .touched       = room->touched,
+                                                    .members       = room->members,
+                                                    .transitions   = service->transitions,
+                                                    .pmon_capacity = room->capacity,
+                                                    .fmon_capacity = room->functional,
                                                     .transition_capacity = MONITORING_TRANSITIONS,
                                                     .fmon_members        = MONITORING_FMON_MEMBERS,
                                                     .reporting_delay     = MONITORING_DELAY_CYCLES};

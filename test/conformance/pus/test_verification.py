@@ -66,7 +66,7 @@ def test_informative_and_low_events(station, hand):
     assert wrong.failure is not None
 
 
-@pytest.mark.parametrize("severity, name", [(3, "TORQUE_LIMIT"), (4, "LINK_STALE")])
+@pytest.mark.parametrize("severity, name", [(3, "VALUE_OUT_OF_LIMITS"), (4, "LINK_STALE")])
 def test_medium_and_high_events_by_a_monitor(station, severity, name):
     """A limit that LINK_AGE is out of while no link is open."""
     station.command("state", "MANIPULATOR", "PRE_OPERATIONAL")

@@ -23,6 +23,13 @@ static bool is_known(void* const context, const uint16_t event_id)
     return event_id != EVENT_UNKNOWN;
 }
 
+static bool can_fill(void* const context, const uint16_t event_id, const size_t size)
+{
+    TEST_ASSERT_EQUAL_PTR(&monitors, context);
+    TEST_ASSERT_TRUE((size == 4U) || (size == 16U));
+    return event_id != EVENT_OTHER;
+}
+
 static void raise_event(void* const context, const uint16_t event_id, const uint8_t* const auxiliary,
                         const size_t size, const uint64_t now_ns)
 {
@@ -38,9 +45,9 @@ static void raise_event(void* const context, const uint16_t event_id, const uint
 static void start(const pus_parameter_port_t* const port)
 {
     const pus_monitoring_config_t config = {
-        .process             = &bench.process,
-        .parameters          = *port,
-        .events              = {.context = &monitors, .is_known = is_known, .raise = raise_event},
+        .process    = &bench.process,
+        .parameters = *port,
+        .events = {.context = &monitors, .is_known = is_known, .can_fill = can_fill, .raise = raise_event},
         .persistence         = records_port(),
         .pmons               = pmons,
         .pmon_order          = order,

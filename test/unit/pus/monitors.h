@@ -16,6 +16,7 @@
 #define EVENT_LOW 501U
 #define EVENT_HIGH 502U
 #define EVENT_UNKNOWN 999U
+#define EVENT_OTHER 998U ///< Has auxiliary data of another raiser.
 
 #define LEVEL SCALAR_ID(VALUE_UINT16, 1U) ///< What most PMONs look at.
 #define GATE SCALAR_ID(VALUE_UINT8, 2U)   ///< Parameter of validity conditions.

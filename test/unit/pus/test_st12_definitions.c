@@ -100,6 +100,10 @@ static void parameters_and_events_must_be_there(void)
     data_pmon(1U, LEVEL, 1U, 1U, PUS_CHECK_LIMIT);
     data_limits(LEVEL, 0U, 0U, 1U, EVENT_UNKNOWN);
     expect_refused(5U, PUS_FAILURE_UNKNOWN_ID, EVENT_UNKNOWN);
+    data_begin(1U);
+    data_pmon(1U, LEVEL, 1U, 1U, PUS_CHECK_LIMIT);
+    data_limits(LEVEL, 0U, EVENT_OTHER, 1U, 0U);
+    expect_refused(5U, PUS_FAILURE_ACCESS, EVENT_OTHER);
     for (unsigned i = 0U; i < 2U; i++) {
         data_begin(1U);
         octet_write_u16(&monitors.data, 1U);

@@ -276,6 +276,10 @@ static void definitions_that_make_no_sense_are_refused(void)
     data_fmon(1U, 0U, 1U, 1U, 1U);
     octets_put_u16(&monitors.data.octets[9], EVENT_UNKNOWN);
     expect_refused(23U, PUS_FAILURE_UNKNOWN_ID, EVENT_UNKNOWN);
+    data_begin(1U);
+    data_fmon(1U, 0U, 1U, 1U, 1U);
+    octets_put_u16(&monitors.data.octets[9], EVENT_OTHER);
+    expect_refused(23U, PUS_FAILURE_ACCESS, EVENT_OTHER);
     records.put_status = STATUS_FULL;
     data_begin(1U);
     data_fmon(1U, 0U, 1U, 1U, 1U);

@@ -190,15 +190,30 @@ static void an_event_tells_what_a_monitor_tells(void)
 
 static void an_event_of_another_size_tells_what_its_definition_samples(void)
 {
-    monitored(1U, BED_NOTE, BED_BROKEN);
+    monitored(1U, BED_NOTE, BED_LINK_STALE);
     bed.limit = 1.0;
     bed.count = 9U;
     bed_run(1U);
     TEST_ASSERT_TRUE(bed_has("5.2 event 3 aux 3FF0000000000000\n"));
     bed.count = 21U;
     bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("5.4 event 1 aux 0000\n"));
+    TEST_ASSERT_TRUE(bed_has("5.4 event 6 aux \n"));
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&bed.component)); // As if it was its own.
+}
+
+/// Values that only its own raiser knows: nobody is told zeros in their place.
+static void an_event_with_values_of_another_raiser_is_refused(void)
+{
+    static const uint16_t events[][2] = {{BED_BROKEN, 0U}, {0U, BED_BROKEN}, {BED_FAILED, 0U}};
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    for (unsigned i = 0U; i < 3U; i++) {
+        bed_forget();
+        write_pmon(1U, events[i][0], events[i][1]);
+        request(12U, 5U);
+        const char* const lines = bed_look();
+        TEST_ASSERT_NOT_NULL(strstr(lines, (i < 2U) ? " 0206 1\n" : " 0206 15\n"));
+        TEST_ASSERT_NULL(strstr(lines, "1.7 #"));
+    }
 }
 
 static void only_events_of_the_descriptor_can_be_named(void)
@@ -370,6 +385,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(an_event_tells_what_a_monitor_tells);
     RUN_TEST(an_event_of_another_size_tells_what_its_definition_samples);
+    RUN_TEST(an_event_with_values_of_another_raiser_is_refused);
     RUN_TEST(only_events_of_the_descriptor_can_be_named);
     RUN_TEST(an_event_that_a_new_descriptor_does_not_have_is_not_raised);
     RUN_TEST(what_is_watched_is_the_subsystem_s_choice);
