@@ -76,7 +76,6 @@ def _port(port):
         "required": port.required,
         "period_us": port.period_us,
         "stale_us": port.stale_us,
-        "severity": port.severity,
         "methods": port.methods,
     }
 

@@ -54,7 +54,7 @@ TABLE = {
     ("Configuration", "RTLinkService"): "",
     ("RTLinkService", "Provides"): "name! id! methods!",
     ("Provides", "ParamRef"): PORT_FIELD,
-    ("RTLinkService", "Requires"): "name! id! methods! required staleAfter severity",
+    ("RTLinkService", "Requires"): "name! id! methods! required staleAfter",
     ("Requires", "ParamRef"): PORT_FIELD,
     ("Configuration", "Devices"): "",
     ("Devices", "Device"): "name! type!",
@@ -175,7 +175,6 @@ class Port:
     methods: list
     period_us: int
     stale_us: int
-    severity: str
 
     @property
     def layout_hash(self):
@@ -538,9 +537,8 @@ def _port(element, sampling_us):
     methods = element.words("methods", METHODS)
     required = not provided and element.flag("required", True)
     stale = 0 if provided else element.time_us("staleAfter", 100, 60000000, 4 * sampling_us)
-    severity = element.word("severity", SEVERITIES, "HIGH")
     fields = [_field(child, index, False) for index, child in enumerate(element.children)]
-    port = Port(element, name, number, provided, required, fields, methods, sampling_us, stale, severity)
+    port = Port(element, name, number, provided, required, fields, methods, sampling_us, stale)
     if not fields:
         element.fail(f"<{element.name}> has no <ParamRef>")
     unique(element.children, "name")

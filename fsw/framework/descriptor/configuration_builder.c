@@ -174,8 +174,7 @@ void configuration_builder_provides(source_t* const source)
 {
     descriptor_port_t* const port = source->item;
     read_port(source, port);
-    port->is_provided    = true;
-    port->stale_severity = DESCRIPTOR_HIGH;
+    port->is_provided = true;
 }
 
 void configuration_builder_requires(source_t* const source)

@@ -351,11 +351,6 @@ static const source_attribute_t port_attributes[] = {
      .low  = 100U,
      .high = 60000000U,
      SOURCE_TO(descriptor_port_t, stale_us)},
-    {.name = "severity",
-     .form = SOURCE_WORD,
-     SEVERITIES,
-     .otherwise = DESCRIPTOR_HIGH,
-     SOURCE_TO(descriptor_port_t, stale_severity)},
 };
 static const source_attribute_t device_attributes[] = {
     NAMED(descriptor_device_t),

@@ -46,7 +46,7 @@ const char arm_document[] =
     "<RTLinkService>\n"
     "<Provides name='ARM_STATE' id='1' methods='SHARED_MEMORY UDP'>\n"
     "<ParamRef name='POSITION' type='DOUBLE' count='2' unit='rad'/></Provides>\n"
-    "<Requires name='HAND' id='2' methods='UDP' required='true' staleAfter='3ms' severity='MEDIUM'>\n"
+    "<Requires name='HAND' id='2' methods='UDP' required='true' staleAfter='3ms'>\n"
     "<ParamRef name='KIND' type='UINT8'/>\n" // 40
     "<ParamRef name='POSITION' type='DOUBLE' count='2'/></Requires>\n"
     "</RTLinkService>\n"

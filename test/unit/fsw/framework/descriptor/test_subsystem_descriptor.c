@@ -169,7 +169,6 @@ static void reads_ports_and_devices_of_a_configuration(void)
     TEST_ASSERT_EQUAL_UINT32(sizeof(hand_payload_t), hand->memory_size);
     TEST_ASSERT_EQUAL_UINT32(offsetof(hand_payload_t, position), arm.fields[hand->first_field + 1U].offset);
     TEST_ASSERT_EQUAL_UINT32(3000U, hand->stale_us);
-    TEST_ASSERT_EQUAL(DESCRIPTOR_MEDIUM, hand->stale_severity);
     TEST_ASSERT_EQUAL_UINT8(1U, hand->method_count);
     const descriptor_port_t* const state = descriptor_find_port(&arm, coupled, 1U);
     TEST_ASSERT_TRUE(state->is_provided);
