@@ -340,9 +340,9 @@ static void tabulate_events(component_t* const component)
                   .severity    = (uint8_t)event->severity,
                   .burst       = event->burst,
                   .aux_size    = (uint16_t)event->octets,
-                  .interval_ms = (event->per_second > 0U)
-                                     ? (uint16_t)((MS_PER_S + event->per_second - 1U) / event->per_second)
-                                     : 0U};
+                  .interval_ms = (uint16_t)((event->per_second > 0U)
+                                                ? ((MS_PER_S + event->per_second - 1U) / event->per_second)
+                                                : 0U)};
     }
 }
 
