@@ -8,7 +8,7 @@
 ##
 ##   make [all]      build all programs into build/bin/          SANITIZE=1  TSAN=1  CC=gcc|clang  V=1  JOBS=2
 ##   make sim-run    fly a mission, leave its report in runs/    MISSION=rokviss  SCENARIO=telepresence|none  SEED=1
-##                                                               FORM=processes|image  TIME=stepped|real  BUS=shm|vcan|can
+##                                                               FORM=processes|image  TIME=stepped|real|free  BUS=shm|vcan|can
 ##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
 ##                                                               PORT=  TOOLS=  OUT=runs/...  STORAGE=<folder that stays>
 ##                                                               KEY=<file>: take telecommands only that it protects

@@ -171,6 +171,9 @@ static status_t loop(const char* const executable, const program_t* const progra
         if ((status != STATUS_OK) || (osal_process_stop_count() > 0U)) {
             return status;
         }
+        if (seat->clock.mode == OSAL_CLOCK_REAL) {
+            run_block_wake(seat->run, seat->component, osal_clock_now_ns(&seat->clock));
+        }
         seat_pump(seat, osal_clock_messages_due(&seat->clock), program->link_datagram, program->self);
         wake_ns = program->step(program->self, osal_clock_now_ns(&seat->clock),
                                 osal_clock_octets_due(&seat->clock));

@@ -40,7 +40,9 @@ static void announce(void)
     text_add(&text, ", scenario ");
     text_add(&text, launcher.options.scenario);
     text_add(&text, launcher.options.is_image ? ", one image" : ", processes");
-    text_add(&text, launcher.options.is_stepped ? ", stepped time" : ", real time");
+    text_add(&text, ", ");
+    text_add(&text, launch_time_text(&launcher.options));
+    text_add(&text, " time");
     text_add(&text, ", ground port ");
     text_add(&text, (launcher.mission.is_ground_open != 0U) ? "0.0.0.0:" : "127.0.0.1:");
     text_add_unsigned(&text, launcher.run->ground_port);

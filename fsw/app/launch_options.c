@@ -18,7 +18,10 @@ const char* launch_options_help(void)
            "                     none: fly until Ctrl-C\n"
            "  --seed N           of sensor noise and faults (default 1)\n"
            "  --form processes|image   a process per subsystem (default), or all in one program\n"
-           "  --time stepped|real      discrete time, or the wall clock (default: stepped; real without "
+           "  --time stepped|real|free   discrete time; the same held back to the wall clock; or every "
+           "process on "
+           "a\n"
+           "                     clock of its own, as on a spacecraft (default: stepped; real without "
            "simulator)\n"
            "  --bus shm|vcan|can carrier of the CAN buses: shared memory (default); virtual interfaces\n"
            "                     vcan-BUS, where candump and other tools attach; or real controllers:\n"
@@ -133,7 +136,7 @@ static const struct {
     const char* expected;
 } choices[] = {
     {"--form", {"processes", "image"}, "expected processes or image"},
-    {"--time", {"stepped", "real"}, "expected stepped or real"},
+    {"--time", {"stepped", "real", "free"}, "expected stepped, real or free"},
     {"--bus", {"shm", "vcan", "can"}, "expected shm, vcan or can"},
     {"--transport", {"udp", "tipc"}, "expected udp or tipc"},
     {"--links", {"shm", "udp", "tipc"}, "expected shm, udp or tipc"},
@@ -158,6 +161,7 @@ static void keep_word(launch_options_t* const options, const char* const option,
         options->is_image = is_word(value, "image");
     } else if (is_word(option, "--time")) {
         options->is_stepped = is_word(value, "stepped");
+        options->is_free    = is_word(value, "free");
     } else if (is_word(option, "--bus")) {
         options->bus = is_word(value, "vcan") ? LAUNCH_BUS_VCAN : LAUNCH_BUS_SHM;
         options->bus = is_word(value, "can") ? LAUNCH_BUS_CAN : options->bus;
@@ -266,6 +270,18 @@ static bool take(launch_options_t* const options, const char* const option, cons
     return fail(error, option, value, "unknown option; see hirosco run --help");
 }
 
+const char* launch_time_text(const launch_options_t* const options)
+{
+    FSW_ASSERT(options != NULL);
+    const char* const real = options->is_free ? "free" : "real";
+    return options->is_stepped ? "stepped" : real;
+}
+
+bool launch_has_calendar(const launch_options_t* const options)
+{
+    return launch_has_simulator(options) && !options->is_free;
+}
+
 bool launch_has_simulator(const launch_options_t* const options)
 {
     FSW_ASSERT(options != NULL);
@@ -333,7 +349,7 @@ static bool is_foreign_sensible(launch_options_t* const options, char error[LAUN
                     "its stand-in hands over frames, but not what else a controller tells; take --bus shm");
     }
     if (!options->is_stepped) {
-        return fail(error, "--foreign", "--time real",
+        return fail(error, "--foreign --time", options->is_free ? "free" : "real",
                     "its stand-in hands over turn by turn, and an emulated processor keeps no deadline; take "
                     "--time stepped");
     }
@@ -345,7 +361,7 @@ static bool is_foreign_sensible(launch_options_t* const options, char error[LAUN
 static bool is_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
     if (options->is_image && !options->is_stepped) {
-        return fail(error, "--form image", "--time real",
+        return fail(error, "--form image --time", options->is_free ? "free" : "real",
                     "the image runs all components in one loop, which no wall clock drives; take processes");
     }
     if (options->is_image && (options->tools != 0U)) {
@@ -364,6 +380,10 @@ static bool is_sensible(const launch_options_t* const options, char error[LAUNCH
     if (options->is_image && (options->transport[0] != '\0')) {
         return fail(error, "--form image --transport", options->transport,
                     "the components of the image hand messages over in memory; take processes");
+    }
+    if (options->is_free && (options->nodes > 1U)) {
+        return fail(error, "--time free", "--nodes 2",
+                    "the simulator's buses are in the memory of one on-board computer; take one node");
     }
     if (!are_interfaces_sensible(options, error)) {
         return false;

@@ -191,11 +191,14 @@ static void start_simulator(launcher_t* const launcher)
     arguments_add(&arguments, launcher->run->folder);
     add_buses(&arguments, launcher);
     unsigned communication = 0U;
-    FSW_ASSERT(run_name(launcher->run, "calendar", 0U, name, sizeof name));
-    arguments_add(&arguments, "--calendar");
-    arguments_add(&arguments, name);
-    add_processes(&arguments, launcher);
-    if (launcher->has_operator && run_block_find(launcher->run, 2U, &communication)) {
+    if (launcher->calendar != NULL) {
+        FSW_ASSERT(run_name(launcher->run, "calendar", 0U, name, sizeof name));
+        arguments_add(&arguments, "--calendar");
+        arguments_add(&arguments, name);
+        add_processes(&arguments, launcher);
+    }
+    if ((launcher->calendar != NULL) && launcher->has_operator &&
+        run_block_find(launcher->run, 2U, &communication)) {
         arguments_add(&arguments, "--door");
         arguments_add(&arguments, launcher->door);
         arguments_add(&arguments, "--door-seat");

@@ -75,6 +75,21 @@ void run_block_beat(run_block_t* const block, const unsigned component, const ui
     __atomic_store_n(&block->beats[component].wake_ns, wake_ns, __ATOMIC_RELEASE);
 }
 
+void run_block_wake(run_block_t* const block, const unsigned component, const uint64_t now_ns)
+{
+    static const uint64_t limits_ns[RUN_LATENESS - 1U] = {100000U, 1000000U, 10000000U, 100000000U};
+    FSW_ASSERT((block != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
+    run_beat_t* const beat = &block->beats[component];
+    if (now_ns < beat->wake_ns) {
+        return; // Woken by a message, before its time.
+    }
+    unsigned class = 0U;
+    while ((class < (RUN_LATENESS - 1U)) && ((now_ns - beat->wake_ns) >= limits_ns[class])) {
+        class ++;
+    }
+    beat->late[class]++;
+}
+
 run_beat_t run_block_last_beat(const run_block_t* const block, const unsigned component)
 {
     FSW_ASSERT((block != NULL) && (component < MISSION_SUBSYSTEMS_MAX));

@@ -54,10 +54,14 @@ typedef struct {
     uint32_t hung_life;  ///< The last life that was found to hang, and suspended.
 } run_component_t;
 
+#define RUN_LATENESS 5U ///< Classes of lateness.
+
 typedef struct {      // Of one component, in a cache line of its own; written by it.
     uint64_t step_ns; ///< When it has stepped last [ns of the run],
     uint64_t wake_ns; ///< and promised to step again, at the latest.
-    uint64_t line[6];
+    /// Steps at a promised time that were late by less than 0.1 ms, 1 ms, 10 ms, 100 ms, and more.
+    uint32_t late[RUN_LATENESS];
+    uint32_t line[7];
 } run_beat_t;
 
 typedef struct {                  // Addresses of one CAN bus (osal/can.h); in the mission's order.
@@ -117,6 +121,8 @@ static inline unsigned run_participant(const unsigned component)
 {
     return component + 1U;
 }
+/// The component steps at `now_ns`, by a clock of its own: note how late it is.
+void run_block_wake(run_block_t* block, unsigned component, uint64_t now_ns);
 /// The component has stepped at `now_ns` and promises to step again at `wake_ns`; OSAL_CALENDAR_NEVER before
 /// the first step of a life.
 void run_block_beat(run_block_t* block, unsigned component, uint64_t now_ns, uint64_t wake_ns);

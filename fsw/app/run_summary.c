@@ -58,7 +58,7 @@ static void add_options(text_t* const text, const launch_options_t* const option
     add_key(text, "seed");
     text_add_unsigned(text, options->seed);
     add_word(text, "form", options->is_image ? "image" : "processes");
-    add_word(text, "time", options->is_stepped ? "stepped" : "real");
+    add_word(text, "time", launch_time_text(options));
     add_word(text, "bus", launch_bus_text(options->bus));
     add_word(text, "transport", options->is_image ? "ring" : options->transport);
     add_key(text, "nodes");
@@ -82,6 +82,20 @@ static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
     text_add_unsigned(text, launcher->bus_cuts);
 }
 
+/// On a clock of its own: how many steps were late by less than 0.1, 1, 10, 100 ms, and by more.
+static void add_lateness(text_t* const text, const launcher_t* const launcher, const unsigned component)
+{
+    if (launcher->calendar != NULL) {
+        return;
+    }
+    text_add(text, ", \"late_steps\": [");
+    for (unsigned i = 0U; i < RUN_LATENESS; i++) {
+        text_add(text, (i > 0U) ? ", " : "");
+        text_add_unsigned(text, launcher->run->beats[component].late[i]);
+    }
+    text_add(text, "]");
+}
+
 static void add_children(text_t* const text, const launcher_t* const launcher)
 {
     add_key(text, "processes");
@@ -97,6 +111,7 @@ static void add_children(text_t* const text, const launcher_t* const launcher)
         if (child->is_component) {
             text_add(text, ", \"starts\": ");
             text_add_unsigned(text, launcher->run->components[child->component].found_life);
+            add_lateness(text, launcher, child->component);
             text_add(text, ", \"memory_limit_kib\": ");
             text_add_unsigned(text, launcher->memory_limit_kib[child->component]);
         }

@@ -277,6 +277,12 @@ status_t network_boot(canopen_network_t* const network, const uint64_t now_ns)
     return status;
 }
 
+void network_set_patience(canopen_network_t* const network, const uint32_t syncs)
+{
+    FSW_ASSERT((network != NULL) && (syncs >= 1U));
+    network->config.lost_after_syncs = syncs;
+}
+
 void network_clear_settings(canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);

@@ -186,6 +186,8 @@ void network_bus_counters(const canopen_network_t* network, network_bus_counters
 /// DEVICE_REFUSED, here and in the two functions below.
 status_t network_boot(canopen_network_t* network, uint64_t now_ns);
 
+/// A device that leaves so many SYNCs unanswered is lost, >= 1.
+void network_set_patience(canopen_network_t* network, uint32_t syncs);
 /// Forget the settings of all devices; before network_set.
 void network_clear_settings(canopen_network_t* network);
 /// Append a setting for a device. STATUS_OK, STATUS_EXHAUSTED.

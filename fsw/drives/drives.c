@@ -15,15 +15,20 @@
 // A call of drives_configure that comes so much later than the one before is a new beginning.
 #define CONFIGURE_GAP_NS (20U * MILLISECOND_NS)
 
+#define LOST_AFTER_SYNCS 3U
+#define RECEIVE_PARAMETERS 0x1400U ///< Objects of RPDOs (CiA 301).
+#define RECEIVE_MAPPINGS 0x1600U
+#define EVENT_TIMER 5U ///< Subindex.
+
 static const network_config_t network_config = {
-    .master              = {.node_id              = 0x01U,
-                            .heartbeat_ns         = 20U * MILLISECOND_NS, // Devices expect it within 60 ms.
-                            .heartbeat_timeout_ns = 60U * MILLISECOND_NS,
-                            .sdo_timeout_ns       = 50U * MILLISECOND_NS},
-    .lost_after_syncs    = 3U, // One lost frame is no lost device; three in a row have one cause.
-    .call_ns             = 160U * MILLISECOND_NS, // They change channel every 120 ms, and speak every 20 ms.
-    .boot_retry_ns       = 300U * MILLISECOND_NS,
-    .silence_told_ns     = 100U * MILLISECOND_NS,
+    .master           = {.node_id              = 0x01U,
+                         .heartbeat_ns         = 20U * MILLISECOND_NS, // Devices expect it within 60 ms.
+                         .heartbeat_timeout_ns = 60U * MILLISECOND_NS,
+                         .sdo_timeout_ns       = 50U * MILLISECOND_NS},
+    .lost_after_syncs = LOST_AFTER_SYNCS, // One lost frame is no lost device; three in a row have one cause.
+    .call_ns          = 160U * MILLISECOND_NS, // They change channel every 120 ms, and speak every 20 ms.
+    .boot_retry_ns    = 300U * MILLISECOND_NS,
+    .silence_told_ns  = 100U * MILLISECOND_NS,
     .quick_stop_limit_ns = 200U * MILLISECOND_NS,
 };
 
@@ -169,6 +174,16 @@ status_t drives_hardware_init(drives_t* const drives)
     return status;
 }
 
+/// Value of a setting, with the event timer of an RPDO [ms] as long as the mission gives master and devices.
+static uint64_t value_of(const drives_t* const drives, const descriptor_setting_t* const setting)
+{
+    const uint64_t deadline_ns = subsystem_device_deadline_ns(drives->generic);
+    const uint64_t deadline_ms = (deadline_ns + MILLISECOND_NS - 1U) / MILLISECOND_NS;
+    const bool is_event_timer  = (setting->index >= RECEIVE_PARAMETERS) &&
+                                (setting->index < RECEIVE_MAPPINGS) && (setting->subindex == EVENT_TIMER);
+    return (is_event_timer && (deadline_ms > setting->bits)) ? deadline_ms : setting->bits;
+}
+
 /// Settings of one device of the descriptor.
 static status_t add_settings(drives_t* const drives, const descriptor_device_t* const device)
 {
@@ -185,10 +200,18 @@ static status_t add_settings(drives_t* const drives, const descriptor_device_t* 
                                                     .subindex = source->subindex,
                                                     .octets   = (uint8_t)value_size(source->type),
                                                     .kind     = SETTING_WRITE,
-                                                    .value    = source->bits};
+                                                    .value    = value_of(drives, source)};
         status                                   = network_set(&drives->network, index, &setting);
     }
     return status;
+}
+
+static void set_patience(drives_t* const drives, const descriptor_configuration_t* const configuration)
+{
+    const uint64_t deadline_ns = subsystem_device_deadline_ns(drives->generic);
+    const uint64_t period_ns   = (uint64_t)configuration->sampling_us * 1000U;
+    const uint64_t syncs       = (deadline_ns + period_ns - 1U) / period_ns;
+    network_set_patience(&drives->network, (syncs > LOST_AFTER_SYNCS) ? (uint32_t)syncs : LOST_AFTER_SYNCS);
 }
 
 static status_t begin_configuration(drives_t* const drives,
@@ -201,6 +224,7 @@ static status_t begin_configuration(drives_t* const drives,
     drives->is_written    = false;
     drives->goal          = CIA402_GOAL_DISABLED;
     status_t status       = STATUS_OK;
+    set_patience(drives, configuration);
     for (uint16_t i = 0U; (status == STATUS_OK) && (i < configuration->device_count); i++) {
         status = add_settings(drives, &descriptor->devices[configuration->first_device + i]);
     }

@@ -14,7 +14,7 @@ from subsystem import unique
 TABLE = {
     ("", "Mission"): "name! epoch! power! timeReports",
     ("Mission", "Subsystems"): "",
-    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts restartPeriod recommission bootTime hangAfter node",
+    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts restartPeriod recommission bootTime deviceDeadline hangAfter node",
     ("Subsystem", "Power"): "state! watts!",
     ("Mission", "Modes"): "",
     ("Modes", "Mode"): "name! id! initial",
@@ -132,6 +132,7 @@ def _list_subsystems(mission, container):
         element.time_us("restartPeriod", 1000, 3_600_000_000)
         element.flag("recommission")
         element.time_us("bootTime", 500, 60_000_000)
+        element.time_us("deviceDeadline", 1000, 1_000_000)
         element.time_us("hangAfter", 1000, 60_000_000)
         element.unsigned("node", 1, 2)
         for power in element.children:

@@ -115,3 +115,29 @@ def test_a_process_that_stands_still_does_not_stop_the_others(folder, name, apid
     assert not flight.facts["reproducible"]
     assert "hangs: suspended" in flight.told() + flight.output
     flying.assert_clean(flight)
+
+
+def test_free_running_processes_fly_and_one_that_stands_still_is_replaced(folder):
+    """Every process by its own clock, the simulator as a peer: no identity is claimed, lateness is reported."""
+    flight = flying.start(folder, "--time", "free", "--scenario", "none")
+    try:
+        flight.port()
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
+        for name in ("JOYSTICK", "MANIPULATOR"):
+            assert "completed" in flying.gse(flight, "state", name, "PRE_OPERATIONAL").stdout  # its devices answer on the bus
+        stopped = flight.children()["joystick"]
+        os.kill(stopped, signal.SIGSTOP)
+        flying.wait_until(lambda: flight.children().get("joystick", stopped) != stopped, "it was not started again")
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there again")
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    finally:
+        flight.abandon()
+    assert 17 in _hung(flight), flight.told()
+    facts = flight.facts
+    assert facts["time"] == "free"
+    assert not facts["reproducible"]
+    steps = {child["name"]: child["late_steps"] for child in facts["processes"] if "late_steps" in child}
+    assert set(steps) == {"joystick", "manipulator", "supervisor", "communication"}
+    assert all(len(classes) == 5 and sum(classes) > 0 for classes in steps.values())
+    flying.assert_clean(flight)

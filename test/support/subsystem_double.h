@@ -44,6 +44,7 @@ struct subsystem {
     state_t state;
     uint64_t now_ns;
     uint64_t period_ns;
+    uint64_t device_deadline_ns;
     uint64_t action_start_ns;
     uint32_t cycle;
     parameter_dictionary_t dictionary;

@@ -264,6 +264,12 @@ uint32_t subsystem_cycle(const subsystem_t* const subsystem)
     return subsystem->cycle;
 }
 
+uint64_t subsystem_device_deadline_ns(const subsystem_t* const subsystem)
+{
+    FSW_ASSERT(subsystem != NULL);
+    return subsystem->config.device_deadline_ns;
+}
+
 uint64_t subsystem_period_ns(const subsystem_t* const subsystem)
 {
     return subsystem->period_ns;

@@ -91,6 +91,7 @@ typedef struct {
     const subsystem_callbacks_t* callbacks;
     void* self;                    ///< First argument of the callbacks.
     uint32_t mission_epoch_s;      ///< Mission time 0 [s of TAI since 1958].
+    uint64_t device_deadline_ns;   ///< As subsystem_device_deadline_ns.
     uint32_t start_count;          ///< 1 for the first start of this component in the run.
     pus_port_t port;               ///< Where its packets go.
     const link_resolver_t* links;  ///< Null: no real-time links.

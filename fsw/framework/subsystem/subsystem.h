@@ -101,6 +101,9 @@ uint64_t subsystem_now_ns(const subsystem_t* subsystem);
 uint32_t subsystem_cycle(const subsystem_t* subsystem);
 /// Nominal cycle of the applied configuration [ns].
 uint64_t subsystem_period_ns(const subsystem_t* subsystem);
+/// Silence after which devices and their master give each other up [ns]; 0: as the descriptor and the
+/// protocol say.
+uint64_t subsystem_device_deadline_ns(const subsystem_t* subsystem);
 state_t subsystem_state(const subsystem_t* subsystem);
 /// Time since the running entry action was started [ns].
 uint64_t subsystem_action_age_ns(const subsystem_t* subsystem);

@@ -90,11 +90,27 @@ static void components_note_theirs_at_a_time(void)
     }
 }
 
+static void lateness_is_counted_in_classes(void)
+{
+    static const uint64_t late_ns[]              = {0U,       99999U,    100000U,    999999U,
+                                                    1000000U, 10000000U, 100000000U, 5000000000U};
+    static const uint32_t expected[RUN_LATENESS] = {2U, 2U, 1U, 1U, 2U};
+    run_block_beat(&block, 1U, 500U, 1000U);
+    TEST_ASSERT_EQUAL_UINT64(500U, run_block_last_beat(&block, 1U).step_ns);
+    TEST_ASSERT_EQUAL_UINT64(1000U, run_block_last_beat(&block, 1U).wake_ns);
+    run_block_wake(&block, 1U, 999U); // By a message.
+    for (size_t i = 0U; i < (sizeof late_ns / sizeof late_ns[0]); i++) {
+        run_block_wake(&block, 1U, 1000U + late_ns[i]);
+    }
+    TEST_ASSERT_EQUAL_UINT32_ARRAY(expected, block.beats[1].late, RUN_LATENESS);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_name_is_noted_once);
     RUN_TEST(what_does_not_fit_is_refused);
     RUN_TEST(components_note_theirs_at_a_time);
+    RUN_TEST(lateness_is_counted_in_classes);
     return UNITY_END();
 }

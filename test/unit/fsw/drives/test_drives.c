@@ -41,6 +41,7 @@ static const char document[] =
     "        <Endnode type=\"CAN\" bus=\"robot\" node=\"0x12\"/>\n"
     "      </Device>\n"
     "      <Device name=\"A\" type=\"cia402-drive\">\n"
+    "        <Setting object=\"0x1400:05\" type=\"UINT16\" value=\"2\"/>\n"
     "        <Endnode type=\"CAN\" bus=\"robot\" node=\"0x11\"/>\n"
     "      </Device>\n"
     "    </Devices>\n"
@@ -185,6 +186,26 @@ static void devices_of_all_configurations_are_brought_up_once(void)
     TEST_ASSERT_FALSE(drives_are_running(&drives));
     TEST_ASSERT_EQUAL_UINT(1U, nodes[0]->boots);
     TEST_ASSERT_EQUAL_UINT(1U, nodes[1]->boots);
+}
+
+/// On clocks of their own master and devices give each other as long as the mission says.
+static void a_deadline_of_the_mission_holds_at_both_ends(void)
+{
+    static const struct {
+        uint64_t deadline_ns;
+        uint32_t syncs; // Of 0.5 ms.
+        uint32_t event_ms;
+    } cases[] = {{0U, 3U, 2U}, {1000000U, 3U, 2U}, {2100000U, 5U, 3U}, {10000000U, 20U, 10U}};
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        generic.device_deadline_ns = cases[i].deadline_ns;
+        select(2U);
+        TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+        TEST_ASSERT_EQUAL_UINT32(cases[i].syncs, drives.network.config.lost_after_syncs);
+        TEST_ASSERT_EQUAL_UINT32(cases[i].event_ms, scripted_object(nodes[0], 0x1400U, 5U)->value);
+        select(1U);
+        TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    }
 }
 
 static void devices_are_known_by_their_place_in_the_configuration(void)
@@ -369,6 +390,7 @@ int main(void)
     descriptor_loader_init(&loader);
     UNITY_BEGIN();
     RUN_TEST(devices_of_all_configurations_are_brought_up_once);
+    RUN_TEST(a_deadline_of_the_mission_holds_at_both_ends);
     RUN_TEST(devices_are_known_by_their_place_in_the_configuration);
     RUN_TEST(a_device_without_a_can_endnode_is_refused);
     RUN_TEST(devices_on_two_buses_are_refused);
