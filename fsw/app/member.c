@@ -140,10 +140,24 @@ void member_take_in(member_t* const member, const uint64_t now_ns)
     }
 }
 
+/// Records that were lost, once it can speak. JOURNAL_DAMAGED is the event's name in every descriptor.
+static void tell_damage(member_t* const member)
+{
+    uint8_t octets[JOURNAL_DAMAGE_SIZE];
+    const descriptor_event_t* const event = descriptor_find_event_name(member->in_force, "JOURNAL_DAMAGED");
+    if (!member->has_told_damage && (event != NULL) && (event->octets == JOURNAL_DAMAGE_SIZE) &&
+        journal_tell_damage(&member->records.journal, member->records_refused, octets)) {
+        (void)subsystem_raise(&member->component, event->id, octets, sizeof octets);
+    }
+    member->has_told_damage = true;
+}
+
 uint64_t member_step(member_t* const member, const uint64_t now_ns)
 {
     member_take_in(member, now_ns);
-    return component_step(&member->component, now_ns);
+    const uint64_t wake_ns = component_step(&member->component, now_ns);
+    tell_damage(member);
+    return wake_ns;
 }
 
 void member_link_datagram(void* const self, const uint8_t* const frame, const size_t size)

@@ -23,6 +23,7 @@ typedef struct { // Private, except `component`.
     journal_slot_t slots[JOURNAL_SLOTS(MEMBER_RECORDS)];
     pus_persistence_t persistence;
     uint32_t records_refused; // Lasting records that no service took back.
+    bool has_told_damage;     // Of its records.
 } member_t;
 
 /// Check that the seat's descriptor is the one the program was made for and asks nothing that it cannot do,

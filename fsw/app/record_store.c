@@ -4,9 +4,11 @@
 #include "fsw/app/file_medium.h"
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/text.h"
+#include "osal/include/osal/console.h"
 
 #define JOURNAL_LIMIT (64U * 1024U * 1024U) ///< Of each file [octets].
 #define JOURNAL_SLACK (1024U * 1024U)       ///< Dead octets before a compaction.
+#define PIECE 4096U                         ///< Copied at a time [octets].
 
 static status_t complain(seat_t* const seat, const char* const path, const status_t status)
 {
@@ -51,11 +53,87 @@ static bool name_file(const seat_t* const seat, const unsigned index, char* cons
     return !text.cut;
 }
 
+/// Make the next copy of a medium; `path` is that of the medium.
+static status_t open_copy(osal_file_t* const copy, const char* const path, char* const out_path)
+{
+    status_t status = STATUS_OK;
+    for (unsigned i = 0U; (i < RECORD_STORE_COPIES) && (status == STATUS_OK); i++) {
+        text_t text = text_in(out_path, RUN_PATH_MAX);
+        text_add(&text, path);
+        text_add(&text, ".damaged.");
+        text_add_unsigned(&text, i);
+        if (text.cut) {
+            return STATUS_TOO_LARGE;
+        }
+        osal_file_t present;
+        status = osal_file_open_read(&present, out_path);
+        if (status == STATUS_OK) {
+            osal_file_close(&present);
+        }
+    }
+    return osal_file_create(copy, out_path);
+}
+
+static status_t copy_all(osal_file_t* const from, osal_file_t* const to)
+{
+    uint8_t octets[PIECE];
+    uint64_t size   = 0U;
+    status_t status = osal_file_size(from, &size);
+    for (uint64_t offset = 0U; (status == STATUS_OK) && (offset < size); offset += PIECE) {
+        const uint64_t left = size - offset;
+        const size_t piece  = (left < PIECE) ? (size_t)left : PIECE;
+        status              = osal_file_read_at(from, offset, octets, piece);
+        if (status == STATUS_OK) {
+            status = osal_file_write(to, octets, piece);
+        }
+    }
+    return (status == STATUS_OK) ? osal_file_sync(to) : status;
+}
+
+/// Copy one medium. A copy that is not whole is removed.
+static status_t keep_file(record_store_t* const store, const unsigned index)
+{
+    char path[RUN_PATH_MAX];
+    char copy_path[RUN_PATH_MAX] = {'\0'};
+    osal_file_t copy;
+    status_t status =
+        name_file(store->seat, index, path) ? open_copy(&copy, path, copy_path) : STATUS_TOO_LARGE;
+    if (status == STATUS_OK) {
+        status = copy_all(&store->files[index], &copy);
+        osal_file_close(&copy);
+        if (status != STATUS_OK) {
+            (void)osal_file_remove(copy_path);
+        }
+    }
+    char line[(2U * RUN_PATH_MAX) + 64U];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "the journal is damaged: ");
+    text_add(&text, path);
+    if (status == STATUS_OK) {
+        text_add(&text, "; a copy is ");
+        text_add(&text, copy_path);
+    } else {
+        text_add(&text, "; no copy: ");
+        text_add(&text, status_text(status));
+    }
+    osal_console_complain(line);
+    return status;
+}
+
+static bool keep_media(void* const context)
+{
+    record_store_t* const store = (record_store_t*)context;
+    const status_t first        = keep_file(store, 0U);
+    const status_t second       = keep_file(store, 1U);
+    return (first == STATUS_OK) && (second == STATUS_OK);
+}
+
 status_t record_store_open(record_store_t* const store, seat_t* const seat, journal_slot_t* const slots,
                            const size_t capacity, const bool waits)
 {
     FSW_ASSERT((store != NULL) && (seat != NULL) && (slots != NULL));
     char path[RUN_PATH_MAX];
+    store->seat = seat;
     for (unsigned i = 0U; i < 2U; i++) {
         status_t status =
             name_file(seat, i, path) ? osal_file_update(&store->files[i], path) : STATUS_TOO_LARGE;
@@ -74,11 +152,13 @@ status_t record_store_open(record_store_t* const store, seat_t* const seat, jour
         return complain(seat, path, named);
     }
     const journal_configuration_t configuration = {
-        .media    = {medium_of(&store->files[0], waits), medium_of(&store->files[1], waits)},
-        .limit    = JOURNAL_LIMIT,
-        .slack    = JOURNAL_SLACK,
-        .slots    = slots,
-        .capacity = capacity};
+        .media        = {medium_of(&store->files[0], waits), medium_of(&store->files[1], waits)},
+        .limit        = JOURNAL_LIMIT,
+        .slack        = JOURNAL_SLACK,
+        .slots        = slots,
+        .capacity     = capacity,
+        .keep         = keep_media,
+        .keep_context = store};
     const status_t status = journal_open(&store->journal, &configuration);
     if (status != STATUS_OK) {
         record_store_close(store);

@@ -6,6 +6,11 @@
 /// crash of the program at once, and a power cut when the operating system has written it back. So it is
 /// where a subsystem keeps the pace of a wall clock, which no disk may stop (docs/decisions/0026).
 ///
+/// Damaged media (fsw/framework/journal/journal.h) are copied to
+/// `<storage>/<component>.journal.<n>.damaged.<m>`, m 0 to RECORD_STORE_COPIES - 1, before the journal goes
+/// on with what is whole of them; with all of these taken, the last is made anew. The console tells it; the
+/// component tells the ground.
+///
 /// Ownership  The program places store and slots (static). Context: the component's loop.
 #ifndef FSW_APP_RECORD_STORE_H
 #define FSW_APP_RECORD_STORE_H
@@ -14,7 +19,10 @@
 #include "fsw/framework/journal/journal.h"
 #include "osal/include/osal/file.h"
 
+#define RECORD_STORE_COPIES 4U ///< Of each damaged medium.
+
 typedef struct { // Private, except `journal`.
+    const seat_t* seat;
     osal_file_t files[2];
     journal_t journal;
 } record_store_t;

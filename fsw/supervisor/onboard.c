@@ -124,6 +124,19 @@ void onboard_restore(struct supervisor* const supervisor)
     }
 }
 
+void onboard_tell_damage(struct supervisor* const supervisor)
+{
+    uint8_t octets[JOURNAL_DAMAGE_SIZE];
+    const journal_t* const journal = supervisor->config.journal;
+    if (!supervisor->onboard.has_told_damage && (journal != NULL) &&
+        journal_tell_damage(journal, 0U, octets)) {
+        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_JOURNAL_DAMAGED, octets,
+                              sizeof octets);
+        error_set_mode(supervisor, 0U, (uint8_t)PUS_CAUSE_OWN_ERROR);
+    }
+    supervisor->onboard.has_told_damage = true;
+}
+
 status_t onboard_release(void* const context, const uint8_t* const packet, const size_t size)
 {
     struct supervisor* const supervisor = (struct supervisor*)context;

@@ -185,6 +185,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     FSW_ASSERT(supervisor != NULL);
     supervisor->now_ns = now_ns;
     adoption_tell(supervisor);
+    onboard_tell_damage(supervisor);
     ground_flush(supervisor);
     router_take_in(supervisor);
     link_manager_settle(supervisor);

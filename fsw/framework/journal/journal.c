@@ -2,6 +2,7 @@
 #include "fsw/framework/journal/journal.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/octets.h"
 #include "fsw/framework/journal/journal_damage.h"
 #include "fsw/framework/journal/journal_index.h"
 #include "fsw/framework/journal/journal_record.h"
@@ -399,7 +400,7 @@ status_t journal_open(journal_t* const journal, const journal_configuration_t* c
         return STATUS_IO;
     }
     if (journal->damage.is_damaged && (configuration->keep != NULL)) {
-        configuration->keep(configuration->keep_context);
+        journal->damage.is_kept = configuration->keep(configuration->keep_context);
     }
     const size_t valid = valid_of(surveys);
     if (valid > 1U) {
@@ -416,6 +417,17 @@ status_t journal_open(journal_t* const journal, const journal_configuration_t* c
         write_mark(journal); // It is told once.
     }
     return status;
+}
+
+bool journal_tell_damage(const journal_t* const journal, const uint32_t refused,
+                         uint8_t octets[JOURNAL_DAMAGE_SIZE])
+{
+    FSW_ASSERT((journal != NULL) && (octets != NULL));
+    const journal_damage_t* const damage = &journal->damage;
+    octets_put_u32(octets, (damage->octets < UINT32_MAX) ? (uint32_t)damage->octets : UINT32_MAX);
+    octets_put_u32(&octets[4], damage->records + refused);
+    octets[8] = damage->is_kept ? 1U : 0U;
+    return damage->is_damaged || (refused > 0U);
 }
 
 status_t journal_replay(journal_t* const journal, const journal_take_t take, void* const context)

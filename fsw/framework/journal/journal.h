@@ -67,13 +67,15 @@ typedef struct {
     uint32_t slack;        ///< Dead octets more than live ones before a commit compacts [octets].
     journal_slot_t* slots; ///< JOURNAL_SLOTS(capacity).
     size_t capacity;       ///< Records, 1 at least.
-    /// Called by journal_open when the media are damaged, before it changes them. Null: nobody wants them.
-    void (*keep)(void* context);
+    /// Called by journal_open when the media are damaged, before it changes them; true if a copy of them was
+    /// kept. Null: nobody wants them.
+    bool (*keep)(void* context);
     void* keep_context;
 } journal_configuration_t;
 
 typedef struct {
     bool is_damaged;
+    bool is_kept;     ///< `keep` has copied the media.
     uint32_t records; ///< Puts and erasures that can still be recognized behind the damage, and do not count.
     uint64_t octets;  ///< Of the media that do not count.
 } journal_damage_t;
@@ -116,6 +118,11 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
 /// STATUS_OK; STATUS_EXHAUSTED (more records than slots), STATUS_IO, STATUS_FULL: the journal may not be
 /// used. limit >= 256.
 MUST_USE status_t journal_open(journal_t* journal, const journal_configuration_t* configuration);
+
+#define JOURNAL_DAMAGE_SIZE 9U ///< Octets u32 (as many as it can say), records u32, is kept u8: of an event.
+/// Damage, and `refused` records that nobody has taken back, as the data of an event: what is lasting and
+/// does not count. False: there is nothing to tell.
+bool journal_tell_damage(const journal_t* journal, uint32_t refused, uint8_t octets[JOURNAL_DAMAGE_SIZE]);
 
 /// Takes a record back. It may not call the journal; `octets` live during the call only.
 typedef void (*journal_take_t)(void* context, uint8_t table, uint32_t key, const uint8_t* octets,

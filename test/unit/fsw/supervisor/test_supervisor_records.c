@@ -107,6 +107,27 @@ static void a_record_of_nobody_is_told(void)
     TEST_ASSERT_TRUE(bed_has("G 5.2 000B1100000006")); // ST[17] keeps nothing.
 }
 
+/// A flipped bit early in the file: schedules and procedures are gone. It is told, once, in mode SAFE.
+static void a_damaged_journal_is_told(void)
+{
+    TEST_ASSERT_NOT_EQUAL(0U, bed.supervisor.mode);
+    schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
+    release_at(3600000U * MS, LONE, 0U);
+    bed_forget();
+    recorded_durable(images);
+    images[0].octets[60] ^= 1U;
+    begin_anew();
+    TEST_ASSERT_TRUE(bed_has("G 5.4 002A"));
+    TEST_ASSERT_EQUAL_UINT8(0U, bed.supervisor.mode);
+    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.onboard.schedules.time.schedule.count);
+    bed_forget();
+    bed_run(20U);
+    TEST_ASSERT_FALSE(bed_has("G 5.4 002A"));
+    power_cut();
+    TEST_ASSERT_FALSE(bed_has("G 5.4 002A"));
+    TEST_ASSERT_NOT_EQUAL(0U, bed.supervisor.mode);
+}
+
 static void a_journal_that_cannot_be_read_is_told(void)
 {
     REQUEST(PUS_SERVICE_TIME, 1U, "\7");
@@ -197,6 +218,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(definitions_of_each_service_come_back);
     RUN_TEST(a_record_of_nobody_is_told);
+    RUN_TEST(a_damaged_journal_is_told);
     RUN_TEST(a_journal_that_cannot_be_read_is_told);
     RUN_TEST(a_service_that_cannot_begin_is_told);
     RUN_TEST(a_release_is_never_lost_untold);

@@ -35,7 +35,7 @@ static uint32_t random_below(const uint32_t bound)
 }
 
 /// Nothing has been changed so far.
-static void keep(void* const context)
+static bool keep(void* const context)
 {
     TEST_ASSERT_EQUAL_PTR(&journal, context);
     for (size_t i = 0U; i < 2U; i++) {
@@ -43,6 +43,7 @@ static void keep(void* const context)
         TEST_ASSERT_EQUAL(0, memcmp(work[i].octets, recorded.image[i].octets, work[i].size));
     }
     kept_calls++;
+    return true;
 }
 
 static void open_journal(void)
@@ -274,6 +275,14 @@ static void what_is_lost_is_counted(void)
     TEST_ASSERT_TRUE(journal.damage.is_damaged);
     TEST_ASSERT_EQUAL_UINT32(0U, journal.damage.records);
     TEST_ASSERT_EQUAL_UINT64(original[0].size, journal.damage.octets);
+    uint8_t octets[JOURNAL_DAMAGE_SIZE];
+    TEST_ASSERT_TRUE(journal_tell_damage(&journal, 5U, octets));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0, 0, 0, 216, 0, 0, 0, 5, 1}), octets, sizeof octets);
+    journal.damage = (journal_damage_t){.octets = 1ULL << 40U};
+    TEST_ASSERT_FALSE(journal_tell_damage(&journal, 0U, octets));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){255, 255, 255, 255, 0, 0, 0, 0, 0}), octets,
+                                 sizeof octets);
+    TEST_ASSERT_TRUE(journal_tell_damage(&journal, 1U, octets));
 }
 
 /// With both media gone wrong, what is on them tells it, without a mark.
@@ -310,7 +319,7 @@ static void nobody_needs_to_keep_it(void)
                                                    .slots    = slots,
                                                    .capacity = CAPACITY};
     TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
-    TEST_ASSERT_TRUE(journal.damage.is_damaged);
+    TEST_ASSERT_TRUE(journal.damage.is_damaged && !journal.damage.is_kept);
 }
 
 int main(void)

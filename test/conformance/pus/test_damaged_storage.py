@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Damage to the storage between two flights: it is told in an event, what was damaged is kept, and the mission falls back to mode
+SAFE. The flight after that one tells nothing."""
+
+import signal
+import subprocess
+
+import flying
+import pytest
+import station as stations
+from hirosco_gse import packets
+
+EVENT = "event=42"  # JOURNAL_DAMAGED of every component.
+CODE = b"step(1)"
+
+
+def _flip(path):
+    octets = bytearray(path.read_bytes())
+    octets[60] ^= 1
+    path.write_bytes(octets)
+
+
+def _zero(path):
+    path.write_bytes(bytes(path.stat().st_size))
+
+
+def _cut(path):
+    path.write_bytes(path.read_bytes()[:-36])
+
+
+def _fly(folder, storage, act):
+    """What is told of damage by supervisor and arm, and whether the mode was changed."""
+    flight = stations.launch(folder, "--storage", storage)
+    ground = stations.Station(flight, stations.Notes())
+    try:
+        act(ground)
+    finally:
+        ground.close()
+        flight.process.send_signal(signal.SIGINT)
+        assert flight.wait().code == 0, flight.told()
+    lines = subprocess.run([flying.ROOT / "build/bin/pusdump", folder / "packets.log"], check=True, capture_output=True, text=True).stdout
+    told = {apid: [line for line in lines.splitlines() if f" TM {apid} " in line and EVENT in line.split()] for apid in (1, 16)}
+    return told, any(" TM 1 " in line and "[131,2]" in line for line in lines.splitlines())
+
+
+def _load(ground):
+    for name in ("FIRST", "SECOND"):
+        ground.do("SUPERVISOR", 18, 1, obcp_id=name, obcp_code=CODE.hex(), checksum=packets.crc16(CODE))
+
+
+def _names(ground):
+    return sorted(entry["obcp_id"] for entry in ground.ask("SUPERVISOR", 18, 8)["n"])
+
+
+@pytest.mark.parametrize("damage", [_flip, _zero, _cut], ids=["a bit flipped", "zeros", "cut"])
+def test_a_damaged_journal_is_told(tmp_path, damage):
+    storage, found = tmp_path / "storage", []
+    told, is_changed = _fly(tmp_path / "1", storage, _load)
+    assert told == {1: [], 16: []} and not is_changed
+    journal = storage / "SUPERVISOR.journal.0"
+    damage(journal)
+    octets = journal.read_bytes()
+    told, is_changed = _fly(tmp_path / "2", storage, lambda ground: found.extend(_names(ground)))
+    assert len(told[1]) == 1 and "[5,4]" in told[1][0] and not told[16]
+    assert is_changed and len(found) < 2
+    assert (storage / "SUPERVISOR.journal.0.damaged.0").read_bytes() == octets
+    told, is_changed = _fly(tmp_path / "3", storage, _names)
+    assert told == {1: [], 16: []} and not is_changed
+
+
+def test_a_subsystem_tells_of_its_own_journal(tmp_path):
+    storage = tmp_path / "storage"
+    _fly(tmp_path / "1", storage, lambda ground: ground.do("MANIPULATOR", 12, 15))
+    _zero(storage / "MANIPULATOR.journal.0")
+    told, is_changed = _fly(tmp_path / "2", storage, _names)
+    assert not told[1] and len(told[16]) == 1 and "[5,3]" in told[16][0] and not is_changed
+    told, _ = _fly(tmp_path / "3", storage, _names)
+    assert told == {1: [], 16: []}
