@@ -293,6 +293,9 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     state->autostart_step      = (uint8_t)supervisor->autostart_step;
     state->shutdown_step       = (uint8_t)supervisor->shutdown_step;
     state->shutdown_ns         = supervisor->shutdown_ns;
+    state->orbit_since_ns      = supervisor->path.since_ns;
+    state->orbit_position      = supervisor->path.position;
+    state->orbit_period_ms     = supervisor->path.period_ms;
     state->has_shutdown_token  = truth(supervisor->has_shutdown_token);
     state->shutdown_token      = keep_token(&supervisor->shutdown_token);
     (void)memcpy(state->counters, &supervisor->counters, sizeof supervisor->counters);
@@ -325,6 +328,9 @@ static void take(supervisor_t* const supervisor, const supervisor_vitals_t* cons
     supervisor->is_continued        = is_true(state->autostart_step);
     supervisor->shutdown_step       = state->shutdown_step;
     supervisor->shutdown_ns         = state->shutdown_ns;
+    supervisor->path                = (orbit_t){.period_ms = state->orbit_period_ms,
+                                                .since_ns  = state->orbit_since_ns,
+                                                .position  = state->orbit_position};
     supervisor->has_shutdown_token  = is_true(state->has_shutdown_token);
     supervisor->shutdown_token      = take_token(&state->shutdown_token);
     (void)memcpy(&supervisor->counters, state->counters, sizeof supervisor->counters);

@@ -90,6 +90,9 @@ static void take(mirror_t* const mirror, const uint16_t index, octet_reader_t* c
 {
     mirror_value_t* const value = &mirror->values[index];
     (void)memcpy(&mirror->octets[value->offset], octet_read_octets(reader, value->size), value->size);
+    if (value->is_known && (time_ns > value->taken_ns)) { // Not a further sample of the same report.
+        value->interval_ns = time_ns - value->taken_ns;
+    }
     value->is_known = true;
     value->taken_ns = time_ns;
     mirror->counters.taken++;
@@ -312,6 +315,17 @@ static const mirror_value_t* find_value(const mirror_t* const mirror, const uint
 {
     const uint16_t found = mirror->buckets[place_of(mirror, parameter_id)];
     return (found == 0U) ? NULL : &mirror->values[found - 1U];
+}
+
+bool mirror_is_old(const mirror_t* const mirror, const uint32_t parameter_id, const uint64_t now_ns)
+{
+    FSW_ASSERT(mirror != NULL);
+    const mirror_value_t* const value = find_value(mirror, parameter_id);
+    if ((value == NULL) || (value->interval_ns == 0U) || (now_ns <= value->taken_ns)) {
+        return false;
+    }
+    const uint64_t age_ns = now_ns - value->taken_ns;
+    return (age_ns > MIRROR_AGE_MIN_NS) && ((age_ns / MIRROR_INTERVALS) > value->interval_ns);
 }
 
 status_t mirror_time(const mirror_t* const mirror, const uint32_t parameter_id, uint64_t* const out_time_ns)

@@ -28,7 +28,9 @@
 #define MIRROR_BUCKETS 4096U   ///< A power of two, more than the parameters.
 #define MIRROR_OCTETS 65536U   ///< Of all values.
 #define MIRROR_STRUCTURES 256U ///< Housekeeping and diagnostic, of all subsystems.
-#define MIRROR_ENTRIES 8192U   ///< Of all structures' definitions.
+#define MIRROR_INTERVALS 3U
+#define MIRROR_AGE_MIN_NS 3000000000ULL
+#define MIRROR_ENTRIES 8192U ///< Of all structures' definitions.
 
 /// Who knows the sizes of parameters that are no scalars.
 typedef struct {
@@ -43,6 +45,7 @@ typedef struct { // Private.
     uint32_t offset; // Of its value.
     bool is_known;   // It was reported.
     uint64_t taken_ns;
+    uint64_t interval_ns; // Between the last two reports; 0: there was one only.
 } mirror_value_t;
 
 typedef struct { // Private.
@@ -87,6 +90,9 @@ status_t mirror_define(mirror_t* mirror, uint16_t apid, uint8_t subtype, uint16_
                        octet_reader_t* content);
 /// Port to the values; valid as long as the mirror.
 pus_parameter_port_t mirror_port(mirror_t* mirror);
+/// True if a value was reported again and again, and not any more: nothing has come for MIRROR_INTERVALS of
+/// its intervals, and at least MIRROR_AGE_MIN_NS. What was reported once has no such limit. Time as below.
+bool mirror_is_old(const mirror_t* mirror, uint32_t parameter_id, uint64_t now_ns);
 /// Time of the report that a value is from [ns since 1958-01-01 TAI]. STATUS_OK, STATUS_NOT_FOUND (unknown),
 /// STATUS_EMPTY (not reported yet).
 MUST_USE status_t mirror_time(const mirror_t* mirror, uint32_t parameter_id, uint64_t* out_time_ns);

@@ -14,12 +14,21 @@ static bool is_described(supervisor_t* const supervisor, const uint32_t paramete
     return sizes.size_of(sizes.context, parameter_id, &size) == STATUS_OK;
 }
 
+/// A value that was reported is one of now while its subsystem runs, is heard, and has parameters at all.
+static bool is_valid(supervisor_t* const supervisor, const roster_entry_t* const entry,
+                     const uint32_t parameter_id)
+{
+    const uint64_t time_ns = component_process(&supervisor->component)->epoch_ns + supervisor->now_ns;
+    return (entry->process == PROCESS_RUNNING) && (entry->state != STATE_OFFLINE) && !doubt_is_about(entry) &&
+           !mirror_is_old(&supervisor->onboard.mirror, parameter_id, time_ns);
+}
+
 static bool has_value(supervisor_t* const supervisor, const uint32_t parameter_id)
 {
     const roster_entry_t* const entry = roster_find(supervisor, PARAMETER_APID(parameter_id));
     const uint8_t* octets             = NULL;
     uint16_t size                     = 0U;
-    return (entry != NULL) && (entry->process == PROCESS_RUNNING) &&
+    return (entry != NULL) && is_valid(supervisor, entry, parameter_id) &&
            (mirror_value(&supervisor->onboard.mirror, parameter_id, &octets, &size) == STATUS_OK);
 }
 

@@ -82,8 +82,8 @@ const onboard_binding_t onboard_time_schedule = {
 
 static uint64_t read_position(void* const context)
 {
-    const supervisor_t* const supervisor = (const supervisor_t*)context;
-    return orbit_position(supervisor->now_ns, supervisor->orbit_period_ms);
+    supervisor_t* const supervisor = (supervisor_t*)context;
+    return orbit_position(&supervisor->path, supervisor->now_ns, supervisor->orbit_period_ms);
 }
 
 static pus_service_t open_position(supervisor_t* const supervisor)

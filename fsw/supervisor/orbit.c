@@ -1,17 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/supervisor/orbit.h"
 
+#include "fsw/framework/base/assertion.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
 #define NS_PER_MS 1000000ULL
 #define ANGLE_BITS 16U
 
-uint64_t orbit_position(const uint64_t now_ns, const uint32_t period_ms)
+/// Way since the period became this one.
+static uint64_t way(const uint64_t age_ns, const uint32_t period_ms)
 {
     if (period_ms == 0U) {
         return 0U;
     }
     const uint64_t period_ns =
         (uint64_t)period_ms * NS_PER_MS; // < 2^52, so that the angle does not overflow.
-    const uint64_t orbits = now_ns / period_ns;
-    const uint64_t angle  = ((now_ns % period_ns) << (ANGLE_BITS - 4U)) / (period_ns >> 4U);
+    const uint64_t orbits = age_ns / period_ns;
+    const uint64_t angle  = ((age_ns % period_ns) << (ANGLE_BITS - 4U)) / (period_ns >> 4U);
     return (orbits << ANGLE_BITS) | angle;
+}
+
+uint64_t orbit_position(orbit_t* const orbit, const uint64_t now_ns, const uint32_t period_ms)
+{
+    FSW_ASSERT(orbit != NULL);
+    const uint64_t age_ns   = (now_ns > orbit->since_ns) ? (now_ns - orbit->since_ns) : 0U;
+    const uint64_t position = orbit->position + way(age_ns, orbit->period_ms);
+    if (period_ms == orbit->period_ms) {
+        return position;
+    }
+    const bool is_first = (orbit->position == 0U) && (orbit->period_ms == 0U);
+    orbit->period_ms    = period_ms;
+    orbit->since_ns     = is_first ? 0U : now_ns;
+    orbit->position     = position;
+    return orbit->position + way(now_ns - orbit->since_ns, period_ms);
 }

@@ -20,6 +20,7 @@
 #include "fsw/supervisor/ground_backlog.h"
 #include "fsw/supervisor/link_graph.h"
 #include "fsw/supervisor/onboard.h"
+#include "fsw/supervisor/orbit.h"
 #include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
 #include "fsw/supervisor/plan_runner.h"
@@ -199,11 +200,12 @@ typedef struct supervisor { // All fields are private.
     onboard_t onboard;
     uint16_t network_members[LINK_GRAPH_MEMBERS];
     uint16_t network_links[LINK_GRAPH_EDGES];
-    supervisor_status_t status;       // Published.
-    supervisor_counters_t counters;   // Published.
-    supervisor_blocks_t blocks;       // Published.
-    uint32_t orbit_period_ms;         // Published.
-    supervisor_orbit_t orbit;         // Published.
+    supervisor_status_t status;     // Published.
+    supervisor_counters_t counters; // Published.
+    supervisor_blocks_t blocks;     // Published.
+    uint32_t orbit_period_ms;       // Published.
+    supervisor_orbit_t orbit;       // Published.
+    orbit_t path;
     supervisor_reactions_t reactions; // Published.
     supervisor_ground_t ground;       // Published.
     supervisor_messages_t messages;   // Published.

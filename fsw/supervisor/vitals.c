@@ -177,7 +177,8 @@ static bool is_token_sound(const vitals_token_t* const token)
 static bool is_shutdown_sound(const supervisor_vitals_t* const state)
 {
     return (state->shutdown_step < SHUTDOWN_STEPS) && (state->shutdown_ns <= state->now_ns) &&
-           is_truth(state->has_shutdown_token) && is_token_sound(&state->shutdown_token);
+           (state->orbit_since_ns <= state->now_ns) && is_truth(state->has_shutdown_token) &&
+           is_token_sound(&state->shutdown_token);
 }
 
 static bool are_members_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)

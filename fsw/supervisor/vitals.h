@@ -116,7 +116,10 @@ typedef struct {
     uint64_t log_number;     ///< Of the next record.
     uint64_t log_written;    ///< Last record that a file has.
     uint64_t shutdown_ns;
+    uint64_t orbit_since_ns;
+    uint64_t orbit_position;
     vitals_token_t shutdown_token;
+    uint32_t orbit_period_ms;
     uint32_t lives;        ///< Of the supervisor in this run, this one included.
     uint32_t message_life; ///< Of its message channels, which outlive it.
     uint32_t message_stamp;

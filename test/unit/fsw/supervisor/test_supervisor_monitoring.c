@@ -14,6 +14,7 @@ void setUp(void)
 {
     telemetry_directory_t* const directory = &bed.supervisor.onboard.directory;
     bed_open_up();
+    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
     directory->parameters[0]   = (telemetry_parameter_t){FORCE, 2U}; // As if the descriptors had been read.
     directory->parameters[1]   = (telemetry_parameter_t){NOWHERE, 2U};
     directory->parameter_count = 2U;
@@ -60,6 +61,39 @@ static void what_was_reported_is_watched_while_its_subsystem_runs(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
 }
 
+static void a_value_that_is_not_reported_any_more_is_none(void)
+{
+    uint16_t handle = 0U;
+    report_force(1U);
+    bed_run(1000U); // Reported once: on request, perhaps. No limit.
+    TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
+    report_force(2U);
+    bed_run(98U); // A second later.
+    report_force(3U);
+    bed_run(290U);
+    TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
+    bed_run(20U);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
+    report_force(4U);
+    TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
+}
+
+static void a_subsystem_that_is_offline_or_not_heard_has_no_values(void)
+{
+    uint16_t handle = 0U;
+    report_force(1U);
+    bed_place(BED_ARM, STATE_OFFLINE);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
+    bed_place(BED_ARM, STATE_SAFE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
+    bed.members[BED_ARM].is_silent = true;
+    bed_run(160U);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
+    bed.members[BED_ARM].is_silent = false;
+    bed_run(100U);
+    TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
+}
+
 static void its_own_parameters_are_watched_as_they_are(void)
 {
     uint8_t octets[4]     = {0U};
@@ -92,6 +126,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(what_was_reported_is_watched_while_its_subsystem_runs);
+    RUN_TEST(a_value_that_is_not_reported_any_more_is_none);
+    RUN_TEST(a_subsystem_that_is_offline_or_not_heard_has_no_values);
     RUN_TEST(its_own_parameters_are_watched_as_they_are);
     RUN_TEST(what_no_descriptor_tells_of_is_unknown);
     RUN_TEST(what_the_mirror_has_no_room_for_is_unknown);

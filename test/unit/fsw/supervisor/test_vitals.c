@@ -257,6 +257,7 @@ static void a_head_that_cannot_be_is_refused(void)
     REFUSED(VITALS_LOG, is_log_failure_told, 2U);
     REFUSED(VITALS_SHUTDOWN, shutdown_step, 6U);
     REFUSED(VITALS_SHUTDOWN, shutdown_ns, NOW);
+    REFUSED(VITALS_SHUTDOWN, orbit_since_ns, NOW);
     REFUSED(VITALS_SHUTDOWN, has_shutdown_token, 2U);
     REFUSED(VITALS_SHUTDOWN, shutdown_token.ack, 16U);
 }
