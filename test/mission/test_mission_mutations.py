@@ -5,7 +5,6 @@
     MUTATION_SEEDS=500 build/venv/bin/python -m pytest test/mission/test_mission_mutations.py    a campaign"""
 
 import os
-import pathlib
 import random
 import re
 import shutil

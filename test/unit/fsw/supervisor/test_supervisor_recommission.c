@@ -220,6 +220,42 @@ static void who_had_failed_before_is_not_led_back(void)
     TEST_ASSERT_FALSE(is_under_way(HAND));
 }
 
+/// A partner finds the silence of the dead one before the supervisor does.
+static void who_failed_by_the_same_death_is_led_back(void)
+{
+    link_up(STATE_OPERATIONAL);
+    bed_place(BED_HAND, STATE_ERROR_OPERATIONAL);
+    die(BED_ARM);
+    bed_run(1U);
+    TEST_ASSERT_TRUE(is_under_way(HAND));
+    bed_run(2U * SECOND);
+    expect_back(HAND, STATE_OPERATIONAL);
+}
+
+static void nobody_is_led_back_at_the_end_of_the_mission(void)
+{
+    link_up(STATE_OPERATIONAL);
+    bed.is_stop_requested = true;
+    bed_run(1U);
+    die(BED_ARM);
+    bed_run(1U);
+    TEST_ASSERT_FALSE(is_under_way(ARM));
+}
+
+/// Its second failure has a plan of its own.
+static void a_plan_for_a_member_on_its_way_stops_it(void)
+{
+    link_up(STATE_OPERATIONAL);
+    die(BED_ARM);
+    bed.members[BED_ARM].ignores_links = true;
+    bed_run(SECOND + (SECOND / 2U));
+    TEST_ASSERT_TRUE(is_under_way(ARM));
+    bed_event(BED_ARM, PUS_SEVERITY_HIGH, 5U);
+    bed_run(2U);
+    TEST_ASSERT_FALSE(is_under_way(ARM));
+    TEST_ASSERT_TRUE(bed_has(STOPPED "0010"));
+}
+
 static void the_shutdown_ends_it(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -306,6 +342,9 @@ int main(void)
     RUN_TEST(who_fails_again_on_the_way_is_left_alone);
     RUN_TEST(who_is_led_down_by_a_user_is_left_alone);
     RUN_TEST(who_had_failed_before_is_not_led_back);
+    RUN_TEST(who_failed_by_the_same_death_is_led_back);
+    RUN_TEST(nobody_is_led_back_at_the_end_of_the_mission);
+    RUN_TEST(a_plan_for_a_member_on_its_way_stops_it);
     RUN_TEST(the_shutdown_ends_it);
     RUN_TEST(deaths_in_a_row_cost_a_pause_each_and_then_the_mode);
     RUN_TEST(a_long_life_makes_deaths_forgotten);
