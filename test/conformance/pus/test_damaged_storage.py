@@ -10,7 +10,7 @@ import pytest
 import station as stations
 from hirosco_gse import packets
 
-EVENT = "event=42"  # JOURNAL_DAMAGED of every component.
+EVENT = "event=90"  # JOURNAL_DAMAGED of every component.
 CODE = b"step(1)"
 
 

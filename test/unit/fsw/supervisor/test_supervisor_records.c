@@ -117,14 +117,14 @@ static void a_damaged_journal_is_told(void)
     recorded_durable(images);
     images[0].octets[60] ^= 1U;
     begin_anew();
-    TEST_ASSERT_TRUE(bed_has("G 5.4 002A"));
+    TEST_ASSERT_TRUE(bed_has("G 5.4 005A"));
     TEST_ASSERT_EQUAL_UINT8(0U, bed.supervisor.mode);
     TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.onboard.schedules.time.schedule.count);
     bed_forget();
     bed_run(20U);
-    TEST_ASSERT_FALSE(bed_has("G 5.4 002A"));
+    TEST_ASSERT_FALSE(bed_has("G 5.4 005A"));
     power_cut();
-    TEST_ASSERT_FALSE(bed_has("G 5.4 002A"));
+    TEST_ASSERT_FALSE(bed_has("G 5.4 005A"));
     TEST_ASSERT_NOT_EQUAL(0U, bed.supervisor.mode);
 }
 
