@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A ground that asks more than can be answered at once, connections that nobody uses, and datagrams that nobody sent."""
+
+import collections
+import contextlib
+import os
+import signal
+import socket
+import struct
+import threading
+
+import flying
+import pytest
+from spacepackets.ecss import PusTc
+
+USER = 2
+SUPERVISOR, MANIPULATOR = 1, 16
+GROUND_MISUSED = struct.pack(">H", 22)
+
+
+def _ping(apid, count):
+    return PusTc(service=17, subservice=1, apid=apid, seq_count=count & 0x3FFF, source_id=USER, app_data=b"").pack()
+
+
+class Ground:
+    """A client that reads all the time, and keeps what its own requests were answered with."""
+
+    def __init__(self, port):
+        self.stream = flying.connect(port)
+        self.stream.settimeout(None)
+        self.answers = collections.Counter()
+        self.misuses = 0
+        self.sequences = collections.defaultdict(list)
+        self.is_ended = False
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
+
+    def _read(self):
+        buffer = b""
+        with contextlib.suppress(OSError):
+            while part := self.stream.recv(65536):
+                buffer += part
+                while len(buffer) >= 6 and len(buffer) >= (size := struct.unpack(">H", buffer[4:6])[0] + 7):
+                    self._take(buffer[:size])
+                    buffer = buffer[size:]
+        self.is_ended = True
+
+    def _take(self, raw):
+        if len(raw) >= 13 and raw[11:13] == struct.pack(">H", USER):
+            self.answers[raw[7], raw[8]] += 1
+        self.misuses += raw[:2] == b"\x08\x02" and raw[7] == 5 and raw[21:23] == GROUND_MISUSED
+        self.sequences[int.from_bytes(raw[:2], "big") & 0x7FF].append(int.from_bytes(raw[2:4], "big") & 0x3FFF)
+
+    def ended(self):
+        """Requests that came to an end, whatever it was."""
+        return sum(self.answers[1, subtype] for subtype in (2, 7, 8, 10))
+
+    def ask(self, apid, count):
+        """So many pings, as fast as the connection takes them."""
+        self.stream.sendall(b"".join(_ping(apid, i) for i in range(count)))
+
+
+@pytest.fixture
+def mission(folder, tmp_path):
+    """A flight that goes on until it is told to end: its operator waits for a time that does not come."""
+    scenario = flying.write_scenario(tmp_path / "long.scn", *(f"{at:.6f} operator ping MANIPULATOR" for at in (0.1, 3000.0)))
+    flight = flying.start(folder, "--scenario", scenario)
+    try:
+        flight.port()
+        flying.wait_until(lambda: flight.steps() >= 1, "step 1")
+        yield flight
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    finally:
+        flight.abandon()
+    assert "shutting the mission down" in flight.told(), flight.told()
+    flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize("count", [5000, pytest.param(100_000, marks=pytest.mark.long)])
+def test_burst_of_requests_gets_every_answer(mission, count):
+    """A storm of TC[17,1] gets slower; each one still gets its acceptance, start, answer and completion, without a gap."""
+    ground = Ground(mission.port())
+    ground.ask(SUPERVISOR, count)
+    flying.wait_until(lambda: ground.answers[1, 7] >= count, f"{count} completions, not {ground.answers}", 60 + count / 200)
+    assert ground.answers == {(1, 1): count, (1, 3): count, (17, 2): count, (1, 7): count}
+    heard = sorted(set(ground.sequences[SUPERVISOR][-10000:]))
+    assert len(heard) == min(10000, len(ground.sequences[SUPERVISOR])), "no number twice"
+    ground.stream.close()
+
+
+def test_operator_gets_the_place_of_an_idle_client(mission):
+    """Idle connections, one with half a header, take every place; the operator comes later and is served."""
+    idle = [Ground(mission.port()) for _ in range(4)]
+    idle[1].stream.sendall(_ping(SUPERVISOR, 1)[:3])
+    served = None
+
+    def is_served():
+        nonlocal served
+        if served is None or served.is_ended:
+            served = Ground(mission.port())
+            with contextlib.suppress(OSError):
+                served.ask(SUPERVISOR, 1)
+        return served.answers[1, 7] == 1
+
+    flying.wait_until(is_served, "a place", 60)
+    assert sum(client.is_ended for client in idle) >= 1
+    flying.wait_until(lambda: any(client.misuses for client in [*idle, served]), "GROUND_MISUSED")
+    for client in [*idle, served]:
+        client.stream.close()
+
+
+def _udp_port(pid):
+    """Port of the first UDP socket of a process: the one of its messages."""
+    inodes = set()
+    for entry in os.listdir(f"/proc/{pid}/fd"):
+        with contextlib.suppress(OSError):
+            target = os.readlink(f"/proc/{pid}/fd/{entry}")
+            if target.startswith("socket:["):
+                inodes.add(target[8:-1])
+    with open("/proc/net/udp", encoding="ascii") as table:
+        return [int(words[1].split(":")[1], 16) for words in (line.split() for line in table) if words[9] in inodes]
+
+
+def _forge(source, target, payload):
+    """One datagram with somebody else's port as its source."""
+    length = 8 + len(payload)
+    datagram = struct.pack(">HHHH", source, target, length, 0) + payload
+    head = struct.pack(">BBHHHBBH4s4s", 0x45, 0, 20 + length, 0, 0, 64, 17, 0, b"\x7f\0\0\1", b"\x7f\0\0\1")
+    with socket.socket(socket.AF_INET, socket.SOCK_RAW, socket.IPPROTO_RAW) as raw:
+        raw.sendto(head + datagram, ("127.0.0.1", target))
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root forges the source of a datagram")
+@pytest.mark.parametrize("life", [1, 0xFFFFFFFF], ids=("sequence", "life"))
+def test_channel_survives_forged_datagrams(mission, life):
+    """Datagrams in the supervisor's name with numbers far ahead, or of a later life: the next requests pass."""
+    pids = mission.children()
+    supervisor, manipulator = _udp_port(pids["supervisor"]), _udp_port(pids["manipulator"])
+    for ahead in (20, 1000, 0x80000000):
+        frame = struct.pack(">HBBHHIIII", 0x484D, 1, 0, SUPERVISOR, MANIPULATOR, life, 1, ahead, 0) + bytes(8)
+        for source in supervisor:
+            for target in manipulator:
+                _forge(source, target, frame)
+    ground = Ground(mission.port())
+    for number in range(20):
+        ground.stream.sendall(_ping(MANIPULATOR, number))
+        flying.wait_until(lambda asked=number + 1: ground.ended() >= asked, f"an end of request {number}: {ground.answers}", 60)
+    assert ground.answers[1, 7] >= 14, "three requests at most are lost on the way to each SYNC"
+    ground.stream.close()
