@@ -473,11 +473,12 @@ void launcher_take_over(launcher_t* const launcher, const launch_options_t* cons
     if (load_mission(launcher, path, sizeof path) && choose_methods(launcher, path)) {
         launcher_adopt_interfaces(launcher);
     }
-    launcher->run           = run;
-    launcher->is_taken_over = true;
-    launcher->is_broken     = true;
-    launcher->exit_code     = 1;
-    text_t text             = text_in(launcher->reason, sizeof launcher->reason);
+    launcher->run             = run;
+    launcher->is_taken_over   = true;
+    launcher->is_undetermined = true; // The instant of its death is of the wall.
+    launcher->is_broken       = true;
+    launcher->exit_code       = 1;
+    text_t text               = text_in(launcher->reason, sizeof launcher->reason);
     text_add(&text, "launcher was killed; all others died with it");
     if (run == NULL) {
         return;
