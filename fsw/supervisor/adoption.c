@@ -18,6 +18,8 @@ CAPACITY_CHECK(all_counters_have_room, sizeof(supervisor_counters_t) <= (VITALS_
 #define LOG_RING 2U    ///< Of the rings; before it the backlog to ground and released requests.
 #define FIRST_INBOX 3U ///< And behind it what waits from each peer.
 
+#define UNKNOWN_BLOCKS 8U ///< That a step has sent to one peer beside what came of its inboxes, at most.
+
 static vitals_rings_t rings_of(supervisor_t* const supervisor)
 {
     vitals_rings_t rings = {{&supervisor->ground_kept, &supervisor->onboard.released, &supervisor->log.ring}};
@@ -279,6 +281,11 @@ static void keep_channels(const supervisor_t* const supervisor, supervisor_vital
     }
 }
 
+static uint64_t size_of_log(const packet_log_t* const log)
+{
+    return (log->is_open && (log->strategy == log->wanted)) ? log->size : UINT64_MAX;
+}
+
 static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const state)
 {
     (void)memset(state, 0, sizeof *state);
@@ -286,6 +293,7 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     state->now_ns              = supervisor->now_ns;
     state->log_number          = supervisor->log.next_number;
     state->log_written         = supervisor->log.written_number;
+    state->log_size            = size_of_log(&supervisor->log);
     state->log_strategy        = (uint8_t)supervisor->log.wanted;
     state->is_log_failure_told = truth(supervisor->is_log_failure_told);
     state->lives               = supervisor->lives;
@@ -308,13 +316,71 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     pus_counts(component_process(&supervisor->component), &supervisor->requester, &state->counts);
 }
 
+static void commit(supervisor_t* const supervisor)
+{
+    const vitals_rings_t rings = rings_of(supervisor);
+    keep(supervisor, &supervisor->kept);
+    ground_keep(supervisor);
+    vitals_commit(supervisor->config.vitals, &supervisor->kept, &rings);
+}
+
 void adoption_commit(supervisor_t* const supervisor)
 {
     if ((supervisor->config.vitals != NULL) && !supervisor->is_finished) {
-        const vitals_rings_t rings = rings_of(supervisor);
-        keep(supervisor, &supervisor->kept);
-        ground_keep(supervisor);
-        vitals_commit(supervisor->config.vitals, &supervisor->kept, &rings);
+        commit(supervisor);
+        vitals_set_busy(supervisor->config.vitals, false);
+    }
+}
+
+static bool has_mail(const supervisor_t* const supervisor)
+{
+    for (size_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
+        const octet_ring_t* const waiting = message_waiting(supervisor->config.endpoint, i);
+        if ((waiting != NULL) && (waiting->blocks > 0U)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void adoption_intake(supervisor_t* const supervisor)
+{
+    if ((supervisor->config.vitals == NULL) || supervisor->is_finished || supervisor->is_adopted) {
+        return; // The first step of all is the rest of the last one of the supervisor before.
+    }
+    message_take_control(supervisor->config.endpoint);
+    if (has_mail(supervisor)) {
+        commit(supervisor);
+    }
+    vitals_set_busy(supervisor->config.vitals, true);
+}
+
+/// The verification of a negotiation or of the shutdown goes on.
+static bool is_going_on(const supervisor_t* const supervisor, const pus_token_t* const token)
+{
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        const link_session_t* const session = &supervisor->sessions[i];
+        if ((session->step != SESSION_FREE) && (session->token.request_id == token->request_id) &&
+            (session->token.source == token->source)) {
+            return true;
+        }
+    }
+    return supervisor->has_shutdown_token && (supervisor->shutdown_token.request_id == token->request_id) &&
+           (supervisor->shutdown_token.source == token->source);
+}
+
+/// Requests to the supervisor itself that were not over: all but these have an end, which is told.
+static void leave_own(supervisor_t* const supervisor)
+{
+    supervisor->left = supervisor->own;
+    pending_init(&supervisor->own);
+    for (size_t i = 0U; i < PENDING_MAX; i++) {
+        const pus_token_t token = supervisor->left.entries[i].token;
+        if (supervisor->left.entries[i].is_used && is_going_on(supervisor, &token)) {
+            (void)pending_add(&supervisor->own, SUPERVISOR_APID, &token,
+                              supervisor->left.entries[i].since_ns);
+            supervisor->left.entries[i].is_used = false;
+        }
     }
 }
 
@@ -339,6 +405,7 @@ static void take(supervisor_t* const supervisor, const supervisor_vitals_t* cons
     take_plans(supervisor, state);
     take_requests(&supervisor->pending, state->passed);
     take_requests(&supervisor->own, state->own);
+    leave_own(supervisor);
     ground_resume(supervisor);
     const bool is_kept = supervisor->config.is_endpoint_kept;
     if (!is_kept) {
@@ -357,7 +424,7 @@ void adoption_begin(supervisor_t* const supervisor)
     vitals_rings_t rings         = rings_of(supervisor);
     supervisor->lives            = 1U;
     supervisor->log_strategy     = (uint8_t)supervisor->mission->log_strategy;
-    supervisor->log_past         = (packet_log_past_t){.next_number = 1U};
+    supervisor->log_past         = (packet_log_past_t){.next_number = 1U, .size = UINT64_MAX};
     if (supervisor->config.vitals == NULL) {
         return;
     }
@@ -369,11 +436,12 @@ void adoption_begin(supervisor_t* const supervisor)
     const status_t status =
         vitals_adopt(supervisor->config.vitals, &limits, &supervisor->kept, &rings, &is_older);
     if (status == STATUS_OK) {
+        supervisor->was_busy = vitals_is_busy(supervisor->config.vitals);
         take(supervisor, &supervisor->kept);
         const supervisor_vitals_t* const kept = &supervisor->kept;
         supervisor->log_strategy              = kept->log_strategy;
-        supervisor->log_past =
-            (packet_log_past_t){.next_number = kept->log_number, .written_number = kept->log_written};
+        supervisor->log_past                  = (packet_log_past_t){
+                             .next_number = kept->log_number, .written_number = kept->log_written, .size = kept->log_size};
         supervisor->log_past.ring =
             vitals_waiting(supervisor->config.vitals, LOG_RING, &supervisor->log_past.ring_octets);
     }
@@ -384,33 +452,15 @@ void adoption_begin(supervisor_t* const supervisor)
 
 // ---- What is told, and asked ----
 
-/// The verification of a negotiation or of the shutdown goes on.
-static bool is_going_on(const supervisor_t* const supervisor, const pus_token_t* const token)
-{
-    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
-        const link_session_t* const session = &supervisor->sessions[i];
-        if ((session->step != SESSION_FREE) && (session->token.request_id == token->request_id) &&
-            (session->token.source == token->source)) {
-            return true;
-        }
-    }
-    return supervisor->has_shutdown_token && (supervisor->shutdown_token.request_id == token->request_id) &&
-           (supervisor->shutdown_token.source == token->source);
-}
-
 /// What the supervisor itself had begun for somebody and has not kept: each request ends, with the reason.
 static uint16_t end_own(supervisor_t* const supervisor)
 {
     const pus_failure_t failure = pus_failure(PUS_FAILURE_RESTARTED, supervisor->lives);
     uint16_t count              = 0U;
-    for (size_t i = 0U; i < PENDING_MAX; i++) {
-        const bool is_used      = supervisor->own.entries[i].is_used;
-        const pus_token_t token = supervisor->own.entries[i].token;
-        if (is_used && !is_going_on(supervisor, &token)) {
-            pus_verify_failed(component_process(&supervisor->component), &token, &failure,
-                              supervisor->now_ns);
-            count++;
-        }
+    pus_token_t token;
+    while (pending_take(&supervisor->left, SUPERVISOR_APID, &token)) {
+        pus_verify_failed(component_process(&supervisor->component), &token, &failure, supervisor->now_ns);
+        count++;
     }
     return count;
 }
@@ -439,6 +489,9 @@ void adoption_tell(supervisor_t* const supervisor)
     }
     if (!supervisor->is_adopted) {
         return;
+    }
+    if (supervisor->was_busy) { // It had sent more than what was just done again.
+        message_leave_out(supervisor->config.endpoint, UNKNOWN_BLOCKS);
     }
     component_tell_time(&supervisor->component, supervisor->now_ns);
     supervisor->is_adopted = false;

@@ -395,6 +395,10 @@ status_t packet_log_open_after(packet_log_t* const log, const char* const folder
     log->next_number    = past->next_number;
     log->written_number = past->written_number;
     log->ring_records   = ring_records;
+    if ((unsigned)strategy < (unsigned)PACKET_LOG_STRATEGIES) {
+        log->is_cut[strategy] = true;
+        log->whole[strategy]  = past->size;
+    }
     octet_ring_init(&log->ring, log->ring_storage, sizeof log->ring_storage);
     if (past->ring_octets > 0U) {
         octet_ring_refill(&log->ring, past->ring, past->ring_octets);
@@ -415,7 +419,7 @@ status_t packet_log_open(packet_log_t* const log, const char* const folder,
                          const packet_log_strategy_t strategy, const uint64_t next_number,
                          const uint32_t ring_records)
 {
-    const packet_log_past_t past = {next_number, next_number - 1U, NULL, 0U};
+    const packet_log_past_t past = {next_number, next_number - 1U, UINT64_MAX, NULL, 0U};
     return packet_log_open_after(log, folder, strategy, &past, ring_records);
 }
 

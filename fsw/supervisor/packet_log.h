@@ -80,6 +80,7 @@ MUST_USE status_t packet_log_open(packet_log_t* log, const char* folder, packet_
 typedef struct { // Of a log whose program died, as it was told or copied before.
     uint64_t next_number;
     uint64_t written_number;
+    uint64_t size;       ///< Of the file of its strategy; what is behind that is cut off.
     const uint8_t* ring; ///< Its ring, by octet_ring_copy.
     size_t ring_octets;
 } packet_log_past_t;

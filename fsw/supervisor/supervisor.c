@@ -184,11 +184,12 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     FSW_ASSERT(supervisor != NULL);
     supervisor->now_ns = now_ns;
-    adoption_tell(supervisor);
+    adoption_intake(supervisor);
     onboard_tell_damage(supervisor);
     ground_flush(supervisor);
     router_take_in(supervisor);
     link_manager_settle(supervisor);
+    adoption_tell(supervisor);
     ground_flush(supervisor);
     ground_tell(supervisor);
     const uint64_t component_wake_ns = component_step(&supervisor->component, now_ns);
@@ -200,6 +201,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     const uint64_t onboard_wake_ns = onboard_step(supervisor, now_ns);
     router_flush_log(supervisor);
     error_own_events(supervisor);
+    router_flush_log(supervisor); // Their reports, too: what is not written dies with the supervisor.
     adoption_commit(supervisor);
     uint64_t wake_ns = (component_wake_ns < onboard_wake_ns) ? component_wake_ns : onboard_wake_ns;
     return (wake_ns < supervisor->next_tick_ns) ? wake_ns : supervisor->next_tick_ns;

@@ -167,10 +167,12 @@ typedef struct supervisor { // All fields are private.
     roster_entry_t roster[MISSION_SUBSYSTEMS_MAX];
     bool is_log_failure_told;
     pending_table_t pending;
-    pending_table_t own; // Requests to the supervisor itself.
-    uint32_t lives;      // Of supervisors in this run.
-    bool is_adopted;     // Taken over from the one before, and not told yet.
-    bool is_continued;   // Taken over after the autostart: only the supervisor itself is to be brought up.
+    pending_table_t own;  // Requests to the supervisor itself.
+    pending_table_t left; // Of these, what the supervisor before has left and nobody goes on with.
+    bool was_busy;        // It died in the middle of a step.
+    uint32_t lives;       // Of supervisors in this run.
+    bool is_adopted;      // Taken over from the one before, and not told yet.
+    bool is_continued;    // Taken over after the autostart: only the supervisor itself is to be brought up.
     adoption_damage_t vitals_damage;
     uint8_t log_strategy; // That the packet log begins with.
     packet_log_past_t log_past;

@@ -73,11 +73,13 @@ void roster_watch(supervisor_t* supervisor);
 /// Electrical power [W] of all subsystems, with one of them in another state.
 uint32_t roster_power_w(const supervisor_t* supervisor, uint16_t apid, state_t state);
 
-/// adoption.c: what the next supervisor takes over, at the end of a step.
+/// adoption.c: what the next supervisor takes over: at the beginning of a step, when all that has come lies
+/// in the inboxes, and at its end. One that dies between the two is followed by one that does the step again.
+void adoption_intake(supervisor_t* supervisor);
 void adoption_commit(supervisor_t* supervisor);
 /// Take over what the one before has left, if there was one; before the packet log is opened.
 void adoption_begin(supervisor_t* supervisor);
-/// In the first step: what was not kept, and what is asked.
+/// In the first step, when what had come to the one before is done: what was not kept, and what is asked.
 void adoption_tell(supervisor_t* supervisor);
 /// A member tells its state itself: what was taken over is compared once.
 void adoption_compare(supervisor_t* supervisor, roster_entry_t* entry, uint8_t state, uint16_t configuration);

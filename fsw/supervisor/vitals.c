@@ -148,6 +148,18 @@ status_t vitals_adopt(vitals_t* const vitals, const vitals_limits_t* const limit
     return STATUS_INVALID;
 }
 
+void vitals_set_busy(vitals_t* const vitals, const bool is_busy)
+{
+    FSW_ASSERT(vitals != NULL);
+    __atomic_store_n(&vitals->is_busy, is_busy ? 1U : 0U, __ATOMIC_SEQ_CST);
+}
+
+bool vitals_is_busy(const vitals_t* const vitals)
+{
+    FSW_ASSERT(vitals != NULL);
+    return __atomic_load_n(&vitals->is_busy, __ATOMIC_SEQ_CST) != 0U;
+}
+
 // ---- What can be ----
 
 static bool is_truth(const uint32_t value)

@@ -115,6 +115,7 @@ typedef struct {
     uint64_t now_ns;         ///< Of the commit.
     uint64_t log_number;     ///< Of the next record.
     uint64_t log_written;    ///< Last record that a file has.
+    uint64_t log_size;       ///< Of the file with that record; UINT64_MAX: there is none.
     uint64_t shutdown_ns;
     uint64_t orbit_since_ns;
     uint64_t orbit_position;
@@ -156,6 +157,7 @@ typedef struct {         // Private.
 } vitals_bank_t;
 
 typedef struct { // Private.
+    uint32_t is_busy;
     vitals_bank_t banks[2];
 } vitals_t;
 
@@ -199,6 +201,9 @@ vitals_flaw_t vitals_check(const supervisor_vitals_t* state, const vitals_limits
 MUST_USE status_t vitals_adopt(vitals_t* vitals, const vitals_limits_t* limits,
                                supervisor_vitals_t* out_state, const vitals_rings_t* rings, bool* out_older);
 
+/// Between two commits something is done that the last one does not know of.
+void vitals_set_busy(vitals_t* vitals, bool is_busy);
+bool vitals_is_busy(const vitals_t* vitals);
 /// What waited in a ring, by octet_ring_copy, of the bank that was adopted; until the next commit.
 const uint8_t* vitals_waiting(const vitals_t* vitals, size_t ring, size_t* out_octets);
 

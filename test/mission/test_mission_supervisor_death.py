@@ -64,7 +64,7 @@ def _write(folder, name, points=()):
 @pytest.fixture(scope="module")
 def undisturbed(hangar):
     """The flight in which nobody dies."""
-    flight = flying.fly(hangar / "alive", "--scenario", _write(hangar, "alive"))
+    flight = flying.fly(hangar / "alive", "--scenario", _write(hangar, "alive"), "--port", flying.free_port())
     assert flight.code == 0, flight.told()
     return flight
 
@@ -72,7 +72,7 @@ def undisturbed(hangar):
 def _fly(folder, point, form="processes"):
     folder.mkdir(exist_ok=True)
     name = f"{round(point / SLOT_S)}-{form}"
-    return flying.fly(folder / name, "--scenario", _write(folder, name, [point]), "--form", form)
+    return flying.fly(folder / name, "--scenario", _write(folder, name, [point]), "--form", form, "--port", flying.free_port())
 
 
 def _draw(count, seed, part=BUSY_S):

@@ -63,6 +63,18 @@ void message_resume(message_endpoint_t* const endpoint, const message_position_t
     }
 }
 
+void message_leave_out(message_endpoint_t* const endpoint, const uint32_t blocks)
+{
+    FSW_ASSERT(endpoint != NULL);
+    for (size_t i = 0U; i < endpoint->channel_count; i++) {
+        message_channel_t* const channel = &endpoint->channels[i];
+        for (uint32_t k = 0U; (k < blocks) && ((channel->sent - channel->credited) < MESSAGE_WINDOW); k++) {
+            channel->sizes[channel->sent % MESSAGE_WINDOW] = 0U;
+            channel->sent++;
+        }
+    }
+}
+
 octet_ring_t* message_waiting(message_endpoint_t* const endpoint, const size_t index)
 {
     FSW_ASSERT(endpoint != NULL);

@@ -30,6 +30,9 @@ bool message_position(const message_endpoint_t* endpoint, size_t index, message_
 bool message_position_is_sound(const message_position_t* position);
 /// Go on there. `position` is sound; no effect if its peer is none of the endpoint's.
 void message_resume(message_endpoint_t* endpoint, const message_position_t* position);
+/// The peers may have been sent up to `blocks` more than is known: numbers that may be used already are left
+/// out.
+void message_leave_out(message_endpoint_t* endpoint, uint32_t blocks);
 /// What waits in the inbox of the channel of that index: all of it was judged, which is so when
 /// message_receive has just said STATUS_EMPTY or left some to wait. To be refilled before message_resume.
 /// Null: no such channel.

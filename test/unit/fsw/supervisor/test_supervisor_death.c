@@ -5,6 +5,7 @@
 #include "test/unit/fsw/supervisor/bed.h"
 #include "unity.h"
 
+#include <setjmp.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -206,6 +207,90 @@ static void records_that_are_in_memory_only_are_there_again(void)
     expect_whole_log();
 }
 
+// ---- Within a step ----
+
+static message_carrier_t true_carrier;
+static unsigned sends_left;
+static bool is_killed_before; // The send that is its last does not happen.
+static jmp_buf killed;
+
+static status_t mortal_send(void* context, uint16_t to, const uint8_t* frame, size_t size)
+{
+    status_t status = STATUS_OK;
+    (void)context;
+    sends_left--;
+    if ((sends_left > 0U) || !is_killed_before) {
+        status = true_carrier.send(true_carrier.context, to, frame, size);
+    }
+    if (sends_left == 0U) {
+        longjmp(killed, 1);
+    }
+    return status;
+}
+
+/// One step in which it dies at its nth send. False: it has not sent as often.
+static bool dies_within_a_step(unsigned sends)
+{
+    true_carrier         = bed.endpoint.carrier;
+    sends_left           = sends;
+    bed.endpoint.carrier = (message_carrier_t){NULL, mortal_send};
+    if (setjmp(killed) == 0) {
+        (void)supervisor_step(&bed.supervisor, bed.now_ns);
+        bed.endpoint.carrier = true_carrier;
+        return false;
+    }
+    bed.endpoint.carrier = true_carrier;
+    die();
+    return true;
+}
+
+static unsigned count_lines(const char* text, const char* start)
+{
+    unsigned count = 0U;
+    for (const char* line = text; line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        count += (strncmp(line, start, strlen(start)) == 0) ? 1U : 0U;
+    }
+    return count;
+}
+
+/// Requests to a subsystem, one to the supervisor itself, and a report: all taken in by one step.
+static void everything_arrives_once(unsigned sends)
+{
+    bed.members[BED_ARM].is_passive  = true;
+    bed.members[BED_HAND].is_passive = true;
+    (void)bed_request_state(ARM, STATE_PRE_OPERATIONAL);
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)bed_request_state(HAND, STATE_PRE_OPERATIONAL);
+    bed_event(BED_LONE, 1U, 4U);
+    const bool has_died = dies_within_a_step(sends);
+    bed_run(60U);
+    const char* const text = bed_look();
+    TEST_ASSERT_EQUAL(1U, count_lines(text, "16 TC 129.1 03 from 1\n"));
+    TEST_ASSERT_EQUAL(1U, count_lines(text, "17 TC 129.1 03 from 1\n"));
+    TEST_ASSERT_EQUAL(1U, count_lines(text, "G/18 5.1 0004"));
+    TEST_ASSERT_EQUAL(1U, count_lines(text, "G 1.1 #1\n"));
+    TEST_ASSERT_EQUAL(1U, count_lines(text, "G 17.2"));
+    TEST_ASSERT_EQUAL(1U, count_lines(text, "G 1.7 #1\n"));
+    TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(text, RESTARTED "000000020000"));
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
+    expect_whole_log();
+}
+
+static void a_step_that_was_cut_short_is_done_again(void)
+{
+    unsigned deaths = 0U;
+    for (unsigned sends = 1U; sends <= 10U; sends++) {
+        for (unsigned before = 0U; before < 2U; before++) {
+            is_killed_before = (before != 0U);
+            everything_arrives_once(sends);
+            deaths += (bed.supervisor.lives > 1U) ? 1U : 0U;
+            tearDown();
+            setUp();
+        }
+    }
+    TEST_ASSERT_TRUE(deaths >= 10U);
+}
+
 static void a_shutdown_goes_on(void)
 {
     (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 5U, NULL, 0U);
@@ -269,6 +354,7 @@ int main(void)
     RUN_TEST(a_negotiation_goes_on);
     RUN_TEST(the_mode_is_there_again);
     RUN_TEST(records_that_are_in_memory_only_are_there_again);
+    RUN_TEST(a_step_that_was_cut_short_is_done_again);
     RUN_TEST(a_shutdown_goes_on);
     RUN_TEST(the_word_of_the_member_wins);
     RUN_TEST(a_damaged_commit_falls_back_to_the_one_before);
