@@ -14,6 +14,7 @@ typedef struct {
     communication_t communication;
     communication_services_t services;
     ground_key_t key;
+    bool has_key; // Opened, though perhaps in vain.
 } communication_program_t;
 
 static communication_program_t storage;
@@ -88,7 +89,17 @@ static void secure(communication_program_t* const self, const char* const path)
     if (!ground_key_open(&self->key, path, error)) {
         osal_console_complain(error);
     }
+    self->has_key = true;
     communication_secure(&self->communication, &self->key.receiver);
+}
+
+static void close_it(void* const context)
+{
+    communication_program_t* const self = (communication_program_t*)context;
+    if (self->has_key) {
+        ground_key_close(&self->key);
+    }
+    member_close(&self->member);
 }
 
 bool communication_open(seat_t* const seat, program_t* const out_program)
@@ -106,7 +117,7 @@ bool communication_open(seat_t* const seat, program_t* const out_program)
                                .step          = step,
                                .sockets       = sockets_of,
                                .link_datagram = member_link_datagram,
-                               .close         = member_close,
+                               .close         = close_it,
                                .component     = &storage.member.component,
                                .storage       = &storage,
                                .size          = sizeof storage};
