@@ -57,7 +57,7 @@ def test_a_leaking_subsystem_dies_alone(folder, kind):
 
 
 def test_a_limit_below_the_program_itself_is_refused(folder):
-    root = _copy(folder, 'memoryKiB="12288" restarts="2" node="2"', 'memoryKiB="100" restarts="2" node="2"')
+    root = _copy(folder, 'memoryKiB="12288"', 'memoryKiB="100"')
     flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
     assert flight.code == 1
     assert 'rokviss.xml:6: memoryKiB="100" of <Subsystem>: expected more than the program alone takes, ' in flight.output, flight.told()
@@ -65,7 +65,7 @@ def test_a_limit_below_the_program_itself_is_refused(folder):
 
 
 def test_without_a_limit_one_is_derived_and_told(folder):
-    root = _copy(folder, 'memoryKiB="12288" restarts="2" node="2"', 'restarts="2" node="2"')
+    root = _copy(folder, 'memoryKiB="12288"', "")
     flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
     assert flight.code == 0, flight.told()
     limit = _process(flight, "joystick")["memory_limit_kib"]
