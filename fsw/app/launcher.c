@@ -52,7 +52,10 @@ static bool end_participant(const launcher_t* const launcher, const child_t* con
         osal_calendar_presence(launcher->calendar, child->participant, &life) == OSAL_CALENDAR_ABSENT;
     const bool is_ended = is_absent || (child->is_component && (life != child->life));
     osal_calendar_end(launcher->calendar, child->participant, of);
-    return is_ended || is_holder;
+    // A signal that ends comes from outside, at whatever instant; an error of its own does not.
+    const bool is_from_outside = child->result.was_signalled && ((child->result.code == OSAL_SIGNAL_KILL) ||
+                                                                 (child->result.code == OSAL_SIGNAL_END));
+    return is_ended || (is_holder && !is_from_outside);
 }
 
 bool launcher_is_flag(const uint32_t* const flag)

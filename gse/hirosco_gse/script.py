@@ -6,6 +6,9 @@ unless it starts with `nowait`. Besides the commands of commands.py there are
 
     nowait COMMAND ...                     send and go on; a failure is found at the end of the script (not for commands
                                            whose first step is no request, such as `at +60`)
+    try COMMAND ...                        as the command alone, but the script goes on where it is refused or fails, or
+                                           has no answer within 2 s; what came of it is in the log. After `try nowait`
+                                           nobody asks what came of it
     expect-refusal CODE COMMAND ...        the command must be refused with this failure code
     wait-state SUBSYSTEM STATE SECONDS     until the subsystem has reported the state
     wait-event SUBSYSTEM EVENT SECONDS     until the event comes (or has come, not yet awaited)
@@ -24,6 +27,7 @@ from .dictionary import STATES, DictionaryError
 from .session import LinkLost, Rejected, SessionError, TimedOut
 
 ACTORS = ("operator", "hand", "fault")
+TRY_NS = 2_000_000_000  # Longest wait for an answer that need not come.
 
 
 class ScriptError(ValueError):
@@ -95,6 +99,10 @@ def _checked(step, dictionary):
         except ValueError as error:
             raise ScriptError(f"{step.place}: found '{words[0]}', expected a failure code such as 0x0111") from error
         command = commands.plan(words[1:], dictionary)
+    elif verb == "try":
+        if not words:
+            raise ScriptError(f"{step.place}: usage: try COMMAND ...")
+        command = commands.plan(words[words[0] == "nowait" :], dictionary)
     elif verb == "nowait":
         command = commands.plan(words, dictionary)
         if not command.requests:
@@ -186,6 +194,8 @@ class Script:
         if step.verb == "nowait":
             self._open += [(step, session.send(request)) for request in step.command.requests]
             return "sent"
+        if step.verb == "try":
+            return (yield from self._tried(step, session, min(timeout_ns, TRY_NS)))
         if step.verb == "expect-refusal":
             return (yield from self._refused(step, session, timeout_ns))
         if step.verb in ("wait-state", "expect-state"):
@@ -197,6 +207,19 @@ class Script:
             wait = _time_ns(step.words[2], step.place) if step.verb == "wait-event" else 0
             return (yield from self._event(step, session, wait))
         answer = yield from step.command.procedure(session, timeout_ns)
+        return "\n".join(line["text"] for line in answer) if answer else "ok"
+
+    def _tried(self, step, session, timeout_ns):
+        if step.words[0] == "nowait":
+            for request in step.command.requests:
+                session.send(request)
+            return "sent"
+        try:
+            answer = yield from step.command.procedure(session, timeout_ns)
+        except LinkLost:
+            raise
+        except SessionError as problem:
+            return f"not carried out: {problem}"
         return "\n".join(line["text"] for line in answer) if answer else "ok"
 
     def _refused(self, step, session, timeout_ns):

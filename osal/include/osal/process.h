@@ -32,6 +32,9 @@ typedef struct {
     bool outlives;           ///< Goes on when its parent ends, in a session of its own.
 } osal_process_start_t;
 
+#define OSAL_SIGNAL_KILL 9 ///< As a result's code: SIGKILL,
+#define OSAL_SIGNAL_END 15 ///< SIGTERM.
+
 typedef struct {
     bool has_ended;
     bool was_signalled; ///< Ended by a signal.

@@ -45,6 +45,8 @@ def test_the_scenarios_of_the_repository_load(path, dictionary):
         ("1 operator expect-refusal state MANIPULATOR OFFLINE", "expected a failure code"),
         ("1 operator expect-refusal 0x0111", "usage: expect-refusal"),
         ("1 operator nowait fly", "no command 'fly'"),
+        ("1 operator try", "usage: try"),
+        ("1 operator try nowait fly", "no command 'fly'"),
         ("1 operator nowait at +60 ping SUPERVISOR", "has to wait for answers"),
         ("1 operator end now", "usage: end"),
         ("2 operator ping\n1 operator ping", "before the operator's line above"),
@@ -153,6 +155,15 @@ def test_expected_refusal(dictionary):
         Flight(dictionary, lambda p: failure(p, 2, 0x0110, 0)).run(text)
     with pytest.raises(ScriptFailure, match="expected refusal 0x0111 .*carried out"):
         Flight(dictionary).run(text)
+
+
+def test_what_is_tried_may_fail(dictionary):
+    text = "0 operator try state MANIPULATOR SAFE_OPERATIONAL\n0 operator try nowait ping MANIPULATOR\n"
+    flight = Flight(dictionary, lambda p: failure(p, 2, 0x0111, 16 << 16 | 2)).run(text)
+    assert flight.told[0]["outcome"].startswith("not carried out: ")
+    assert "HAND_POSITION" in flight.told[0]["outcome"]
+    assert flight.told[1]["outcome"] == "sent"
+    assert "completed" in Flight(dictionary).run("0 operator try state MANIPULATOR OFFLINE\n").told[0]["outcome"]
 
 
 def test_wait_state(dictionary):
