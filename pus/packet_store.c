@@ -495,6 +495,18 @@ static void find_first(pus_packet_store_t* const store, const uint64_t tail)
     }
 }
 
+/// Count blocks that cannot be reached: they lie before one that is missing, and nobody has deleted them.
+static void count_unreachable(pus_packet_store_t* const store, const uint64_t tail)
+{
+    const uint64_t oldest = (number_of(tail) > 1U) ? number_of(tail) : 1U;
+    for (uint16_t i = 0U; i < store->config.block_capacity; i++) {
+        const uint64_t number = store->config.blocks[i].number;
+        const bool is_lost    = (number >= oldest) && (number < store->first) &&
+                             (pus_packet_store_blocks_used(store) < store->limit);
+        store->counters.damaged += is_lost ? 1U : 0U;
+    }
+}
+
 /// Read what blocks are there. STATUS_OK, STATUS_IO, STATUS_FULL.
 static status_t recover(pus_packet_store_t* const store, const uint64_t tail)
 {
@@ -510,6 +522,7 @@ static status_t recover(pus_packet_store_t* const store, const uint64_t tail)
         return status;
     }
     find_first(store, tail);
+    count_unreachable(store, tail);
     for (uint64_t number = store->first; (number <= store->last) && (status == STATUS_OK); number++) {
         pus_store_block_t* const block                  = block_of(store, number);
         store->config.blocks[block->slot].is_slot_taken = true;

@@ -65,7 +65,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t refused;     ///< Packets a full bounded store did not take.
         uint32_t overwritten; ///< Packets that a circular store has given up for newer ones.
         uint32_t failed;      ///< Reads, writes and syncs that the medium failed.
-        uint32_t damaged;     ///< Blocks whose rest could not be read any more.
+        uint32_t damaged; ///< Blocks that could not be reached, or whose rest could not be read, any more.
     } counters;
 } pus_packet_store_t;
 

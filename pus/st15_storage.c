@@ -250,6 +250,10 @@ status_t pus_storage_start(pus_storage_t* const storage)
             pus_packet_store_create(&store->log, state->generation, limit, is_circular);
             store->is_failed = true;
             result           = STATUS_IO;
+        } else if ((store->log.counters.damaged > 0U) && (result == STATUS_OK)) {
+            result = STATUS_CHECKSUM;
+        } else {
+            // All that is there can be read, or another store has told.
         }
         // What was not on the medium yet when the power was cut is not there any more.
         const uint64_t head = pus_packet_store_head(&store->log);

@@ -174,8 +174,9 @@ pus_selection_t* pus_storage_selection(pus_storage_t* storage, uint8_t number);
 /// possible here), STATUS_EXHAUSTED (a selection longer than there is room for): nothing changed.
 MUST_USE status_t pus_storage_restore(pus_storage_t* storage, uint32_t key, const uint8_t* octets,
                                       size_t size);
-/// Recover what the stores hold. STATUS_OK, STATUS_IO (the medium of a store failed: that store takes and
-/// gives nothing until the next start).
+/// Recover what the stores hold. STATUS_OK; STATUS_CHECKSUM: packets that nobody has deleted cannot be
+/// reached any more, all else can; STATUS_IO: the medium of a store failed, that store takes and gives
+/// nothing until the next start.
 MUST_USE status_t pus_storage_start(pus_storage_t* storage);
 /// Store a report, `tm` decoded, in all stores that select it.
 void pus_storage_observe(pus_storage_t* storage, const pus_tm_t* tm, const uint8_t* packet, size_t size,

@@ -322,6 +322,9 @@ static void a_damaged_header_ends_the_chain(void)
         spoil(PUS_STORE_BLOCK + places[i]);
         TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 0U));
         expect_content(9U, 12U, LARGE);
+        TEST_ASSERT_EQUAL_UINT32(1U, store.counters.damaged); // The block before it.
+        TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 2U * (uint64_t)PUS_STORE_BLOCK));
+        TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged); // It was deleted.
     }
     static const size_t closings[] = {20U, 30U, 33U, 50U, 55U}; // Then its records tell.
     for (size_t i = 0U; i < (sizeof(closings) / sizeof(closings[0])); i++) {

@@ -416,6 +416,24 @@ static void requests_are_strict(void)
     expect_strict_shape(18U, NULL, 0U);
 }
 
+/// A block that is lost takes those before it along: that is told at the start.
+static void what_cannot_be_reached_is_told(void)
+{
+    stores_add("ring", 3U, PUS_STORE_CIRCULAR);
+    stores_add("box", 4U, PUS_STORE_BOUNDED);
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
+    stores_reports(1U, 9U);
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
+    recorded.image[1].octets[PUS_STORE_BLOCK + 4U] ^= 1U;
+    TEST_ASSERT_EQUAL(STATUS_CHECKSUM, stores_restart());
+    TEST_ASSERT_EQUAL_UINT32(0U, stores_storage.stores[0].log.counters.damaged);
+    TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.stores[1].log.counters.damaged);
+    recorded.calls     = 0U;
+    recorded.fail_from = 1U; // And the first store fails.
+    TEST_ASSERT_EQUAL(STATUS_IO, stores_restart());
+    TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.stores[1].log.counters.damaged);
+}
+
 static void start_without_stores(void)
 {
     stores_config.store_count = 0U;
@@ -443,6 +461,7 @@ int main(void)
     RUN_TEST(a_store_of_the_same_name_is_another);
     RUN_TEST(selections_by_request);
     RUN_TEST(requests_are_strict);
+    RUN_TEST(what_cannot_be_reached_is_told);
     RUN_TEST(what_a_caller_may_not_do_is_asserted);
     return UNITY_END();
 }
