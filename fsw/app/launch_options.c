@@ -357,29 +357,38 @@ static bool is_foreign_sensible(launch_options_t* const options, char error[LAUN
            fail(error, "--foreign", "--nodes 2", "a stand-in and its program run on one on-board computer");
 }
 
-/// Combinations that make no sense, each with the reason.
-static bool is_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+static bool is_image_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
-    if (options->is_image && !options->is_stepped) {
+    if (!options->is_image) {
+        return true;
+    }
+    if (!options->is_stepped) {
         return fail(error, "--form image --time", options->is_free ? "free" : "real",
                     "the image runs all components in one loop, which no wall clock drives; take processes");
     }
-    if (options->is_image && (options->tools != 0U)) {
+    if (options->tools != 0U) {
         return fail(error, "--form image", "--tools",
                     "bus tools attach to the simulator's own process; take processes");
+    }
+    if (options->nodes > 1U) {
+        return fail(error, "--form image", "--nodes 2",
+                    "the image is one program, and runs on one on-board computer; take processes");
+    }
+    return (options->transport[0] == '\0') ||
+           fail(error, "--form image --transport", options->transport,
+                "the components of the image hand messages over in memory; take processes");
+}
+
+/// Combinations that make no sense, each with the reason.
+static bool is_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+{
+    if (!is_image_sensible(options, error)) {
+        return false;
     }
     if ((options->nodes > 1U) && (options->bus != LAUNCH_BUS_SHM)) {
         return fail(
             error, "--nodes 2 --bus", launch_bus_text(options->bus),
             "CAN interfaces belong to one network namespace, and nodes to two others; take --bus shm");
-    }
-    if (options->is_image && (options->nodes > 1U)) {
-        return fail(error, "--form image", "--nodes 2",
-                    "the image is one program, and runs on one on-board computer; take processes");
-    }
-    if (options->is_image && (options->transport[0] != '\0')) {
-        return fail(error, "--form image --transport", options->transport,
-                    "the components of the image hand messages over in memory; take processes");
     }
     if (options->is_free && (options->nodes > 1U)) {
         return fail(error, "--time free", "--nodes 2",

@@ -13,7 +13,7 @@
 #define REAL_HANG_NS (20U * NS_PER_MS)
 #define STEPPED_HANG_NS (5000U * NS_PER_MS)
 /// How long it may wait for something of the system: a disk may take its time.
-#define REAL_WAIT_NS (500U * NS_PER_MS)
+#define REAL_WAIT_NS (5000U * NS_PER_MS)
 #define STEPPED_WAIT_NS (20000U * NS_PER_MS)
 /// Wall-clock time that a component which was started again has to join; time stands still for it.
 #define JOIN_NS (10000U * NS_PER_MS)

@@ -128,7 +128,7 @@ def test_program_called_by_hand_tells_its_usage(name, words):
         ("seed", " -1", "a whole number from 0"),
         ("quantum", "1s", "a whole number from 0 to 1000000000"),
         ("free-run", "long", "a time in seconds"),
-        ("time", "soon", "stepped, real or free"),
+        ("time", "soon", "stepped or real"),
         ("bus", "robot", "NAME=ADDRESS"),
     ],
 )
