@@ -3,6 +3,7 @@
 #include "osal/include/osal/process.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/text.h"
 #include "osal/include/osal/clock.h"
 
 #include <errno.h>
@@ -12,7 +13,6 @@
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
-#include <stdio.h>
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/prctl.h>
@@ -305,7 +305,10 @@ static char state_of(int32_t id)
 {
     char path[32];
     char text[512];
-    (void)snprintf(path, sizeof path, "/proc/%d/stat", (int)id);
+    text_t name = text_in(path, sizeof path);
+    text_add(&name, "/proc/");
+    text_add_unsigned(&name, (uint64_t)id);
+    text_add(&name, "/stat");
     const int file     = open(path, O_RDONLY | O_CLOEXEC);
     const ssize_t size = (file >= 0) ? read(file, text, sizeof text - 1U) : -1;
     if (file >= 0) {
