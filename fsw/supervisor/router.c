@@ -250,6 +250,11 @@ static bool admits(void* const context, const uint16_t peer)
                                              component_may_accept(&intake->supervisor->component)));
 }
 
+static bool is_peer(void* const context, const uint16_t peer)
+{
+    return *(const uint16_t*)context == peer;
+}
+
 /// Take the next packet into a block of its size, log and route it, and give the block back: whoever still
 /// needs it holds it, too. Without a block it is handled all the same, but cannot wait.
 static status_t take_one(supervisor_t* const supervisor, const message_filter_t* const filter,
@@ -261,12 +266,13 @@ static status_t take_one(supervisor_t* const supervisor, const message_filter_t*
     if (status != STATUS_OK) {
         return status;
     }
-    uint8_t* const block  = ((size > 0U) && (size <= PUS_PACKET_MAX))
-                                ? ground_backlog_take(&supervisor->ground_backlog, size)
-                                : NULL;
-    uint8_t* const packet = (block != NULL) ? block : supervisor->packet;
-    const size_t capacity = (block != NULL) ? size : sizeof supervisor->packet;
-    status                = message_receive_if(endpoint, filter, out_from, packet, capacity, &size);
+    uint8_t* const block        = ((size > 0U) && (size <= PUS_PACKET_MAX))
+                                      ? ground_backlog_take(&supervisor->ground_backlog, size)
+                                      : NULL;
+    uint8_t* const packet       = (block != NULL) ? block : supervisor->packet;
+    const size_t capacity       = (block != NULL) ? size : sizeof supervisor->packet;
+    const message_filter_t same = {out_from, is_peer}; // The block may have changed who is admitted.
+    status                      = message_receive_if(endpoint, &same, out_from, packet, capacity, &size);
     if ((status != STATUS_OK) || (size == 0U)) {
         supervisor->counters.tm_malformed++;
     } else if (pus_packet_is_tc(packet, size)) {

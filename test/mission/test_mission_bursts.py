@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bursts of requests, faster than anybody can answer them: each ends exactly once, and no report is lost on the way."""
+
+import collections
+import contextlib
+import itertools
+import signal
+import threading
+
+import flying
+import pytest
+from hirosco_gse import packets
+
+REQUESTS = 4000  # With four reports each they do not go round the sequence count.
+SUPERVISOR, JOYSTICK = 1, 17
+COMPLETED, UNROUTED, ALIVE = (1, 7), (1, 10), (17, 2)
+ENDS = {(1, 2), (1, 4), (1, 8), COMPLETED, UNROUTED}
+ENDLESS_S = 1_000_000
+
+
+def _read_packets(link):
+    """Packets as they come."""
+    octets = b""
+    while True:
+        received = link.recv(65536)
+        if not received:
+            return
+        octets += received
+        while len(octets) >= 6 and len(octets) >= (size := int.from_bytes(octets[4:6], "big") + 7):
+            yield octets[:size]
+            octets = octets[size:]
+
+
+def _burst(link, apid):
+    """Pings without waiting for an answer; (message -> count, request -> ends, sequence counts seen)."""
+    requests = b"".join(packets.build_tc(apid, number, 17, 1, source=1) for number in range(REQUESTS))
+    threading.Thread(target=link.sendall, args=(requests,), daemon=True).start()
+    messages, ends, sequence = collections.Counter(), collections.Counter(), set()
+    for packet in itertools.islice(_read_packets(link), 10 * REQUESTS):  # What is FIRM overtakes on the way to ground.
+        sender, message = int.from_bytes(packet[:2], "big") & 0x7FF, tuple(packet[7:9])
+        if not sender:
+            continue  # A time report has no such header.
+        messages[message] += 1
+        if sender == apid:
+            sequence.add(int.from_bytes(packet[2:4], "big") & 0x3FFF)
+        if message in ENDS:
+            ends[packet[21:25]] += 1
+        if len(ends) == REQUESTS and messages[ALIVE] == messages[COMPLETED]:
+            break
+    return messages, ends, sequence
+
+
+@pytest.mark.parametrize("apid", [SUPERVISOR, JOYSTICK])
+def test_each_request_of_a_burst_ends_once(hangar, apid):
+    """What has no room at its addressee is told so (TM[1,10]); all others are answered, without a gap in the numbers."""
+    flight = flying.start(hangar / f"burst-{apid}", "--scenario", "none", "--duration", ENDLESS_S, "--form", "image")
+    try:
+        with contextlib.closing(flying.connect(flight.port())) as link:
+            link.settimeout(flying.MOMENT_S)
+            messages, ends, sequence = _burst(link, apid)
+    finally:
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    assert set(ends.values()) == {1}, "a request ended twice"
+    assert messages[COMPLETED] == messages[ALIVE] == messages[(1, 1)] == messages[(1, 3)]
+    assert messages[COMPLETED] + messages[UNROUTED] == REQUESTS
+    assert messages[COMPLETED] > 0
+    assert apid == JOYSTICK or messages[UNROUTED] == 0, "the supervisor's own requests wait on the ground's side"
+    if apid == JOYSTICK:  # Of the supervisor's own, ground that is behind misses housekeeping, which is in the log.
+        assert len(sequence) == max(sequence) - min(sequence) + 1
