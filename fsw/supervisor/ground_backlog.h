@@ -30,9 +30,11 @@
 #define GROUND_REPORTS (GROUND_FIRM_REPORTS + GROUND_PLAIN_REPORTS + GROUND_BULK_REPORTS)
 #define GROUND_OCTETS (GROUND_FIRM_OCTETS + GROUND_PLAIN_OCTETS + GROUND_BULK_OCTETS)
 #define GROUND_SIZES 4U
+/// Blocks of a size and their bookkeeping.
+#define GROUND_BLOCKS(octets, count) RESOURCE_ARENA_WORDS((size_t)(octets), (size_t)(count))
 #define GROUND_ARENA_WORDS                                                                                   \
-    (RESOURCE_ARENA_WORDS(64U, 512U) + RESOURCE_ARENA_WORDS(256U, 96U) + RESOURCE_ARENA_WORDS(1024U, 16U) +  \
-     RESOURCE_ARENA_WORDS(PUS_PACKET_MAX, 7U))
+    (GROUND_BLOCKS(64U, 512U) + GROUND_BLOCKS(256U, 96U) + GROUND_BLOCKS(1024U, 16U) +                       \
+     GROUND_BLOCKS(PUS_PACKET_MAX, 7U))
 
 typedef struct { // Private. A report in a line.
     uint8_t* block;

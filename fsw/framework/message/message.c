@@ -40,14 +40,14 @@ status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t pee
     if (channel_of(endpoint, peer) != NULL) {
         return STATUS_EXISTS;
     }
-    const size_t place = endpoint->channel_count * MESSAGE_INBOX_OCTETS(1U);
-    if ((endpoint->channel_count == MESSAGE_PEERS_MAX) ||
-        ((place + MESSAGE_INBOX_OCTETS(1U)) > endpoint->storage_octets)) {
+    const uint32_t share = MESSAGE_INBOX_OCTETS(1U);
+    const size_t place   = endpoint->channel_count * share;
+    if ((endpoint->channel_count == MESSAGE_PEERS_MAX) || ((place + share) > endpoint->storage_octets)) {
         return STATUS_EXHAUSTED;
     }
     message_channel_t* const channel = &endpoint->channels[endpoint->channel_count];
     *channel                         = (message_channel_t){.peer = peer, .sync_at = STRAYS_MAX};
-    message_inbox_init(&channel->inbox, &endpoint->storage[place], MESSAGE_INBOX_OCTETS(1U));
+    message_inbox_init(&channel->inbox, &endpoint->storage[place], share);
     endpoint->channel_count++;
     return STATUS_OK;
 }
