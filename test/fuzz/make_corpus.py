@@ -210,6 +210,13 @@ def seeds_of_text():
     yield from (bytes([choice]) + text.encode() for choice, text in enumerate([*words[1:], words[0]]))
 
 
+def seeds_of_procedures():
+    yield from (bytes([1, piece, piece]) for piece in range(50))
+    yield b"\0for i = 1, 9 do step(i) local v = get(i) or 0 send(16, 17, 1, string.pack('>I2', i + v), true) end"
+    yield b"\0local t = {} for k, v in pairs({a = 1, b = 2}) do t[#t + 1] = k .. v end table.sort(t) event(#table.concat(t, ','))"
+    yield b"\0local s = ('key = value'):gsub('(%w+) = (%w+)', '%2 = %1') if s:match('^v') then wait(0.5) end error('x')"
+
+
 def seeds_of_dump():
     both = [packet(16, True, 17, 1, b""), packet(16, False, 5, 1, b"\0\x09")]
     for style in (0, 4, 8):
@@ -227,7 +234,7 @@ VECTORS = {
     "canopen": seeds_of_canopen, "communication": seeds_of_ground, "device": seeds_of_device, "door": seeds_of_door,
     "eds": lambda: files("descriptors/devices/*.eds"), "flow_stream": seeds_of_streams, "link_frame": seeds_of_links, "message": seeds_of_messages,
     "mission_descriptor": lambda: files("descriptors/missions/*.xml"), "packet": seeds_of_packets,
-    "packet_archive": seeds_of_archive, "pusdump": seeds_of_dump, "reload": seeds_of_reload,
+    "packet_archive": seeds_of_archive, "procedures": seeds_of_procedures, "pusdump": seeds_of_dump, "reload": seeds_of_reload,
     "sdls": seeds_of_sdls, "scenario": lambda: files("sim/scenarios/*.scn"), "socketcand": seeds_of_socketcand,
     "subsystem": seeds_of_subsystem, "subsystem_descriptor": lambda: files("descriptors/subsystems/*.xml"),
     "supervisor": seeds_of_supervisor, "text": seeds_of_text, "udp_carrier": seeds_of_datagrams,
