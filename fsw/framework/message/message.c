@@ -8,7 +8,7 @@
 
 #define FIRST_PROBE 4U         ///< Refusals in a row after which a peer is asked what it has taken.
 #define STRAYS_MAX 3U          ///< Frames outside of the window in a row after which SYNC is sent.
-#define SYNC_SPACING 1024U     ///< Strays between two SYNCs that nobody answers, at most.
+#define SYNC_SPACING 1024U     ///< Strays or refusals between two SYNCs, at most.
 #define LOST_AT_ONCE_MAX 4096U ///< A larger gap is no loss: one of both numbers was forged or damaged.
 #define FIRST_LIFE 1U
 
@@ -108,14 +108,15 @@ static void sync(message_endpoint_t* const endpoint, message_channel_t* const ch
     }
 }
 
-/// The more refusals without a word from the peer, the rarer: what asks must not fill the way that is to be
-/// freed.
+/// The more refusals without credit from the peer, the rarer, down to one in SYNC_SPACING: what asks must not
+/// fill the way that is to be freed, and finds out soon when it is free.
 static void refused_for_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     endpoint->counters.no_credit++;
     channel->refusals++;
     const bool is_power_of_two = ((channel->refusals & (channel->refusals - 1U)) == 0U);
-    if ((channel->refusals >= FIRST_PROBE) && is_power_of_two) {
+    const bool is_due          = is_power_of_two || ((channel->refusals % SYNC_SPACING) == 0U);
+    if ((channel->refusals >= FIRST_PROBE) && is_due) {
         sync(endpoint, channel);
     }
 }
