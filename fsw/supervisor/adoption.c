@@ -306,7 +306,8 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     state->orbit_period_ms     = supervisor->path.period_ms;
     state->has_shutdown_token  = truth(supervisor->has_shutdown_token);
     state->shutdown_token      = keep_token(&supervisor->shutdown_token);
-    (void)memcpy(state->counters, &supervisor->counters, sizeof supervisor->counters);
+    (void)memcpy((uint8_t*)state->counters, (const uint8_t*)&supervisor->counters,
+                 sizeof supervisor->counters);
     keep_members(supervisor, state);
     keep_links(supervisor, state);
     keep_plans(supervisor, state);
@@ -399,7 +400,8 @@ static void take(supervisor_t* const supervisor, const supervisor_vitals_t* cons
                                                 .position  = state->orbit_position};
     supervisor->has_shutdown_token  = is_true(state->has_shutdown_token);
     supervisor->shutdown_token      = take_token(&state->shutdown_token);
-    (void)memcpy(&supervisor->counters, state->counters, sizeof supervisor->counters);
+    (void)memcpy((uint8_t*)&supervisor->counters, (const uint8_t*)state->counters,
+                 sizeof supervisor->counters);
     take_members(supervisor, state);
     take_links(supervisor, state);
     take_plans(supervisor, state);

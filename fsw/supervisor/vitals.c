@@ -27,7 +27,7 @@ static uint64_t sum_words(const uint64_t start, const uint8_t* const octets, con
     for (size_t at = 0U; at < size; at += sizeof(uint64_t)) {
         const size_t left = size - at;
         uint64_t word     = 0U;
-        (void)memcpy(&word, &octets[at], (left < sizeof word) ? left : sizeof word);
+        (void)memcpy((uint8_t*)&word, &octets[at], (left < sizeof word) ? left : sizeof word);
         sum = (sum ^ word) * PRIME;
     }
     return sum;
