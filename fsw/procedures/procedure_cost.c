@@ -100,11 +100,9 @@ uint32_t procedure_price_of_key(const procedure_slot_t* const slot)
 static uint32_t price_of(const procedure_slot_t* const slot, const uint32_t instruction)
 {
     const uint32_t operation = instruction & OPERATION_MASK;
-    if (operation >= OPERATIONS) {
-        return PROCEDURE_ACT_MAX;
-    }
-    const uint32_t base = prices[operation].base;
-    switch ((dependence_t)prices[operation].on) {
+    const bool is_known      = operation < OPERATIONS;
+    const uint32_t base      = is_known ? prices[operation].base : PROCEDURE_ACT_MAX;
+    switch (is_known ? (dependence_t)prices[operation].on : PLAIN) {
     case KEY:
         return base + procedure_price_of_key(slot);
     case LENGTH:

@@ -308,6 +308,30 @@ static void damage_of_both_media_is_told(void)
     TEST_ASSERT_TRUE(journal.damage.is_damaged);
 }
 
+/// Each call of a medium fails, while damaged media are opened.
+static void errors_of_damaged_media_are_told(void)
+{
+    write_journal(3U);
+    const journal_configuration_t configuration = {.media    = {recorded_medium(0U), recorded_medium(1U)},
+                                                   .limit    = 1500U,
+                                                   .slots    = slots,
+                                                   .capacity = CAPACITY};
+    for (size_t place = 3U; place < 40U; place += 17U) { // Head, a record.
+        unsigned failures = 0U;
+        status_t status   = STATUS_IO;
+        for (unsigned i = 1U; (status != STATUS_OK) || (recorded.calls >= i); i++) {
+            recorded_copy(work, original);
+            work[0].octets[place] ^= 1U;
+            recorded_clear(work);
+            recorded.fail_from = i;
+            status             = journal_open(&journal, &configuration);
+            TEST_ASSERT_TRUE((status == STATUS_IO) || ((status == STATUS_OK) && journal.damage.is_damaged));
+            failures += (status == STATUS_IO) ? 1U : 0U;
+        }
+        TEST_ASSERT_TRUE(failures > 10U);
+    }
+}
+
 static void nobody_needs_to_keep_it(void)
 {
     write_journal(3U);
@@ -329,6 +353,7 @@ int main(void)
     RUN_TEST(many_damages_are_told_or_do_no_harm);
     RUN_TEST(what_is_lost_is_counted);
     RUN_TEST(damage_of_both_media_is_told);
+    RUN_TEST(errors_of_damaged_media_are_told);
     RUN_TEST(nobody_needs_to_keep_it);
     return UNITY_END();
 }
