@@ -202,15 +202,14 @@ status_t message_send_plain(message_endpoint_t* const endpoint, const uint16_t t
 status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
 {
     FSW_ASSERT((endpoint != NULL) && ((frame != NULL) || (size == 0U)));
-    message_channel_t* const channel =
-        message_frame_is_well_made(frame, size, endpoint->self)
-            ? channel_of(endpoint, message_frame_read(frame, frame[MESSAGE_AT_KIND], size).from)
-            : NULL;
+    message_channel_t* const channel = message_frame_is_well_made(frame, size, endpoint->self)
+                                           ? channel_of(endpoint, message_frame_from(frame))
+                                           : NULL;
     if (channel == NULL) {
         endpoint->counters.malformed++;
         return STATUS_OK;
     }
-    const uint32_t life = message_frame_read(frame, MESSAGE_DATA, size).from_life;
+    const uint32_t life = message_frame_life(frame);
     status_t status =
         message_inbox_put(&channel->inbox, frame[MESSAGE_AT_KIND], endpoint->stamp, frame, size);
     while ((status == STATUS_FULL) && message_inbox_forget(&channel->inbox, life)) {
@@ -339,11 +338,10 @@ static bool is_own_life(const message_endpoint_t* const endpoint, const uint32_t
 bool message_is_of_past(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
 {
     FSW_ASSERT((endpoint != NULL) && (frame != NULL));
-    const message_channel_t* const channel =
-        message_frame_is_well_made(frame, size, endpoint->self)
-            ? channel_of(endpoint, message_frame_read(frame, frame[MESSAGE_AT_KIND], size).from)
-            : NULL;
-    const bool is_of_past = (channel != NULL) && channel->is_life_said &&
+    const message_channel_t* const channel = message_frame_is_well_made(frame, size, endpoint->self)
+                                                 ? channel_of(endpoint, message_frame_from(frame))
+                                                 : NULL;
+    const bool is_of_past                  = (channel != NULL) && channel->is_life_said &&
                             !is_own_life(endpoint, message_frame_read(frame, MESSAGE_DATA, size).to_life);
     endpoint->counters.stale += is_of_past ? 1U : 0U;
     return is_of_past;
@@ -455,13 +453,21 @@ static void judge_all_of(message_endpoint_t* const endpoint, message_channel_t* 
     uint8_t header[MESSAGE_HEADER_OCTETS];
     uint8_t kind = MESSAGE_DATA;
     size_t size  = 0U;
-    while (message_inbox_next(&channel->inbox, header, &kind, &size)) {
+    bool waits   = false;
+    while (message_inbox_has_news(&channel->inbox) &&
+           message_inbox_next(&channel->inbox, header, &kind, &size)) {
         const message_frame_t frame = message_frame_read(header, kind, size);
-        if (!is_block(endpoint, channel, &frame) && (kind == MESSAGE_DATA)) {
+        if (is_block(endpoint, channel, &frame)) {
+            waits = true;
+        } else if (kind == MESSAGE_DATA) {
             message_inbox_drop(&channel->inbox);
+        } else {
+            // Taken note of.
         }
     }
-    catch_up(channel);
+    if (!waits) {
+        catch_up(channel);
+    }
     if (credit_of(channel, 0U, 0U) > 0U) { // A word without credit does not tell that nothing was lost.
         channel->refusals = 0U;
     }
@@ -470,7 +476,9 @@ static void judge_all_of(message_endpoint_t* const endpoint, message_channel_t* 
 static void judge_news(message_endpoint_t* const endpoint)
 {
     for (size_t i = 0U; endpoint->is_news && (i < endpoint->channel_count); i++) {
-        judge_all_of(endpoint, &endpoint->channels[i]);
+        if (message_inbox_has_news(&endpoint->channels[i].inbox)) {
+            judge_all_of(endpoint, &endpoint->channels[i]);
+        }
     }
     endpoint->is_news = false;
 }
@@ -538,17 +546,17 @@ status_t message_receive_if(message_endpoint_t* const endpoint, const message_fi
         return STATUS_EMPTY;
     }
     uint8_t header[MESSAGE_HEADER_OCTETS];
-    size_t size                 = 0U;
-    const status_t status       = message_inbox_take(&channel->inbox, header, octets, capacity, &size);
-    const message_frame_t frame = message_frame_read(header, MESSAGE_DATA, size);
-    if (frame.from_life == channel->peer_life) { // Last words of an earlier life give no credit to this one.
-        channel->taken = frame.sequence + 1U;
+    size_t size           = 0U;
+    const status_t status = message_inbox_take(&channel->inbox, header, octets, capacity, &size);
+    if (message_frame_life(header) ==
+        channel->peer_life) { // Last words of an earlier life give no credit to this one.
+        channel->taken = message_frame_sequence(header) + 1U;
         channel->untold += (uint32_t)size;
     }
     catch_up(channel);
     endpoint->counters.received++;
     *out_from = channel->peer;
-    *out_size = (status == STATUS_OK) ? frame.size : 0U;
+    *out_size = (status == STATUS_OK) ? (size - MESSAGE_HEADER_OCTETS) : 0U;
     return_credit(endpoint, channel);
     return status;
 }

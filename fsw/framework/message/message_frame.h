@@ -7,6 +7,8 @@
 
 #include "fsw/framework/message/message.h"
 
+#include "fsw/framework/base/octets.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -31,6 +33,19 @@ typedef struct {
 void message_frame_write(const message_frame_t* frame, uint8_t header[MESSAGE_HEADER_OCTETS]);
 /// What a header says, whose kind is known; `size` is that of the frame.
 message_frame_t message_frame_read(const uint8_t header[MESSAGE_HEADER_OCTETS], uint8_t kind, size_t size);
+/// Single fields of it.
+static inline uint16_t message_frame_from(const uint8_t header[MESSAGE_HEADER_OCTETS])
+{
+    return octets_u16_at(&header[4]);
+}
+static inline uint32_t message_frame_life(const uint8_t header[MESSAGE_HEADER_OCTETS])
+{
+    return octets_u32_at(&header[8]);
+}
+static inline uint32_t message_frame_sequence(const uint8_t header[MESSAGE_HEADER_OCTETS])
+{
+    return octets_u32_at(&header[16]);
+}
 /// False for octets that are no frame to component `self`.
 bool message_frame_is_well_made(const uint8_t* octets, size_t size, uint16_t self);
 

@@ -27,21 +27,19 @@ status_t message_inbox_put(message_inbox_t* const inbox, const uint8_t kind, con
     if (kind != KIND_DATA) {
         message_note_t* const note = &inbox->notes[kind - 1U];
         (void)memcpy(note->header, frame, sizeof note->header);
-        note->after  = inbox->arrived;
-        note->stamp  = stamp;
+        note->after = inbox->arrived;
+        note->stamp = stamp;
+        inbox->notes_set += note->is_set ? 0U : 1U;
         note->is_set = true;
         return STATUS_OK;
     }
-    const size_t place    = inbox->blocks.used;
-    const status_t status = octet_ring_put(&inbox->blocks, frame, size);
-    if (status == STATUS_OK) {
-        uint8_t mark[AT_DROPPED + 1U];
-        (void)memcpy(mark, frame, sizeof mark);
-        octets_put_u32(&mark[AT_STAMP], stamp);
-        mark[AT_DROPPED] = 0U;
-        octet_ring_overwrite(&inbox->blocks, place, mark, sizeof mark);
-        inbox->arrived++;
-    }
+    uint8_t header[MESSAGE_INBOX_HEADER];
+    (void)memcpy(header, frame, sizeof header);
+    octets_put_u32(&header[AT_STAMP], stamp);
+    header[AT_DROPPED]    = 0U;
+    const status_t status = octet_ring_put_parts(&inbox->blocks, header, sizeof header, &frame[sizeof header],
+                                                 size - sizeof header);
+    inbox->arrived += (status == STATUS_OK) ? 1U : 0U;
     return status;
 }
 
@@ -50,6 +48,9 @@ status_t message_inbox_put(message_inbox_t* const inbox, const uint8_t kind, con
 static message_note_t* next_note(message_inbox_t* const inbox)
 {
     message_note_t* found = NULL;
+    if (inbox->notes_set == 0U) {
+        return NULL;
+    }
     for (uint8_t i = 0U; i < MESSAGE_INBOX_NOTES; i++) {
         message_note_t* const note = &inbox->notes[i];
         const bool is_due          = note->is_set && ((inbox->judged - note->after) < (UINT32_MAX / 2U));
@@ -68,8 +69,9 @@ bool message_inbox_next(message_inbox_t* const inbox, uint8_t header[MESSAGE_INB
     if (note != NULL) {
         (void)memcpy(header, note->header, sizeof note->header);
         note->is_set = false;
-        *out_kind    = (uint8_t)((note - inbox->notes) + 1);
-        *out_size    = sizeof note->header;
+        inbox->notes_set--;
+        *out_kind = (uint8_t)((note - inbox->notes) + 1);
+        *out_size = sizeof note->header;
         return true;
     }
     if (inbox->judged == inbox->arrived) {
@@ -128,7 +130,7 @@ bool message_inbox_oldest(message_inbox_t* const inbox, uint32_t* const out_stam
 {
     FSW_ASSERT((inbox != NULL) && (out_stamp != NULL));
     while (inbox->place > 0U) {
-        uint8_t mark[AT_DROPPED + 1U];
+        uint8_t mark[AT_DROPPED + 2U];
         size_t size = 0U;
         (void)octet_ring_look(&inbox->blocks, 0U, mark, sizeof mark, &size);
         if (mark[AT_DROPPED] == 0U) {
@@ -143,11 +145,7 @@ bool message_inbox_oldest(message_inbox_t* const inbox, uint32_t* const out_stam
 status_t message_inbox_take(message_inbox_t* const inbox, uint8_t header[MESSAGE_INBOX_HEADER],
                             uint8_t* const octets, const size_t capacity, size_t* const out_size)
 {
-    uint32_t stamp = 0U;
-    if (!message_inbox_oldest(inbox, &stamp)) {
-        *out_size = 0U;
-        return STATUS_EMPTY;
-    }
+    FSW_ASSERT((inbox != NULL) && (inbox->place > 0U)); // message_inbox_oldest has found it.
     const size_t before = inbox->blocks.used;
     const status_t status =
         octet_ring_take_parts(&inbox->blocks, header, MESSAGE_INBOX_HEADER, octets, capacity, out_size);

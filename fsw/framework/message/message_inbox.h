@@ -33,6 +33,7 @@ typedef struct {         // Private, except `blocks`, to be read.
     uint32_t judged;     // Of these, judged.
     size_t place;        // Where the next one to judge lies, from the first octet of the ring on.
     size_t last;         // Where the one that was judged last lies.
+    uint32_t notes_set;  // How many of the notes are there.
     message_note_t notes[MESSAGE_INBOX_NOTES];
 } message_inbox_t;
 
@@ -52,7 +53,13 @@ void message_inbox_drop(message_inbox_t* inbox);
 bool message_inbox_forget(message_inbox_t* inbox, uint32_t life);
 /// Stamp of the oldest block that was judged and not dropped. False if there is none.
 bool message_inbox_oldest(message_inbox_t* inbox, uint32_t* out_stamp);
-/// Take that block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped, but the header is there).
+/// True if a frame waits to be judged.
+static inline bool message_inbox_has_news(const message_inbox_t* inbox)
+{
+    return (inbox->judged != inbox->arrived) || (inbox->notes_set > 0U);
+}
+/// Take that block, which message_inbox_oldest has found. STATUS_OK, STATUS_TOO_LARGE (dropped, but the
+/// header is there).
 MUST_USE status_t message_inbox_take(message_inbox_t* inbox, uint8_t header[MESSAGE_INBOX_HEADER],
                                      uint8_t* octets, size_t capacity, size_t* out_size);
 
