@@ -136,7 +136,7 @@ def ports(title, items, sizes):
     """Ports of a configuration with the layout of their samples."""
     parts = []
     for item in items:
-        needs = "" if title == "provides" else f", {'required' if item['required'] else 'optional'}, stale after {item['stale_us'] / 1000:g} ms ({item['severity']})"
+        needs = "" if title == "provides" else f", {'required' if item['required'] else 'optional'}, stale after {item['stale_us'] / 1000:g} ms"
         head = f"{title} <b class='mono'>{item['name']}</b>, port {item['id']}: {item['octets']} octets each {item['period_us'] / 1000:g} ms{needs}"
         code = mono(f"0x{item['layout_hash']:08X}")
         parts.append(f"<p>{head}; by {', '.join(item['methods'])}; layout hash {code}</p>" + layout(item["layout"], sizes))
