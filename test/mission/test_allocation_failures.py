@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every block and socket that a mission asks for is refused once, in a flight of its own: no crash, nothing left behind,
-and a refusal that is counted and told. Flies what SANITIZE=1 has built, which can be told to refuse."""
+"""Of each pool and quota the first takes are refused once, each in a flight of its own: no crash, nothing left behind, and a
+refusal that is counted and told. Flies what SANITIZE=1 has built, which can be told to refuse."""
 
 import json
 import re
@@ -39,6 +39,7 @@ SCENARIO = (
     "3.2 operator get MANIPULATOR.COUNTERS",
     "3.2 operator get JOYSTICK.COUNTERS",
     "3.2 operator get COMMUNICATION.COUNTERS",
+    "3.2 operator get SUPERVISOR.GROUND",
     "3.3 operator shutdown",
 )
 
@@ -60,7 +61,7 @@ def refusals(flight):
     """Sum of what the components counted, as the operator read it; None if it could not."""
     path = flight.folder / "operator.log"
     steps = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    found = re.findall(r"(?:POOL|SOCKET|REQUEST|SEQUENCE)_REFUSED: (\d+)", " ".join(step["outcome"] for step in steps if step["verb"] == "get"))
+    found = re.findall(r"(?:POOL|SOCKET|BLOCK|REQUEST|SEQUENCE)_REFUSED: (\d+)", " ".join(step["outcome"] for step in steps if step["verb"] == "get"))
     return sum(map(int, found)) if found else None
 
 
@@ -74,7 +75,7 @@ def test_each_refusal_is_counted_and_ends_nothing(folder):
     assert undisturbed.code == 0, undisturbed.told()
     assert refusals(undisturbed) == 0, undisturbed.read("operator.log")
     total = takes(undisturbed)
-    assert total >= 10  # Seven functions, the listening socket, a scheduled request, and one for an event.
+    assert total >= 20  # Seven functions, the listening socket, a scheduled request, one for an event, and packets in two sizes.
     for number in range(1, total + 1):
         flight = fly(folder / str(number), number)
         counted = refusals(flight)

@@ -103,7 +103,7 @@ static inline void* take(pool_t* const pool)
 static __attribute__((noinline)) void* take_noted(pool_t* const pool, const uint16_t limit)
 {
     const uint16_t taken = pool->stats.taken;
-    if ((taken >= limit) || take_check_is_refused()) {
+    if ((taken >= limit) || take_check_is_refused(pool)) {
         pool->stats.refused++;
         return NULL;
     }

@@ -31,7 +31,7 @@ status_t quota_take(quota_t* const quota)
     if (quota == NULL) {
         return STATUS_OK;
     }
-    if ((quota->stats.used >= quota->limit) || take_check_is_refused()) {
+    if ((quota->stats.used >= quota->limit) || take_check_is_refused(quota)) {
         quota->stats.refused++;
         return STATUS_EXHAUSTED;
     }

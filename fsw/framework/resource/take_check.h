@@ -14,13 +14,14 @@
 #ifdef RESOURCE_CHECKS
 #define TAKES_ARE_CHECKED true
 
-/// Refuse the take of this number, counted from 1 and from now on; 0: none.
+/// Refuse the take of this number, counted from 1 and from now on; 0: none. The first 8 takes of each pool
+/// and quota have numbers, so that all kinds are reached where one of them takes a block for each packet.
 void take_check_refuse(uint32_t number);
-/// Takes since take_check_refuse, or since the start.
+/// Takes with a number since take_check_refuse, or since the start.
 uint32_t take_check_count(void);
 
-/// Called by pools and quotas with each take: true if it is the one to refuse.
-bool take_check_is_refused(void);
+/// Called by pools and quotas with each take, `asker` being themselves: true if it is the one to refuse.
+bool take_check_is_refused(const void* asker);
 /// Mark a free block; is it untouched since?
 void take_check_mark(uint64_t* block, size_t words);
 bool take_check_is_marked(const uint64_t* block, size_t words);
@@ -28,8 +29,9 @@ bool take_check_is_marked(const uint64_t* block, size_t words);
 #else
 #define TAKES_ARE_CHECKED false
 
-static inline bool take_check_is_refused(void)
+static inline bool take_check_is_refused(const void* const asker)
 {
+    (void)asker;
     return false;
 }
 

@@ -90,12 +90,40 @@ static void the_take_of_a_number_is_refused_and_counted(void)
     TEST_ASSERT_TRUE(pool_is_consistent(&pool));
 }
 
+static void the_first_takes_of_each_have_numbers(void)
+{
+    quota_t many;
+    quota_t few;
+    quota_init(&many, 20U);
+    quota_init(&few, 20U);
+    take_check_refuse(9U);
+    for (unsigned i = 0U; i < 20U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&many));
+    }
+    TEST_ASSERT_EQUAL_UINT32(8U, take_check_count());
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, quota_take(&few)); // The ninth that has one.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&few));
+    TEST_ASSERT_EQUAL_UINT32(10U, take_check_count());
+}
+
+static void more_askers_than_places_all_have_numbers(void)
+{
+    static const uint8_t askers[200];
+    take_check_refuse(0U);
+    for (unsigned i = 0U; i < sizeof askers; i++) {
+        TEST_ASSERT_FALSE(take_check_is_refused(&askers[i]));
+    }
+    TEST_ASSERT_EQUAL_UINT32(sizeof askers, take_check_count());
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_write_after_the_release_is_found);
     RUN_TEST(blocks_in_use_are_the_users);
     RUN_TEST(the_take_of_a_number_is_refused_and_counted);
+    RUN_TEST(the_first_takes_of_each_have_numbers);
+    RUN_TEST(more_askers_than_places_all_have_numbers);
     return UNITY_END();
 }
 
@@ -103,7 +131,7 @@ int main(void)
 
 static void flight_has_no_checks(void)
 {
-    TEST_ASSERT_FALSE(take_check_is_refused());
+    TEST_ASSERT_FALSE(take_check_is_refused(NULL));
     TEST_ASSERT_TRUE(take_check_is_marked(NULL, 0U));
 }
 
