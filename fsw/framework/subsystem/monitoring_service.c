@@ -15,7 +15,8 @@ static bool can_fill(void* const context, const uint16_t event_id, const size_t 
 {
     const component_t* const component    = context;
     const descriptor_event_t* const event = descriptor_find_event(component->descriptor, event_id);
-    return (event != NULL) && ((event->field_count == 0U) || (event->octets == size));
+    FSW_ASSERT(event != NULL); // Asked about events that are known.
+    return (event->field_count == 0U) || (event->octets == size);
 }
 
 static void raise_event(void* const context, const uint16_t event_id, const uint8_t* const auxiliary,

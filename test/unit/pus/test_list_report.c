@@ -114,7 +114,8 @@ static pus_reply_t answer(void* const self, pus_request_t* const request)
 static bool any_shape(void* const self, octet_reader_t* const reader)
 {
     (void)self;
-    return octet_read_octets(reader, octet_reader_left(reader)) != NULL;
+    return (octet_reader_left(reader) == 0U) ||
+           (octet_read_octets(reader, octet_reader_left(reader)) != NULL);
 }
 
 static void serve_list(void)
@@ -176,6 +177,35 @@ static void packet_after_packet_goes_out_as_the_port_takes_them(void)
     TEST_ASSERT_EQUAL_UINT32(PACKETS + 1U, executions);
 }
 
+static void a_request_without_data_is_put_off_too(void)
+{
+    serve_list();
+    bench.accepts = 4U;
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, NULL, 0U));
+    TEST_ASSERT_TRUE(pus_dispatcher_is_answering(&bench.dispatcher));
+    bench.accepts = 0U;
+    TEST_ASSERT_FALSE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
+    expect_whole_list(3U);
+    TEST_ASSERT_EQUAL_UINT(2U, executions);
+}
+
+/// The reports of acceptance and start wait themselves: the list goes on behind them.
+static void a_list_waits_for_what_waits_already(void)
+{
+    serve_list();
+    bench.accepts  = REPORTS_MAX;
+    bench.refusals = 100U;
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U));
+    TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
+    TEST_ASSERT_TRUE(pus_process_is_waiting(&bench.process));
+    TEST_ASSERT_TRUE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
+    TEST_ASSERT_EQUAL_UINT(1U, executions); // Not even tried.
+    bench.refusals = 0U;
+    TEST_ASSERT_FALSE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
+    EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 12, 9, 12, 9, 12, 9, 12, 9, 12, 9, 1, 8);
+    expect_whole_list(3U);
+}
+
 static void a_second_list_meanwhile_fails_honestly(void)
 {
     serve_list();
@@ -215,6 +245,8 @@ int main(void)
     RUN_TEST(what_is_lost_is_told);
     RUN_TEST(what_the_port_refuses_is_sent_later_and_then_the_request_ends);
     RUN_TEST(packet_after_packet_goes_out_as_the_port_takes_them);
+    RUN_TEST(a_request_without_data_is_put_off_too);
+    RUN_TEST(a_list_waits_for_what_waits_already);
     RUN_TEST(a_second_list_meanwhile_fails_honestly);
     RUN_TEST(a_request_too_long_to_be_executed_again_fails_honestly);
     return UNITY_END();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/process.h"
 
+#include "pus/st05_events.h"
 #include "test/support/assertion.h"
 #include "test/unit/pus/reports.h"
 #include "unity.h"
@@ -283,6 +284,35 @@ static void a_request_is_taken_in_as_long_as_its_verification_has_room(void)
     TEST_ASSERT_TRUE(KEPT(4U + 2U + 8U) <= PUS_FIRM_REPORT);
 }
 
+/// Post what names an event in its first two octets; the port refuses it.
+static void post_of_event(const uint8_t service, const uint8_t subtype, const uint16_t event_id)
+{
+    octet_writer_t writer = begin(service, subtype, 0U);
+    octet_write_u16(&writer, event_id);
+    octet_write_u8(&writer, (uint8_t)PUS_SEVERITY_HIGH); // Where a notice has its severity.
+    bench.refusals = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_post(&bench.process, &writer));
+    bench.refusals = 0U;
+}
+
+static void an_event_that_waits_is_known_until_it_is_sent(void)
+{
+    TEST_ASSERT_FALSE(pus_process_keeps_event(&bench.process, 7U));
+    post_of_event(1U, 7U, 7U); // No event, whatever its octets are.
+    post_of_event(5U, 2U, 7U); // A LOW event does not wait here.
+    TEST_ASSERT_FALSE(pus_process_keeps_event(&bench.process, 7U));
+    post_of_event(5U, 4U, 7U);
+    post_of_event(129U, 7U, 8U); // The notice of another one,
+    post_of_event(129U, 2U, 9U); // and a transition behind them.
+    TEST_ASSERT_TRUE(pus_process_keeps_event(&bench.process, 7U));
+    TEST_ASSERT_TRUE(pus_process_keeps_event(&bench.process, 8U));
+    TEST_ASSERT_FALSE(pus_process_keeps_event(&bench.process, 9U));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL_UINT64(5U, bench.count);
+    TEST_ASSERT_FALSE(pus_process_keeps_event(&bench.process, 7U));
+    TEST_ASSERT_FALSE(pus_process_keeps_event(&bench.process, 8U));
+}
+
 static void the_largest_answer_can_wait_too(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 9U, PUS_TM_DATA_MAX));
@@ -390,6 +420,7 @@ int main(void)
     RUN_TEST(a_process_without_rings_keeps_nothing);
     RUN_TEST(an_answer_has_room_whatever_nobody_asked_for);
     RUN_TEST(a_request_is_taken_in_as_long_as_its_verification_has_room);
+    RUN_TEST(an_event_that_waits_is_known_until_it_is_sent);
     RUN_TEST(the_largest_answer_can_wait_too);
     RUN_TEST(what_does_not_fit_is_refused_whole);
     RUN_TEST(a_report_begun_in_another_is_sent_and_the_outer_is_refused);

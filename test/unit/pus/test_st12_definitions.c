@@ -84,6 +84,17 @@ static void definitions_that_make_no_sense_are_refused(void)
     TEST_ASSERT_EQUAL_UINT16(0U, self->pmon_count);
 }
 
+static void a_port_that_fills_every_event_refuses_none(void)
+{
+    self->config.events.can_fill = NULL;
+    data_begin(1U);
+    data_pmon(1U, LEVEL, 1U, 1U, PUS_CHECK_LIMIT);
+    data_limits(LEVEL, 0U, EVENT_OTHER, 1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    TEST_ASSERT_EQUAL_UINT16(1U, self->pmon_count);
+}
+
 static void parameters_and_events_must_be_there(void)
 {
     data_begin(1U);
@@ -424,6 +435,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(definitions_that_make_no_sense_are_refused);
+    RUN_TEST(a_port_that_fills_every_event_refuses_none);
     RUN_TEST(parameters_and_events_must_be_there);
     RUN_TEST(limits_may_be_one);
     RUN_TEST(what_was_not_kept_is_deleted_all_the_same);

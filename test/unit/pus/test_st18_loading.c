@@ -231,6 +231,25 @@ static void every_request_has_a_strict_shape(void)
     }
 }
 
+static void one_is_unloaded_while_another_runs(void)
+{
+    static const uint8_t next_step[] = {0, 0};
+    script_loaded("ABCD", 1U, 'x');
+    script_loaded("B", 1U, 'x');
+    script_activated("ABCD", 0U);
+    script_activated("B", 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, script_send(20U, "ABCD", next_step, sizeof next_step));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    const unsigned commits = records.commits;
+    script_call(0U, PUS_CALL_STEP, 1U);
+    script_call(1U, PUS_CALL_STEP, 1U);
+    scripts_step(1U);
+    EXPECT_MESSAGES(1, 8, 1, 5);
+    TEST_ASSERT_EQUAL_UINT(commits + 1U, records.commits);
+    TEST_ASSERT_EQUAL_UINT32(0U, self->counters.unsaved);
+    expect_script_status(PUS_PROCEDURE_RUNNING); // Of B, the only one that is loaded.
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -244,5 +263,6 @@ int main(void)
     RUN_TEST(code_outlasts_a_power_cut);
     RUN_TEST(records_that_are_no_good_are_told);
     RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(one_is_unloaded_while_another_runs);
     return UNITY_END();
 }

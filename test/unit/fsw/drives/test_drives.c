@@ -385,6 +385,27 @@ static void the_selected_channel_is_the_one_that_is_opened(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // and B is not to be had.
 }
 
+/// As when its process ends: the bus is closed, nothing is sent, and nothing happens the second time.
+static void released_drives_have_closed_their_bus(void)
+{
+    static drives_t unused; // Its program ended before it began.
+    drives_release(&unused);
+    TEST_ASSERT_NULL(unused.network.flow);
+    drives_release(&drives); // It has no bus yet.
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
+    const unsigned boots = nodes[0]->boots;
+    for (unsigned i = 0U; i < 2U; i++) {
+        drives_release(&drives);
+        TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
+    }
+    scripted_bus_run(&bus);
+    TEST_ASSERT_EQUAL_UINT(boots, nodes[0]->boots); // No reset as in an orderly end.
+    TEST_ASSERT_EQUAL(STATUS_OK, drives_hardware_deinit(&drives));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init)); // And it can be had anew.
+}
+
 int main(void)
 {
     descriptor_loader_init(&loader);
@@ -403,5 +424,6 @@ int main(void)
     RUN_TEST(a_bus_without_channel_b_has_none_to_select);
     RUN_TEST(the_selected_channel_is_the_one_that_is_opened);
     RUN_TEST(going_down_works_from_anywhere);
+    RUN_TEST(released_drives_have_closed_their_bus);
     return UNITY_END();
 }

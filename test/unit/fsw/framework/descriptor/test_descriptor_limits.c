@@ -171,6 +171,12 @@ static void more_octets_than_allowed_are_refused_with_their_number(void)
          "arm.xml:2: rate=\"1001/s\" of <Event>: expected a rate like 10/s, from 1/s to 1000/s"},
         {"<Events>\n<Event name='E' id='1' severity='LOW' rate='10'/></Events>",
          "arm.xml:2: rate=\"10\" of <Event>: expected a rate like 10/s, from 1/s to 1000/s"},
+        {"<Events>\n<Event name='E' id='1' severity='LOW' rate='10:s'/></Events>",
+         "arm.xml:2: rate=\"10:s\" of <Event>: expected a rate like 10/s, from 1/s to 1000/s"},
+        {"<Events>\n<Event name='E' id='1' severity='LOW' rate='00010/s'/></Events>",
+         "arm.xml:2: rate=\"00010/s\" of <Event>: expected a rate like 10/s, from 1/s to 1000/s"},
+        {"<Events>\n<Event name='E' id='1' severity='LOW' rate='10000/s'/></Events>",
+         "arm.xml:2: rate=\"10000/s\" of <Event>: expected a rate like 10/s, from 1/s to 1000/s"},
         {"<Events>\n<Event name='E' id='1' severity='LOW' burst='256'/></Events>",
          "arm.xml:2: burst=\"256\" of <Event>: expected a number from 1 to 255"},
         {"<Functions>\n<Function name='F' id='1' states='*'><Argument name='A' id='1' type='DOUBLE' "

@@ -380,6 +380,14 @@ static void a_bus_has_the_devices_of_one_subsystem(void)
     }
 }
 
+static void devices_of_one_subsystem_share_its_bus(void)
+{
+    write_file("arm.xml", damaged(arm_document, "node='0x11'/></Device>\n",
+                                  "node='0x11'/></Device>\n<Device name='JOINT2' type='cia402-drive'>"
+                                  "<Endnode type='CAN' bus='robot' node='0x12'/></Device>\n"));
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, load(flight_document), descriptor_error(&loader));
+}
+
 static void a_folder_is_no_descriptor(void)
 {
     TEST_ASSERT_EQUAL(STATUS_IO, descriptor_load_subsystem(&loader, folder, &scratch));
@@ -519,6 +527,7 @@ int main(void)
     RUN_TEST(paths_are_relative_to_the_mission_or_absolute);
     RUN_TEST(a_redundant_bus_belongs_to_one_other);
     RUN_TEST(a_bus_has_the_devices_of_one_subsystem);
+    RUN_TEST(devices_of_one_subsystem_share_its_bus);
     RUN_TEST(a_folder_is_no_descriptor);
     RUN_TEST(its_hashes_see_every_subsystem);
     RUN_TEST(a_subsystem_reads_no_descriptor_but_its_own);

@@ -315,6 +315,7 @@ static const damage_t damages[] = {
      "the name of a field"},
     {"parameter='TARGET' value", "parameter='TARGET' field='TARGET' value", 28U, "no structure"},
     {"value='0.25 0.5'", "value='0.25 1.6'", 28U, "numbers within min and max"},
+    {"value='0.25 0.5'", "value='-1.6 0.5'", 28U, "numbers within min and max"},
     {"<Initial parameter='TARGET' value='0.25 0.5'/>",
      "<Initial parameter='CUR_VALUES' field='POSITION' value='1 2'/>", 28U,
      "field POSITION is taken in line 27"},

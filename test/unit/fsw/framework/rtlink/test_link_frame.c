@@ -133,6 +133,18 @@ static void without_a_checksum_the_fixed_fields_are_checked(void)
     }
 }
 
+static void the_epoch_is_told_without_decoding(void)
+{
+    const uint8_t payload[1] = {9U};
+    uint8_t frame[LINK_FRAME_MAX];
+    const size_t whole = link_frame_encode(&header, payload, sizeof payload, true, frame);
+    TEST_ASSERT_EQUAL_HEX32(header.epoch, link_frame_epoch(frame, whole));
+    TEST_ASSERT_EQUAL_HEX32(header.epoch, link_frame_epoch(frame, LINK_FRAME_HEADER_OCTETS));
+    for (size_t size = 0U; size < LINK_FRAME_HEADER_OCTETS; size++) { // Too short to have one.
+        TEST_ASSERT_EQUAL_HEX32(0U, link_frame_epoch(frame, size));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -141,5 +153,6 @@ int main(void)
     RUN_TEST(every_other_length_is_refused);
     RUN_TEST(no_flipped_bit_goes_unseen);
     RUN_TEST(without_a_checksum_the_fixed_fields_are_checked);
+    RUN_TEST(the_epoch_is_told_without_decoding);
     return UNITY_END();
 }

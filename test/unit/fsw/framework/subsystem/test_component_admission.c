@@ -82,6 +82,24 @@ static void a_high_event_and_its_transition_have_room_behind_them(void)
     TEST_ASSERT_EQUAL(0U, bed.component.process.counters.lost_firm);
 }
 
+static void while_an_answer_is_unfinished_nothing_is_taken_in(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    bed.is_port_closed  = true;
+    const uint16_t list = bed_command(PUS_SERVICE_HOUSEKEEPING, 9U, "\1\0\x64", 3U); // Of a set.
+    TEST_ASSERT_TRUE(pus_dispatcher_is_answering(&bed.component.dispatcher));
+    TEST_ASSERT_FALSE(component_may_accept(&bed.component));
+    const uint64_t wake_ns = component_step(&bed.component, bed.now_ns);
+    TEST_ASSERT_TRUE(wake_ns <= (bed.now_ns + subsystem_period_ns(&bed.component))); // It tries again.
+    bed.is_port_closed = false;
+    bed_run(1U);
+    TEST_ASSERT_TRUE(component_may_accept(&bed.component));
+    char line[32];
+    (void)snprintf(line, sizeof line, "1.1 #%u\n", list);
+    TEST_ASSERT_EQUAL(1U, count_lines(bed_look(), line));
+    TEST_ASSERT_EQUAL(0U, reports_lost());
+}
+
 static void events_that_wait_keep_no_request_out(void)
 {
     bed.is_port_closed = true;
@@ -119,6 +137,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(what_is_taken_in_is_answered_to_its_end);
     RUN_TEST(a_high_event_and_its_transition_have_room_behind_them);
+    RUN_TEST(while_an_answer_is_unfinished_nothing_is_taken_in);
     RUN_TEST(events_that_wait_keep_no_request_out);
     RUN_TEST(of_many_refused_instructions_the_first_and_their_number_are_told);
     return UNITY_END();

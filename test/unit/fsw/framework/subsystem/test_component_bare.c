@@ -6,6 +6,7 @@
 #include "test/support/consistent_pool.h"
 #include "unity.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static const subsystem_callbacks_t nothing;
@@ -120,6 +121,42 @@ static status_t go_on(const subsystem_function_t* function)
 {
     (void)function;
     return STATUS_BUSY;
+}
+
+static void how_long_a_device_may_be_silent_is_the_missions(void)
+{
+    component_config_t config = bed.component.config;
+    TEST_ASSERT_EQUAL_UINT64(0U, subsystem_device_deadline_ns(&bed.component)); // Of its own clock.
+    config.device_deadline_ns = 2500000U;
+    bed_begin(&config);
+    TEST_ASSERT_EQUAL_UINT64(2500000U, subsystem_device_deadline_ns(&bed.component));
+}
+
+/// Many events of one kind, with an event of this layout to tell that some were suppressed.
+static void suppress(const char* const teller)
+{
+    static char events[512];
+    (void)snprintf(events, sizeof events,
+                   "<Event name='INFO' id='4' severity='INFORMATIVE'/>"
+                   "<Event name='EVENTS_SUPPRESSED' id='20' severity='LOW'>%s</Event>",
+                   teller);
+    bed_open_with("<Event name='INFO' id='4' severity='INFORMATIVE'/>", events);
+    bed_bring(STATE_PRE_OPERATIONAL, 0U);
+    for (unsigned i = 0U; i < 100U; i++) {
+        (void)subsystem_raise(&bed.component, BED_INFO, NULL, 0U);
+    }
+    bed_run(500U);
+}
+
+static void what_was_suppressed_is_told_by_an_event_that_fits(void)
+{
+    suppress("<ParamRef name='EVENT' type='UINT16'/><ParamRef name='COUNT' type='UINT32'/>");
+    TEST_ASSERT_TRUE(bed_has("5.2 event 20 aux 000400000050\n"));
+    TEST_ASSERT_EQUAL_UINT16(20U, bed.component.events.teller);
+    bed_close();
+    suppress("<ParamRef name='EVENT' type='UINT16'/>"); // No room for the number.
+    TEST_ASSERT_FALSE(bed_has("5.2 event 20"));
+    TEST_ASSERT_EQUAL_UINT16(0U, bed.component.events.teller);
 }
 
 static void a_pool_warns_only_where_there_is_an_event_for_it(void)
@@ -285,6 +322,8 @@ int main(void)
     RUN_TEST(reports_of_others_go_to_who_carries_them);
     RUN_TEST(it_misses_no_supervisor_that_it_never_heard);
     RUN_TEST(an_event_the_descriptor_lacks_is_not_raised);
+    RUN_TEST(how_long_a_device_may_be_silent_is_the_missions);
+    RUN_TEST(what_was_suppressed_is_told_by_an_event_that_fits);
     RUN_TEST(a_pool_warns_only_where_there_is_an_event_for_it);
     RUN_TEST(a_function_that_ended_itself_leaves_no_ticket);
     RUN_TEST(a_name_of_eight_characters_is_a_whole_name);

@@ -124,6 +124,42 @@ static void a_lost_link_is_told_only_where_there_is_an_event_for_it(void)
     TEST_ASSERT_FALSE(bed_has("5."));
 }
 
+/// As when its process ends: nothing is told, the memory of its own ends is let go, and the callback hears of
+/// it once.
+static void released_it_has_let_go_of_its_links(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    connect_in();
+    accept_port(PORT_OUT, 2U);
+    open(2U, 5U);
+    bed_run(2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, out_status);
+    bed_forget();
+    component_release(&bed.component);
+    bed_expect("");
+    TEST_ASSERT_EQUAL_UINT(1U, bed.releases);
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, subsystem_state(&bed.component));
+    unsigned ends = 0U;
+    for (unsigned i = 0U; i < COMPONENT_LINKS; i++) {
+        const component_link_t* const link = &bed.component.links[i];
+        ends += link->is_used ? 1U : 0U;
+        TEST_ASSERT_NULL(link->producer.slot);
+        TEST_ASSERT_NULL(link->consumer.slot);
+        TEST_ASSERT_FALSE(link->consumer.is_open);
+    }
+    TEST_ASSERT_EQUAL_UINT(2U, ends);
+}
+
+static void a_component_without_links_and_callback_is_released_too(void)
+{
+    subsystem_callbacks_t silent   = *bed.component.config.callbacks;
+    silent.release                 = NULL;
+    bed.component.config.callbacks = &silent;
+    component_release(&bed.component);
+    bed_expect("");
+    TEST_ASSERT_EQUAL_UINT(0U, bed.releases);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -134,5 +170,7 @@ int main(void)
     RUN_TEST(the_wrong_end_of_a_link_is_closed_to_its_user);
     RUN_TEST(the_status_of_a_producer_tells_what_it_sent);
     RUN_TEST(a_lost_link_is_told_only_where_there_is_an_event_for_it);
+    RUN_TEST(released_it_has_let_go_of_its_links);
+    RUN_TEST(a_component_without_links_and_callback_is_released_too);
     return UNITY_END();
 }

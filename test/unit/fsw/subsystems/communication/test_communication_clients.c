@@ -120,6 +120,33 @@ static void who_does_not_read_sends_no_more(void)
     TEST_ASSERT_FALSE(bed_is_ended(0U));
 }
 
+/// As when its process ends: every connection is closed, nobody on board hears of it, and the port, which is
+/// the launcher's, goes on.
+static void released_it_has_ended_every_connection(void)
+{
+    const subsystem_callbacks_t* const callbacks = communication_callbacks();
+    bed_connect(0U);
+    bed_connect(1U);
+    bed_write_request(1U, 1U, 1U, 0U);
+    bed_run_until_requests(1U);
+    const uint32_t held = bed.communication.sockets.stats.used;
+    for (unsigned i = 0U; i < 2U; i++) { // The second time there is nothing to end.
+        callbacks->release(&bed.communication);
+        TEST_ASSERT_FALSE(flow_tcp_is_connected(&bed.communication.flow, 0U));
+        TEST_ASSERT_FALSE(flow_tcp_is_connected(&bed.communication.flow, 1U));
+        TEST_ASSERT_EQUAL(held - 2U, bed.communication.sockets.stats.used);
+        TEST_ASSERT_EQUAL(2U, bed.communication.flow.counters.ended);
+    }
+    TEST_ASSERT_TRUE(bed_is_ended(0U));
+    TEST_ASSERT_TRUE(bed_is_ended(1U));
+    TEST_ASSERT_EQUAL(1U, bed.request_count);
+    TEST_ASSERT_TRUE(osal_socket_is_open(&bed.communication.flow.listener));
+    bed_disconnect(0U);
+    bed_connect(0U);
+    bed_write_request(0U, 1U, 2U, 0U);
+    bed_run_until_requests(2U);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -128,5 +155,6 @@ int main(void)
     RUN_TEST(a_participant_keeps_its_place);
     RUN_TEST(misuse_is_counted_and_told_once_a_second);
     RUN_TEST(who_does_not_read_sends_no_more);
+    RUN_TEST(released_it_has_ended_every_connection);
     return UNITY_END();
 }

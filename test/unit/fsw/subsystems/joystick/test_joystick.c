@@ -317,6 +317,33 @@ static void events_and_counters_are_published(void)
     EXPECT_WITHIN(0.05, 1.0e-9, joystick.parameters.cur_values.position[0]);
 }
 
+static void released_it_has_let_go_of_its_bus(void)
+{
+    callbacks->release(&joystick); // Before it has one.
+    bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
+    TEST_ASSERT_TRUE(flow_can_is_open(joystick.drives.network.flow));
+    callbacks->release(&joystick);
+    TEST_ASSERT_FALSE(flow_can_is_open(joystick.drives.network.flow));
+    generic.state = STATE_HARDWARE_DEINIT;
+    TEST_ASSERT_EQUAL(STATUS_OK, cycle(callbacks->hardware_deinit)); // At once: nobody to be reset.
+}
+
+static void only_a_descriptor_of_one_stick_fits(void)
+{
+    static subsystem_descriptor_t wrong;
+    subsystem_misfit_t misfit = {0};
+    TEST_ASSERT_TRUE(callbacks->fits(&descriptor, &misfit));
+    TEST_ASSERT_NULL(misfit.says);
+    wrong = descriptor; // The strings stay where they are.
+    wrong.configurations[0].device_count++;
+    TEST_ASSERT_FALSE(callbacks->fits(&wrong, &misfit));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected one <Device>, the stick"));
+    wrong.configurations[0].device_count--;
+    wrong.devices[wrong.configurations[0].first_device].type = "cia402-drive";
+    TEST_ASSERT_FALSE(callbacks->fits(&wrong, &misfit));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected joystick"));
+}
+
 int main(void)
 {
     descriptor_loader_init(&loader);
@@ -335,5 +362,7 @@ int main(void)
     RUN_TEST(setting_the_desired_torque_lasts_until_stop);
     RUN_TEST(a_telepresence_joystick_displays_nothing);
     RUN_TEST(events_and_counters_are_published);
+    RUN_TEST(released_it_has_let_go_of_its_bus);
+    RUN_TEST(only_a_descriptor_of_one_stick_fits);
     return UNITY_END();
 }

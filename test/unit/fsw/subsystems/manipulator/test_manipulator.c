@@ -93,6 +93,33 @@ static void a_bus_that_is_not_there_fails_at_once(void)
     scripted_bus_open(&rig_bus, "test-manipulator");
 }
 
+static void released_it_has_let_go_of_its_bus(void)
+{
+    rig_callbacks->release(&rig_manipulator); // Before it has one.
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
+    TEST_ASSERT_TRUE(flow_can_is_open(rig_manipulator.drives.network.flow));
+    rig_callbacks->release(&rig_manipulator);
+    TEST_ASSERT_FALSE(flow_can_is_open(rig_manipulator.drives.network.flow));
+    rig_generic.state = STATE_HARDWARE_DEINIT;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_cycle(rig_callbacks->hardware_deinit)); // At once: nobody to be reset.
+}
+
+static void only_a_descriptor_of_two_joints_fits(void)
+{
+    static subsystem_descriptor_t wrong;
+    subsystem_misfit_t misfit = {0};
+    TEST_ASSERT_TRUE(rig_callbacks->fits(&rig_descriptor, &misfit));
+    TEST_ASSERT_NULL(misfit.says);
+    wrong = rig_descriptor; // The strings stay where they are.
+    wrong.configurations[0].device_count--;
+    TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected two <Device>, one for each joint"));
+    wrong.configurations[0].device_count++;
+    wrong.devices[wrong.configurations[0].first_device].type = "joystick";
+    TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected cia402-drive"));
+}
+
 static void mixed_modes_are_refused(void)
 {
     static subsystem_descriptor_t wrong;
@@ -377,6 +404,8 @@ int main(void)
     RUN_TEST(leaving_operation_takes_one_cycle);
     RUN_TEST(it_lives_twice);
     RUN_TEST(a_bus_that_is_not_there_fails_at_once);
+    RUN_TEST(released_it_has_let_go_of_its_bus);
+    RUN_TEST(only_a_descriptor_of_two_joints_fits);
     RUN_TEST(mixed_modes_are_refused);
     RUN_TEST(the_sensors_are_tared_on_the_brake);
     RUN_TEST(torque_mode_waits_for_the_tare);
