@@ -454,8 +454,7 @@ static void a_port_that_refuses_for_long_costs_no_cycle(void)
         bed_run(1U);
     }
     TEST_ASSERT_EQUAL(before + 2000U, subsystem_cycle(&bed.component));
-    subsystem_health_t
-        health; // 20 at once and ten a second pass.
+    subsystem_health_t health; // 20 at once and ten a second pass.
     subsystem_health(&bed.component, &health);
     TEST_ASSERT_EQUAL(2000U - 20U - 19U, health.events_suppressed);
     TEST_ASSERT_EQUAL(0U, health.reports_lost);
