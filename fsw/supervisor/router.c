@@ -294,7 +294,8 @@ void router_take_in(supervisor_t* const supervisor)
     for (unsigned i = 0U; (i < NO_PACKETS_LIMIT) && (take_one(supervisor, &filter, &from) == STATUS_OK);
          i++) {
         uint16_t* const taken = taken_of(&intake, from);
-        *taken                = (uint16_t)(*taken + 1U);
+        FSW_ASSERT(taken != NULL); // Only peers send, and each has its place.
+        *taken = (uint16_t)(*taken + 1U);
     }
     message_take_control(supervisor->config.endpoint); // Of those, too, whose packets wait.
 }
