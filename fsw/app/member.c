@@ -50,7 +50,7 @@ bool member_load(member_t* const member, seat_t* const seat, const uint64_t inte
         text_add(&text, descriptor_error(&seat->reader->loader));
         return false;
     }
-    return (seat_open_inbox(seat, member->inbox, sizeof member->inbox) == STATUS_OK) &&
+    return (seat_open_inbox(seat, member->inbox, 1U) == STATUS_OK) &&
            (record_store_open(&member->records, seat, member->slots, MEMBER_RECORDS,
                               seat->clock.mode != OSAL_CLOCK_REAL) == STATUS_OK);
 }

@@ -18,7 +18,7 @@ typedef struct { // Private, except `component`.
     const subsystem_callbacks_t* callbacks;
     char path[RUN_PATH_MAX];
     uint8_t packet[PUS_PACKET_MAX];
-    uint8_t inbox[MESSAGE_INBOX_OCTETS(1U)]; // From the supervisor.
+    message_place_t inbox[1]; // From the supervisor.
     record_store_t records;
     journal_slot_t slots[JOURNAL_SLOTS(MEMBER_RECORDS)];
     pus_persistence_t persistence;

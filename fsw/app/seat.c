@@ -263,11 +263,12 @@ static status_t add_peers(seat_t* const seat)
     return status;
 }
 
-static status_t open_messages(seat_t* const seat, uint8_t* const inbox, const size_t octets)
+static status_t open_messages(seat_t* const seat, message_place_t* const places, const size_t place_count)
 {
     const run_component_t* const self = &seat->run->components[seat->component];
     if (seat->hub != NULL) {
-        message_open(&seat->endpoint, seat->apid, seat->life, ring_carrier_port(seat->hub), inbox, octets);
+        message_open(&seat->endpoint, seat->apid, seat->life, ring_carrier_port(seat->hub), places,
+                     place_count);
         return ring_carrier_attach(seat->hub, &seat->endpoint);
     }
     const delivery_notice_t notice = {seat, seat_delivered};
@@ -283,7 +284,7 @@ static status_t open_messages(seat_t* const seat, uint8_t* const inbox, const si
         carrier = udp_carrier_port(&seat->udp);
     }
     if (status == STATUS_OK) {
-        message_open(&seat->endpoint, seat->apid, seat->life, carrier, inbox, octets);
+        message_open(&seat->endpoint, seat->apid, seat->life, carrier, places, place_count);
     }
     return status;
 }
@@ -295,13 +296,13 @@ void seat_reader_init(seat_reader_t* const reader)
     reader->spare = &reader->model;
 }
 
-status_t seat_open_inbox(seat_t* const seat, uint8_t* const inbox, const size_t octets)
+status_t seat_open_inbox(seat_t* const seat, message_place_t* const places, const size_t place_count)
 {
-    FSW_ASSERT((seat != NULL) && (inbox != NULL));
+    FSW_ASSERT((seat != NULL) && (places != NULL));
     if (seat->is_kept) {
         return STATUS_OK;
     }
-    status_t status = open_messages(seat, inbox, octets);
+    status_t status = open_messages(seat, places, place_count);
     if (status != STATUS_OK) {
         return fail(seat, "cannot open its message socket", status);
     }

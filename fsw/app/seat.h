@@ -76,10 +76,10 @@ typedef struct { // What the components of a program share.
 /// inbox. STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t seat_take(seat_t* seat, const seat_surroundings_t* surroundings,
                             subsystem_descriptor_t* own, unsigned index);
-/// Where messages to this component wait, which lives as long as the seat: MESSAGE_INBOX_OCTETS of its peers,
-/// the supervisor's being all others and the others' the supervisor. Nothing is taken in before.
+/// Where messages to this component wait, which lives as long as the seat: a place for each of its peers, the
+/// supervisor's being all others and the others' the supervisor. Nothing is taken in before.
 /// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
-MUST_USE status_t seat_open_inbox(seat_t* seat, uint8_t* inbox, size_t octets);
+MUST_USE status_t seat_open_inbox(seat_t* seat, message_place_t* places, size_t place_count);
 /// In place of seat_take, where a component begins anew in the same program and takes over from its earlier
 /// life: its message endpoint and what waits in its inbox stay.
 void seat_keep(seat_t* seat);

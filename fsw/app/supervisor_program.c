@@ -29,7 +29,7 @@ typedef struct {
 
 static supervisor_program_t storage;
 /// What waits there outlives the supervisor where the program does (image).
-static uint8_t inbox[MESSAGE_INBOX_OCTETS(MISSION_SUBSYSTEMS_MAX - 1U)];
+static message_place_t inbox[MISSION_SUBSYSTEMS_MAX - 1U];
 
 // ---- Platform: processes, by way of the launcher ----
 
@@ -277,7 +277,8 @@ static vitals_t* open_vitals(const seat_t* const seat)
 
 bool supervisor_open(seat_t* const seat, program_t* const out_program)
 {
-    if (!is_fitting(seat) || (seat_open_inbox(seat, inbox, sizeof inbox) != STATUS_OK) || !open_files(seat) ||
+    if (!is_fitting(seat) || (seat_open_inbox(seat, inbox, MISSION_SUBSYSTEMS_MAX - 1U) != STATUS_OK) ||
+        !open_files(seat) ||
         (record_store_open(&storage.records, seat, storage.slots, RECORDS_MAX, true) != STATUS_OK)) {
         return false;
     }

@@ -21,7 +21,7 @@
 
 static message_endpoint_t ends[2];
 static ring_carrier_t hub;
-static uint8_t inboxes[2][MESSAGE_INBOX_OCTETS(2U)];
+static message_place_t inboxes[2];
 static uint8_t message[OCTETS];
 static volatile uint32_t sink;              // Keeps the compiler from dropping the work.
 static volatile size_t octets_now = OCTETS; // And this from making code for one size.
@@ -144,8 +144,7 @@ int main(void)
     }
     ring_carrier_init(&hub, (delivery_notice_t){.delivered = ignore_notice});
     for (unsigned i = 0U; i < 2U; i++) {
-        message_open(&ends[i], (uint16_t)(NEAR + i), 1U, ring_carrier_port(&hub), inboxes[i],
-                     sizeof inboxes[i]);
+        message_open(&ends[i], (uint16_t)(NEAR + i), 1U, ring_carrier_port(&hub), &inboxes[i], 1U);
         if ((message_add_peer(&ends[i], (uint16_t)(FAR - i)) != STATUS_OK) ||
             (ring_carrier_attach(&hub, &ends[i]) != STATUS_OK)) {
             return 1;

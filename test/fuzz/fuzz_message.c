@@ -18,8 +18,8 @@
 static message_endpoint_t endpoint;
 static message_endpoint_t peer;
 static ring_carrier_t hub;
-static uint8_t inbox[MESSAGE_INBOX_OCTETS(2U)];
-static uint8_t peer_inbox[MESSAGE_INBOX_OCTETS(1U)];
+static message_place_t inbox[2];
+static message_place_t peer_inbox[1];
 static uint8_t block[MESSAGE_PAYLOAD_MAX];
 
 static void delivered(void* const context, const uint16_t to)
@@ -31,8 +31,8 @@ static void delivered(void* const context, const uint16_t to)
 static void begin(void)
 {
     ring_carrier_init(&hub, (delivery_notice_t){NULL, delivered});
-    message_open(&endpoint, SELF, 1U, ring_carrier_port(&hub), inbox, sizeof inbox);
-    message_open(&peer, TRUE_PEER, 1U, ring_carrier_port(&hub), peer_inbox, sizeof peer_inbox);
+    message_open(&endpoint, SELF, 1U, ring_carrier_port(&hub), inbox, 2U);
+    message_open(&peer, TRUE_PEER, 1U, ring_carrier_port(&hub), peer_inbox, 1U);
     FUZZ_CHECK((message_add_peer(&endpoint, TRUE_PEER) == STATUS_OK) &&
                (message_add_peer(&endpoint, SILENT_PEER) == STATUS_OK) &&
                (message_add_peer(&peer, SELF) == STATUS_OK));
@@ -71,7 +71,7 @@ static void act(const fuzz_record_t* const record, uint32_t* const epoch)
         break;
     default:
         (*epoch)++;
-        message_open(&peer, TRUE_PEER, *epoch, ring_carrier_port(&hub), peer_inbox, sizeof peer_inbox);
+        message_open(&peer, TRUE_PEER, *epoch, ring_carrier_port(&hub), peer_inbox, 1U);
         FUZZ_CHECK(message_add_peer(&peer, SELF) == STATUS_OK);
         break;
     }

@@ -15,7 +15,7 @@
 #define MISSION "descriptors/missions/rokviss.xml"
 #define DESCRIPTOR "descriptors/subsystems/supervisor.xml"
 #define MEMBERS 3U
-#define INBOX (256U * 1024U)
+#define PLACES 8U
 #define TICK_NS 10000000U
 #define SHUTDOWN_TICKS 6000U
 
@@ -23,7 +23,7 @@ static mission_descriptor_t mission;
 static subsystem_descriptor_t descriptor;
 static supervisor_t supervisor;
 static message_endpoint_t endpoint;
-static uint8_t inbox[INBOX];
+static message_place_t inbox[PLACES];
 static char log_folder[128];
 static uint64_t now_ns;
 static bool is_stop_requested;
@@ -32,7 +32,7 @@ static bool is_finished;
 static const uint16_t apids[MEMBERS] = {COMMUNICATION_APID, 16U, 17U};
 static struct {
     message_endpoint_t endpoint;
-    uint8_t inbox[INBOX];
+    message_place_t inbox[PLACES];
     bool is_running;
 } members[MEMBERS];
 
@@ -136,11 +136,11 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 
 static void begin(void)
 {
-    message_open(&endpoint, SUPERVISOR_APID, 1U, (message_carrier_t){NULL, to_member}, inbox, sizeof inbox);
+    message_open(&endpoint, SUPERVISOR_APID, 1U, (message_carrier_t){NULL, to_member}, inbox, PLACES);
     for (unsigned i = 0U; i < MEMBERS; i++) {
         members[i].is_running = false;
         message_open(&members[i].endpoint, apids[i], 1U, (message_carrier_t){NULL, to_supervisor},
-                     members[i].inbox, sizeof members[i].inbox);
+                     members[i].inbox, PLACES);
         FUZZ_CHECK((message_add_peer(&endpoint, apids[i]) == STATUS_OK) &&
                    (message_add_peer(&members[i].endpoint, SUPERVISOR_APID) == STATUS_OK));
     }

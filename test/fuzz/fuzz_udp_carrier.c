@@ -20,7 +20,7 @@
 static message_endpoint_t endpoint;
 static udp_carrier_t carrier;
 static osal_socket_t socket_of_endpoint;
-static uint8_t inbox[MESSAGE_INBOX_OCTETS(2U)];
+static message_place_t inbox[2];
 static uint8_t block[MESSAGE_PAYLOAD_MAX];
 
 static void delivered(void* const context, const uint16_t to)
@@ -35,7 +35,7 @@ static void begin(void)
     memory_sockets_reset();
     FUZZ_CHECK(osal_udp_open(&socket_of_endpoint, here, 0U) == STATUS_OK);
     udp_carrier_init(&carrier, &socket_of_endpoint, (delivery_notice_t){NULL, delivered});
-    message_open(&endpoint, SELF, 1U, udp_carrier_port(&carrier), inbox, sizeof inbox);
+    message_open(&endpoint, SELF, 1U, udp_carrier_port(&carrier), inbox, 2U);
     for (uint16_t peer = FIRST_PEER; peer < (FIRST_PEER + 2U); peer++) {
         const osal_address_t there = {OSAL_IPV4_LOOPBACK, (uint16_t)PORT_OF(peer)};
         FUZZ_CHECK(udp_carrier_add_peer(&carrier, peer, there) == STATUS_OK);

@@ -11,7 +11,7 @@ static inline bool message_is_consistent(const message_endpoint_t* endpoint)
 {
     bool is_sound = true;
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        const message_channel_t* const channel = &endpoint->channels[i];
+        const message_channel_t* const channel = &endpoint->places[i].channel;
         const message_inbox_t* const inbox     = &channel->inbox;
         is_sound                               = is_sound && octet_ring_is_consistent(&inbox->blocks) &&
                    (inbox->place <= inbox->blocks.used) &&

@@ -15,23 +15,24 @@
 static message_channel_t* channel_of(message_endpoint_t* const endpoint, const uint16_t peer)
 {
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        if (endpoint->channels[i].peer == peer) {
-            return &endpoint->channels[i];
+        if (endpoint->places[i].channel.peer == peer) {
+            return &endpoint->places[i].channel;
         }
     }
     return NULL;
 }
 
 void message_open(message_endpoint_t* const endpoint, const uint16_t self, const uint32_t life,
-                  const message_carrier_t carrier, uint8_t* const inbox_storage, const size_t inbox_octets)
+                  const message_carrier_t carrier, message_place_t* const places, const size_t place_count)
 {
-    FSW_ASSERT((endpoint != NULL) && (carrier.send != NULL) && (inbox_storage != NULL) && (life >= 1U));
+    FSW_ASSERT((endpoint != NULL) && (carrier.send != NULL) && (places != NULL) && (life >= 1U));
+    FSW_ASSERT(place_count <= MESSAGE_PEERS_MAX);
     (void)memset(endpoint, 0, sizeof *endpoint);
-    endpoint->self           = self;
-    endpoint->life           = life;
-    endpoint->carrier        = carrier;
-    endpoint->storage        = inbox_storage;
-    endpoint->storage_octets = inbox_octets;
+    endpoint->self        = self;
+    endpoint->life        = life;
+    endpoint->carrier     = carrier;
+    endpoint->places      = places;
+    endpoint->place_count = place_count;
 }
 
 status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t peer)
@@ -40,14 +41,12 @@ status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t pee
     if (channel_of(endpoint, peer) != NULL) {
         return STATUS_EXISTS;
     }
-    const uint32_t share = MESSAGE_INBOX_OCTETS(1U);
-    const size_t place   = endpoint->channel_count * share;
-    if ((endpoint->channel_count == MESSAGE_PEERS_MAX) || ((place + share) > endpoint->storage_octets)) {
+    if (endpoint->channel_count == endpoint->place_count) {
         return STATUS_EXHAUSTED;
     }
-    message_channel_t* const channel = &endpoint->channels[endpoint->channel_count];
-    *channel                         = (message_channel_t){.peer = peer, .sync_at = STRAYS_MAX};
-    message_inbox_init(&channel->inbox, &endpoint->storage[place], share);
+    message_place_t* const place = &endpoint->places[endpoint->channel_count];
+    place->channel               = (message_channel_t){.peer = peer, .sync_at = STRAYS_MAX};
+    message_inbox_init(&place->channel.inbox, place->octets, sizeof place->octets);
     endpoint->channel_count++;
     return STATUS_OK;
 }
@@ -141,7 +140,7 @@ static uint32_t credit_to(const message_endpoint_t* const endpoint, const uint16
 {
     FSW_ASSERT(endpoint != NULL);
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        const message_channel_t* const channel = &endpoint->channels[i];
+        const message_channel_t* const channel = &endpoint->places[i].channel;
         if (channel->peer == peer) {
             return credit_of(channel, blocks, octets);
         }
@@ -476,8 +475,8 @@ static void judge_all_of(message_endpoint_t* const endpoint, message_channel_t* 
 static void judge_news(message_endpoint_t* const endpoint)
 {
     for (size_t i = 0U; endpoint->is_news && (i < endpoint->channel_count); i++) {
-        if (message_inbox_has_news(&endpoint->channels[i].inbox)) {
-            judge_all_of(endpoint, &endpoint->channels[i]);
+        if (message_inbox_has_news(&endpoint->places[i].channel.inbox)) {
+            judge_all_of(endpoint, &endpoint->places[i].channel);
         }
     }
     endpoint->is_news = false;
@@ -486,7 +485,7 @@ static void judge_news(message_endpoint_t* const endpoint)
 static void return_all_credit(message_endpoint_t* const endpoint)
 {
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        return_credit(endpoint, &endpoint->channels[i]);
+        return_credit(endpoint, &endpoint->places[i].channel);
     }
 }
 
@@ -504,7 +503,7 @@ static message_channel_t* next_channel(message_endpoint_t* const endpoint,
     message_channel_t* found = NULL;
     uint32_t first           = 0U;
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        message_channel_t* const channel = &endpoint->channels[i];
+        message_channel_t* const channel = &endpoint->places[i].channel;
         uint32_t stamp                   = 0U;
         if (message_inbox_oldest(&channel->inbox, &stamp) &&
             ((found == NULL) || ((first - stamp) < (UINT32_MAX / 2U))) &&

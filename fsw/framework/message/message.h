@@ -26,7 +26,7 @@
 /// resets the channel; what was under way to the earlier one is counted as abandoned. What was sent to
 /// another life of this component is dropped and counted as stale: an old peer is never taken for the new.
 ///
-/// Ownership  The caller places the endpoint and its inbox. Context: one task. Never blocks. Time O(size).
+/// Ownership  The caller places the endpoint and its places. Context: one task. Never blocks. Time O(size).
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_H
 #define FSW_FRAMEWORK_MESSAGE_MESSAGE_H
@@ -90,16 +90,21 @@ typedef struct { // Private.
     uint16_t sizes[MESSAGE_WINDOW]; // Of the frames under way, by their number.
 } message_channel_t;
 
+/// Place of one peer, private: its channel and the octets of its inbox.
+typedef struct {
+    message_channel_t channel;
+    uint8_t octets[MESSAGE_INBOX_OCTETS(1U)];
+} message_place_t;
+
 typedef struct { // Private, except `counters`.
     message_carrier_t carrier;
     uint16_t self;
     uint32_t life;
-    uint8_t* storage; // Of all inboxes, in the order of the channels.
-    size_t storage_octets;
-    message_channel_t channels[MESSAGE_PEERS_MAX];
-    size_t channel_count;
-    uint32_t stamp; // Of the next frame that arrives.
-    bool is_news;   // Frames have arrived that nobody has judged.
+    message_place_t* places;
+    size_t place_count;
+    size_t channel_count; // Places in use, the first ones.
+    uint32_t stamp;       // Of the next frame that arrives.
+    bool is_news;         // Frames have arrived that nobody has judged.
     uint8_t frame[MESSAGE_FRAME_MAX];
     message_counters_t counters;
 } message_endpoint_t;
@@ -110,10 +115,11 @@ typedef struct {
     bool (*admits)(void* context, uint16_t peer);
 } message_filter_t;
 
-/// life >= 1: the start count of this component.
+/// life >= 1: the start count of this component. places: of as many peers as it can have, MESSAGE_PEERS_MAX
+/// at most; they need not be cleared.
 void message_open(message_endpoint_t* endpoint, uint16_t self, uint32_t life, message_carrier_t carrier,
-                  uint8_t* inbox_storage, size_t inbox_octets);
-/// STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED: no place, or no room for one more inbox.
+                  message_place_t* places, size_t place_count);
+/// STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED: no place is left.
 MUST_USE status_t message_add_peer(message_endpoint_t* endpoint, uint16_t peer);
 /// The life of a peer, >= 1, as the run says. Another one than was known resets the channel at once. No
 /// effect for an unknown peer.

@@ -12,7 +12,7 @@ bool message_position(const message_endpoint_t* const endpoint, const size_t ind
     if (index >= endpoint->channel_count) {
         return false;
     }
-    const message_channel_t* const channel = &endpoint->channels[index];
+    const message_channel_t* const channel = &endpoint->places[index].channel;
     (void)memset(out_position, 0, sizeof *out_position);
     out_position->peer      = channel->peer;
     out_position->peer_life = channel->peer_life;
@@ -45,7 +45,7 @@ void message_resume(message_endpoint_t* const endpoint, const message_position_t
 {
     FSW_ASSERT((endpoint != NULL) && (position != NULL) && message_position_is_sound(position));
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        message_channel_t* const channel = &endpoint->channels[i];
+        message_channel_t* const channel = &endpoint->places[i].channel;
         if (channel->peer == position->peer) {
             channel->peer_life = position->peer_life;
             channel->sent      = position->sent;
@@ -67,7 +67,7 @@ void message_leave_out(message_endpoint_t* const endpoint, const uint32_t blocks
 {
     FSW_ASSERT(endpoint != NULL);
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        message_channel_t* const channel = &endpoint->channels[i];
+        message_channel_t* const channel = &endpoint->places[i].channel;
         for (uint32_t k = 0U; (k < blocks) && ((channel->sent - channel->credited) < MESSAGE_WINDOW); k++) {
             channel->sizes[channel->sent % MESSAGE_WINDOW] = 0U;
             channel->sent++;
@@ -78,7 +78,7 @@ void message_leave_out(message_endpoint_t* const endpoint, const uint32_t blocks
 octet_ring_t* message_waiting(message_endpoint_t* const endpoint, const size_t index)
 {
     FSW_ASSERT(endpoint != NULL);
-    return (index < endpoint->channel_count) ? &endpoint->channels[index].inbox.blocks : NULL;
+    return (index < endpoint->channel_count) ? &endpoint->places[index].channel.inbox.blocks : NULL;
 }
 
 void message_clock(const message_endpoint_t* const endpoint, uint32_t* const out_life,

@@ -62,6 +62,7 @@
 #define COMPONENT_INBOX_OCTETS 4096U ///< Of requests to such a loop.
 /// Application data of the longest of them: the identifiers of TC[20,1].
 #define COMPONENT_LOOP_REQUEST_MAX (1U + (4U * PUS_COUNT_MAX))
+#define COMPONENT_LOOP_SCRATCH (sizeof(pus_token_t) + COMPONENT_LOOP_REQUEST_MAX)
 #define COMPONENT_LOOP_REQUESTS 4U ///< Performed in one cycle of such a loop, at most.
 #define COMPONENT_LOOP_HEADER 10U  ///< Of a report in a mailbox [octets].
 #define COMPONENT_LOOP_REPORTS 16U ///< Taken from one mailbox in one step, at most.
@@ -74,6 +75,7 @@
 
 CAPACITY_CHECK(firm_ring_holds_ends_of_requests, (COMPONENT_TICKETS + 2U) <= 16U);
 CAPACITY_CHECK(firm_ring_holds_links, COMPONENT_LINKS <= 8U);
+CAPACITY_CHECK(loop_scratch_holds_a_sample, COMPONENT_LOOP_SCRATCH >= COMPONENT_SAMPLE_OCTETS);
 
 /// Take back a record of a service. STATUS_OK; any other: the service cannot use it.
 typedef status_t (*component_restore_t)(void* self, uint32_t key, const uint8_t* octets, size_t size);
@@ -213,8 +215,7 @@ struct subsystem { // Private; component_t is another name. What most of the cod
     pus_test_t loop_test;
     pus_parameters_t loop_parameters;
     pus_service_t loop_services[2];
-    uint8_t loop_request[sizeof(pus_token_t) + COMPONENT_LOOP_REQUEST_MAX];
-    uint8_t loop_values[COMPONENT_SAMPLE_OCTETS];
+    uint8_t loop_scratch[COMPONENT_LOOP_SCRATCH]; // First values of housekeeping, then one request at a time.
     uint8_t loop_kept[COMPONENT_LOOP_KEPT];
 
     component_link_t links[COMPONENT_LINKS];

@@ -146,15 +146,15 @@ static bool perform_one(component_t* const component, component_loop_t* const lo
     lock(&loop->mutex);
     if (is_free && (octet_ring_room(&loop->mailbox) >= COMPONENT_MAILBOX_RESERVE)) {
         status =
-            octet_ring_take(&loop->inbox, component->loop_request, sizeof component->loop_request, &size);
+            octet_ring_take(&loop->inbox, component->loop_scratch, sizeof component->loop_scratch, &size);
     }
     osal_mutex_unlock(&loop->mutex);
     if (status != STATUS_OK) {
         return false;
     }
-    (void)memcpy(&token, component->loop_request, sizeof token);
+    (void)memcpy(&token, component->loop_scratch, sizeof token);
     const unsigned index = (token.service == PUS_SERVICE_TEST) ? 0U : 1U;
-    pus_perform(process, &component->loop_services[index], &token, &component->loop_request[sizeof token],
+    pus_perform(process, &component->loop_services[index], &token, &component->loop_scratch[sizeof token],
                 size - sizeof token, now_ns);
     lock(&loop->mutex);
     loop->reports_lost += (process->counters.lost + process->counters.oversized) - lost_before;
@@ -214,7 +214,7 @@ static void run_loop(component_t* const component, const uint8_t index, const ui
 {
     component_loop_t* const loop = &component->loops[index];
     const pus_hk_outlet_t outlet = {
-        .context = component, .put = put_housekeeping, .values = component->loop_values};
+        .context = component, .put = put_housekeeping, .values = component->loop_scratch};
     component->present_loop = loop;
     pus_hk_loop_step(&component->housekeeping, (uint8_t)(index + 1U), now_ns, loop->cycle, &outlet);
     for (unsigned i = 0U; (i < COMPONENT_LOOP_REQUESTS) && perform_one(component, loop, now_ns); i++) {

@@ -19,7 +19,10 @@
 
 #define COMMUNICATION_CLIENTS GROUND_CLIENTS
 #define COMMUNICATION_USERS 8U
-#define COMMUNICATION_BUFFER 8192U
+/// What one client has sent and nobody has taken: one whole packet or protected frame, and what came with it.
+#define COMMUNICATION_BUFFER 5120U
+CAPACITY_CHECK(buffer_holds_a_packet, COMMUNICATION_BUFFER >= PUS_PACKET_MAX);
+CAPACITY_CHECK(buffer_holds_a_frame, COMMUNICATION_BUFFER >= SDLS_FRAME_MAX);
 /// A client that has sent no valid telecommand for so long gives its place up to a new one, the longest
 /// first.
 #define COMMUNICATION_IDLE_NS 10000000000ULL

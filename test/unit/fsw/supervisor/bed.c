@@ -111,7 +111,7 @@ static void open_member(bed_member_t* member)
 {
     const pus_port_t port = {member, send_up};
     message_open(&member->endpoint, member->apid, member->start_count, ring_carrier_port(&bed.hub),
-                 member->inbox, sizeof member->inbox);
+                 member->inbox, sizeof member->inbox / sizeof member->inbox[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&member->endpoint, SUPERVISOR_APID));
     pus_process_init(&member->process, member->apid, mission.epoch_s, &port);
     member->state         = STATE_OFFLINE;
@@ -303,7 +303,7 @@ void bed_open(void)
     next_number = 0U;
     ring_carrier_init(&bed.hub, (delivery_notice_t){NULL, delivered});
     message_open(&bed.endpoint, SUPERVISOR_APID, 1U, ring_carrier_port(&bed.hub), bed.inbox,
-                 sizeof bed.inbox);
+                 sizeof bed.inbox / sizeof bed.inbox[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, ring_carrier_attach(&bed.hub, &bed.endpoint));
     for (unsigned i = 0U; i < BED_MEMBERS; i++) {
         bed.members[i].apid        = apids[i];

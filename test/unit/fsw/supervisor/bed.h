@@ -38,7 +38,7 @@
 typedef struct {
     uint16_t apid;
     message_endpoint_t endpoint;
-    uint8_t inbox[MESSAGE_INBOX_OCTETS(2U)];
+    message_place_t inbox[2];
     pus_process_t process;
     state_t state;
     state_phase_t phase;
@@ -60,7 +60,7 @@ typedef struct {
     supervisor_t supervisor;
     ring_carrier_t hub;
     message_endpoint_t endpoint; // Of the supervisor.
-    uint8_t inbox[MESSAGE_INBOX_OCTETS(8U)];
+    message_place_t inbox[8];
     bed_member_t members[BED_MEMBERS];
     uint64_t now_ns;
     uint64_t next_status_ns;

@@ -39,10 +39,11 @@ void tearDown(void)
 /// It is killed, and the next one opens: nothing of its own memory is left.
 static void die(void)
 {
-    static uint8_t inbox[sizeof bed.inbox];
+    static message_place_t inbox[sizeof bed.inbox / sizeof bed.inbox[0]];
     osal_file_close(&bed.supervisor.log.file); // As the system does.
     (void)memset(&bed.supervisor, 0, sizeof bed.supervisor);
-    message_open(&bed.endpoint, SUPERVISOR_APID, 1U, bed.endpoint.carrier, inbox, sizeof inbox);
+    message_open(&bed.endpoint, SUPERVISOR_APID, 1U, bed.endpoint.carrier, inbox,
+                 sizeof inbox / sizeof inbox[0]);
     for (unsigned i = 0U; i < BED_MEMBERS; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&bed.endpoint, bed.members[i].apid));
     }

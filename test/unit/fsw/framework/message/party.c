@@ -53,7 +53,7 @@ static void open_endpoint(party_member_t* member, uint32_t epoch)
 {
     party_t* const party = member->party;
     message_open(&member->endpoint, party_id(member->index), epoch, (message_carrier_t){member, send},
-                 member->inbox, sizeof member->inbox);
+                 member->inbox, PARTY_MEMBERS);
     for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
         if (i != member->index) {
             TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&member->endpoint, party_id(i)));

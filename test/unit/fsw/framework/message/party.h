@@ -14,7 +14,6 @@
 #include <stdbool.h>
 
 #define PARTY_MEMBERS 3U
-#define PARTY_INBOX MESSAGE_INBOX_OCTETS(PARTY_MEMBERS)
 
 typedef enum {
     PARTY_RING,
@@ -29,7 +28,7 @@ typedef struct {
     party_t* party;
     unsigned index;
     message_endpoint_t endpoint;
-    uint8_t inbox[PARTY_INBOX];
+    message_place_t inbox[PARTY_MEMBERS];
     osal_socket_t socket;
     osal_address_t address;
     udp_carrier_t udp;

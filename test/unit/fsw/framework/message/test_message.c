@@ -98,19 +98,19 @@ static void know_only_peers(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, message_add_peer(end(0U), party_id(1U)));
 }
 
-static void there_are_as_many_peers_as_places_and_inboxes(void)
+static void there_are_as_many_peers_as_places(void)
 {
-    static uint8_t storage[MESSAGE_INBOX_OCTETS(MESSAGE_PEERS_MAX + 1U)];
+    static message_place_t places[MESSAGE_PEERS_MAX];
     static message_endpoint_t alone;
     party_open(&party, PARTY_RING);
-    message_open(&alone, 1U, 1U, ring_carrier_port(&party.hub), storage, sizeof storage);
+    message_open(&alone, 1U, 1U, ring_carrier_port(&party.hub), places, MESSAGE_PEERS_MAX);
     for (uint16_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&alone, (uint16_t)(100U + i)));
     }
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, message_add_peer(&alone, 200U));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, message_send(&alone, 100U, block, 1U)); // No carrier reaches it.
     TEST_ASSERT_EQUAL(1U, alone.counters.unreachable);
-    message_open(&alone, 1U, 1U, ring_carrier_port(&party.hub), storage, MESSAGE_INBOX_OCTETS(2U) - 1U);
+    message_open(&alone, 1U, 1U, ring_carrier_port(&party.hub), places, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&alone, 100U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, message_add_peer(&alone, 101U));
     party_close(&party);
@@ -424,7 +424,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(octets_arrive_unchanged);
     RUN_TEST(only_peers_are_known);
-    RUN_TEST(there_are_as_many_peers_as_places_and_inboxes);
+    RUN_TEST(there_are_as_many_peers_as_places);
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
     RUN_TEST(a_window_is_all_that_may_be_under_way);
     RUN_TEST(a_window_of_octets_is_all_that_may_be_under_way);

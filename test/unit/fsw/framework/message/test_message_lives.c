@@ -230,8 +230,9 @@ static void one_exchange_later_all_is_counted_and_data_passes(void)
 static void be_far_ahead(void)
 {
     exchange(0U, 3U);
-    end(0U)->channels[0].sent += 100U; // As it is after a forged credit, or in an endpoint that was copied.
-    end(0U)->channels[0].credited += 100U;
+    end(0U)->places[0].channel.sent +=
+        100U; // As it is after a forged credit, or in an endpoint that was copied.
+    end(0U)->places[0].channel.credited += 100U;
     unsigned passed = 0U;
     for (uint32_t i = 0U; i < 200U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
@@ -276,8 +277,8 @@ static void forge_each_field(void)
             exchange(0U, 3U);
             forge(frame, 0U, 1U);
             frame[AT_KIND] = kind;
-            octets_put_u32(&frame[AT_SEQUENCE], end(0U)->channels[0].sent);
-            octets_put_u32(&frame[AT_TAKEN], end(0U)->channels[0].taken);
+            octets_put_u32(&frame[AT_SEQUENCE], end(0U)->places[0].channel.sent);
+            octets_put_u32(&frame[AT_TAKEN], end(0U)->places[0].channel.taken);
             octets_put_u32(&frame[places[i % 4U]], values[(i / 4U) % 9U]);
             for (unsigned k = 0U; k <= (i / 36U); k++) {
                 inject(frame, 0U, 1U);
@@ -323,8 +324,8 @@ static void damage_at_random(void)
         for (unsigned i = draw(20U); i > 0U; i--) {
             forge(frame, from, 1U - from);
             frame[AT_KIND] = (uint8_t)draw(4U);
-            octets_put_u32(&frame[AT_SEQUENCE], end(from)->channels[0].sent + draw(3U));
-            octets_put_u32(&frame[AT_TAKEN], end(from)->channels[0].taken + draw(3U));
+            octets_put_u32(&frame[AT_SEQUENCE], end(from)->places[0].channel.sent + draw(3U));
+            octets_put_u32(&frame[AT_TAKEN], end(from)->places[0].channel.taken + draw(3U));
             frame[AT_FROM_LIFE + draw(16U)] ^= (uint8_t)(1U << draw(8U));
             inject(frame, from, 1U - from);
             (void)next_number(1U - from);

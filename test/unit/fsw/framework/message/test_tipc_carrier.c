@@ -15,7 +15,7 @@
 #define PEER_SOCKET 0x100000016ULL
 #define OTHER_SOCKET 0x100000017ULL
 #define EVENTS 8U
-#define INBOX MESSAGE_INBOX_OCTETS(2U)
+#define PEERS 2U
 
 // ---- The played kernel ----
 
@@ -102,7 +102,7 @@ static osal_socket_t plug  = {.descriptor = 7};
 static osal_socket_t watch = {.descriptor = 8};
 static tipc_carrier_t carrier;
 static message_endpoint_t endpoint;
-static uint8_t inbox[INBOX];
+static message_place_t inbox[PEERS];
 static unsigned notices;
 static uint16_t noticed;
 
@@ -121,7 +121,7 @@ void setUp(void)
     }
     notices = 0U;
     tipc_carrier_init(&carrier, &plug, &watch, TYPE, (delivery_notice_t){NULL, delivered});
-    message_open(&endpoint, SELF, 1U, tipc_carrier_port(&carrier), inbox, sizeof inbox);
+    message_open(&endpoint, SELF, 1U, tipc_carrier_port(&carrier), inbox, PEERS);
     TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&endpoint, PEER));
     TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&endpoint, OTHER));
     TEST_ASSERT_EQUAL(STATUS_OK, tipc_carrier_add_peer(&carrier, PEER, PEER_SOCKET));
