@@ -4,7 +4,8 @@
 On x86-64: of each library of the framework and of the packet services by its objects; of the framework with the services
 that every subsystem has, linked together as a program holds them, where equal texts are there once and the rest of the
 libraries only as far as these reach it; and what is there only where it is used adds to that, with what it needs: each other
-service, each way to a device but CAN, and reading the whole mission, as supervisor and launcher do. For a Cortex-M: of all
+service, each way to a device but CAN, control of drives, protected telecommands, limits of resources, and what supervisor and
+launcher alone hold: reading the whole mission, taking over the channels of a process that died. For a Cortex-M: of all
 packet services by their objects. Baselines: what the whole of each may be.
 
 RAM of a subsystem is what an image grows by with it, on x86-64, all of it static: its component with services and lasting
@@ -35,14 +36,21 @@ uint8_t descriptor[sizeof(subsystem_descriptor_t)];
 uint8_t queues[sizeof((const communication_t*)0)->queues];
 """
 SERVICE = re.compile(r"pus/st(\d+)_")
-EVERYWHERE = {1, 3, 5, 8, 17, 20, 129, 130, 131} # Services that every subsystem has.
+EVERYWHERE = {1, 3, 5, 8, 17, 20, 129, 130} # Services that every subsystem has.
 # What is there only where it is used: a row's name, and its sources.
 OPTIONAL = {
     **{f"endnode_{way}": re.compile(rf"fsw/framework/dataflow/flow_{way}\.c") for way in ("mqueue", "shm", "stream", "tcp", "udp")},
+    "control": re.compile(r"fsw/framework/control/"),
+    "resource_governor": re.compile(r"fsw/framework/resource/(resource|quota)\.c"),
+    "sdls": re.compile(r"fsw/framework/sdls/"),
+    "takeover_of_channels": re.compile(r"fsw/framework/message/message_positions\.c"),
     "whole_mission": re.compile(r"fsw/framework/descriptor/mission_(rules|whole)\.c"),
 }
 # Only with what needs them: connection of an optional service to a component, what is kept; framing and records of flows.
-NEEDED = re.compile(r"fsw/framework/(subsystem/\w+_service\.c|journal/|dataflow/(framing|record)\.c)")
+NEEDED = re.compile(r"fsw/framework/(subsystem/(\w+_service|endnode_name)\.c|journal/|dataflow/(framing|record)\.c)")
+# Programs by which it is seen that what counts as everywhere is; what has a device holds the CAN endnode, another may not.
+PROGRAMS = ("communication", "joystick", "manipulator")
+WITH_DEVICES = re.compile(r"fsw/framework/dataflow/(flow_can|reconnect)\.c")
 
 
 def compiled(source, compiler=HOST):
@@ -85,6 +93,21 @@ def is_everywhere(source):
     if source.parts[0] == "fsw":
         return not NEEDED.match(str(source)) and option_of(source) is None
     return service_of(source) in EVERYWHERE
+
+
+def functions(target):
+    lines = subprocess.run(["nm", str(target)], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
+    return {fields[2] for fields in map(str.split, lines) if len(fields) == 3 and fields[1] == "T"}
+
+
+def check_everywhere(objects):
+    """Each program of a subsystem holds something of each source that counts as everywhere, and so the row is true."""
+    programs = {name: functions(f"build/bin/{name}") for name in PROGRAMS if pathlib.Path("build/bin", name).is_file()}
+    for source in filter(is_everywhere, objects):
+        named = functions(objects[source])
+        missing = [name for name, held in programs.items() if named and not named & held]
+        if missing and not WITH_DEVICES.match(str(source)):
+            sys.exit(f"{source} is not in {', '.join(missing)}: it is an option of bench_size.py, or comes with what needs it")
 
 
 def report_options(objects):
@@ -139,6 +162,7 @@ def main():
         of_folder = {source: compiled(source) for source in sorted(folder.glob("*.c"))}
         objects.update(of_folder)
         print(f"BENCH text_{folder.name} {sum(map(text_of, of_folder.values()))} octets -")
+    check_everywhere(objects)
     report_options(objects)
     report_ram()
     report_cortex_m(sorted(pathlib.Path("pus").glob("*.c")))
