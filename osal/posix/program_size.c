@@ -9,7 +9,9 @@
 
 #define HEADERS_MAX 64U ///< Segments of one executable.
 
-static bool is_of_this_machine(const ElfW(Ehdr) * header)
+typedef ElfW(Ehdr) program_header_t;
+
+static bool is_of_this_machine(const program_header_t* header)
 {
     const unsigned char word = (sizeof(void*) == 8U) ? ELFCLASS64 : ELFCLASS32;
     return (memcmp(header->e_ident, ELFMAG, SELFMAG) == 0) && (header->e_ident[EI_CLASS] == word) &&
@@ -18,7 +20,7 @@ static bool is_of_this_machine(const ElfW(Ehdr) * header)
 
 static status_t add_segments(osal_file_t* file, uint64_t* out_octets)
 {
-    ElfW(Ehdr) header;
+    program_header_t header;
     ElfW(Phdr) segments[HEADERS_MAX];
     status_t status = osal_file_read_at(file, 0U, &header, sizeof(header));
     if ((status == STATUS_OK) && !is_of_this_machine(&header)) {
