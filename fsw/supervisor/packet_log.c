@@ -66,8 +66,8 @@ static void add_line(text_t* const text, const uint8_t* const record, const size
 
 // ---- Files ----
 
-static status_t path_of(const packet_log_t* const log, const packet_log_strategy_t strategy,
-                        char out_path[PACKET_LOG_PATH + 32U])
+static void path_of(const packet_log_t* const log, const packet_log_strategy_t strategy,
+                    char out_path[PACKET_LOG_PATH + 32U])
 {
     static const char* const names[PACKET_LOG_STRATEGIES] = {"packets.ascii", "packets.spool", "",
                                                              "packets.ring"};
@@ -75,7 +75,7 @@ static status_t path_of(const packet_log_t* const log, const packet_log_strategy
     text_add(&text, log->folder);
     text_add(&text, "/");
     text_add(&text, names[strategy]);
-    return text.cut ? STATUS_NOT_FOUND : STATUS_OK;
+    FSW_ASSERT(!text.cut); // The folder was measured when the log was opened.
 }
 
 /// Open a strategy's file behind its last whole record. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED,
@@ -84,10 +84,8 @@ static status_t open_file(packet_log_t* const log, const packet_log_strategy_t s
                           osal_file_t* const file, uint64_t* const out_size)
 {
     char path[PACKET_LOG_PATH + 32U];
-    status_t status = path_of(log, strategy, path);
-    if (status == STATUS_OK) {
-        status = osal_file_append(file, path);
-    }
+    path_of(log, strategy, path);
+    status_t status = osal_file_append(file, path);
     if (status != STATUS_OK) {
         return status;
     }

@@ -14,37 +14,20 @@
 static status_t publish(void* const self)
 {
     supervisor_t* const supervisor = (supervisor_t*)self;
-    status_t status                = subsystem_publish(
-                       &supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_STATUS], &supervisor->status);
-    if (status == STATUS_OK) {
-        status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_COUNTERS],
-                                   &supervisor->counters);
-    }
-    if (status == STATUS_OK) {
-        status =
-            subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_ORBIT_PERIOD],
-                              &supervisor->orbit_period_ms);
-    }
-    if (status == STATUS_OK) {
-        status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_ORBIT],
-                                   &supervisor->orbit);
-    }
-    if (status == STATUS_OK) {
-        status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_BLOCKS],
-                                   &supervisor->blocks);
-    }
-    if (status == STATUS_OK) {
-        status =
-            subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_REACTIONS],
-                              &supervisor->reactions);
-    }
-    if (status == STATUS_OK) {
-        status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_GROUND],
-                                   &supervisor->ground);
-    }
-    if (status == STATUS_OK) {
-        status = subsystem_publish(&supervisor->component, &supervisor_definitions[SUPERVISOR_INDEX_MESSAGES],
-                                   &supervisor->messages);
+    const struct {
+        const parameter_definition_t* definition;
+        void* place;
+    } rows[]        = {{&supervisor_definitions[SUPERVISOR_INDEX_STATUS], &supervisor->status},
+                       {&supervisor_definitions[SUPERVISOR_INDEX_COUNTERS], &supervisor->counters},
+                       {&supervisor_definitions[SUPERVISOR_INDEX_ORBIT_PERIOD], &supervisor->orbit_period_ms},
+                       {&supervisor_definitions[SUPERVISOR_INDEX_ORBIT], &supervisor->orbit},
+                       {&supervisor_definitions[SUPERVISOR_INDEX_BLOCKS], &supervisor->blocks},
+                       {&supervisor_definitions[SUPERVISOR_INDEX_REACTIONS], &supervisor->reactions},
+                       {&supervisor_definitions[SUPERVISOR_INDEX_GROUND], &supervisor->ground},
+                       {&supervisor_definitions[SUPERVISOR_INDEX_MESSAGES], &supervisor->messages}};
+    status_t status = STATUS_OK;
+    for (size_t i = 0U; (i < (sizeof rows / sizeof rows[0])) && (status == STATUS_OK); i++) {
+        status = subsystem_publish(&supervisor->component, rows[i].definition, rows[i].place);
     }
     return status;
 }

@@ -174,11 +174,11 @@ static bool is_member(const vitals_limits_t* const limits, const uint16_t apid)
 
 static bool are_counts_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
 {
+    FSW_ASSERT(limits->mission->subsystem_count <= MISSION_SUBSYSTEMS_MAX);
     return (state->lives >= 1U) && (state->message_life >= 1U) &&
            (state->member_count == limits->mission->subsystem_count) &&
-           (state->member_count <= MISSION_SUBSYSTEMS_MAX) && (state->channel_count <= MESSAGE_PEERS_MAX) &&
-           (state->accepted_count <= LINK_GRAPH_EDGES) && (state->open_count <= LINK_GRAPH_EDGES) &&
-           is_truth(state->autostart_step);
+           (state->channel_count <= MESSAGE_PEERS_MAX) && (state->accepted_count <= LINK_GRAPH_EDGES) &&
+           (state->open_count <= LINK_GRAPH_EDGES) && is_truth(state->autostart_step);
 }
 
 static bool is_token_sound(const vitals_token_t* const token)
@@ -215,8 +215,7 @@ static bool is_edge_sound(const vitals_edge_t* const edge, const vitals_limits_t
 {
     const mission_link_t* const link = mission_find_link(
         limits->mission, edge->producer_apid, edge->producer_port, edge->consumer_apid, edge->consumer_port);
-    return (link != NULL) && (link->number == edge->link) && (edge->link >= 1U) &&
-           (edge->link <= MISSION_LINKS_MAX) && is_truth(edge->is_stale);
+    return (link != NULL) && (link->number == edge->link) && is_truth(edge->is_stale);
 }
 
 static bool are_edges_sound(const vitals_edge_t* const edges, const uint16_t count,

@@ -302,6 +302,28 @@ static void octets_have_an_end(void)
     TEST_ASSERT_EQUAL_UINT32(2U, mirror.counters.full);
 }
 
+static void what_is_not_reported_any_more_is_old(void)
+{
+    const uint64_t start_ns = 2U * MIRROR_AGE_MIN_NS;
+    const uint64_t each_ns  = MIRROR_AGE_MIN_NS;
+    const uint64_t last_ns  = start_ns + each_ns;
+    const uint64_t limit_ns = last_ns + (MIRROR_INTERVALS * (each_ns + 1U));
+    TEST_ASSERT_FALSE(mirror_is_old(&mirror, OCTET, UINT64_MAX)); // Nobody knows it.
+    define(10U);
+    TEST_ASSERT_FALSE(mirror_is_old(&mirror, OCTET, UINT64_MAX)); // Not reported yet.
+    report(25U, 1U, 17U, start_ns);
+    TEST_ASSERT_FALSE(mirror_is_old(&mirror, OCTET, UINT64_MAX)); // Once is no habit.
+    report(25U, 1U, 17U, last_ns);
+    TEST_ASSERT_FALSE(mirror_is_old(&mirror, OCTET, last_ns)); // As the clock says now, or said before.
+    TEST_ASSERT_FALSE(mirror_is_old(&mirror, OCTET, 0U));
+    TEST_ASSERT_FALSE(mirror_is_old(&mirror, OCTET, last_ns + MIRROR_AGE_MIN_NS));
+    TEST_ASSERT_FALSE(mirror_is_old(&mirror, OCTET, last_ns + MIRROR_AGE_MIN_NS + 1U));
+    TEST_ASSERT_FALSE(mirror_is_old(&mirror, OCTET, limit_ns - 1U));
+    TEST_ASSERT_TRUE(mirror_is_old(&mirror, OCTET, limit_ns));
+    report(25U, 1U, 17U, limit_ns);
+    TEST_ASSERT_FALSE(mirror_is_old(&mirror, OCTET, limit_ns));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -313,5 +335,6 @@ int main(void)
     RUN_TEST(who_is_unknown_is_not_found);
     RUN_TEST(there_is_an_end_of_everything);
     RUN_TEST(octets_have_an_end);
+    RUN_TEST(what_is_not_reported_any_more_is_old);
     return UNITY_END();
 }

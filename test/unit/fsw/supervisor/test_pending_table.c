@@ -154,6 +154,20 @@ static void only_what_is_late_and_unanswered_is_taken(void)
     TEST_ASSERT_EQUAL(2U, table.count);
 }
 
+static void an_own_request_is_open_until_it_ends(void)
+{
+    pending_init(&table);
+    add(16U, 5U, 1U, PUS_ACK_ALL); // Of the ground, with the same number.
+    TEST_ASSERT_FALSE(pending_is_open(&table, 16U, 5U));
+    add(16U, 5U, PUS_USER_SUPERVISOR, PUS_ACK_ALL);
+    TEST_ASSERT_TRUE(pending_is_open(&table, 16U, 5U));
+    TEST_ASSERT_FALSE(pending_is_open(&table, 16U, 6U));
+    TEST_ASSERT_FALSE(pending_is_open(&table, 17U, 5U));
+    report(16U, PUS_USER_SUPERVISOR, 5U, 7U, 0U);
+    TEST_ASSERT_FALSE(pending_is_open(&table, 16U, 5U));
+    TEST_ASSERT_EQUAL(1U, table.count);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -165,5 +179,6 @@ int main(void)
     RUN_TEST(what_a_lost_subsystem_owes_is_taken_out);
     RUN_TEST(a_full_table_counts_what_it_cannot_track);
     RUN_TEST(only_what_is_late_and_unanswered_is_taken);
+    RUN_TEST(an_own_request_is_open_until_it_ends);
     return UNITY_END();
 }

@@ -343,6 +343,27 @@ static void without_anything_to_take_over_it_begins_anew_and_says_so(void)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
 }
 
+/// Where it ran as a thread, its messages are as it has left them: they are not taken over a second time.
+static void messages_that_were_kept_go_on_as_they_are(void)
+{
+    bed_run(5U);
+    const uint32_t sent = bed.supervisor.component.process.counters.sent;
+    TEST_ASSERT_TRUE(sent > 0U);
+    osal_file_close(&bed.supervisor.log.file);
+    (void)memset(&bed.supervisor, 0, sizeof bed.supervisor);
+    configuration.is_endpoint_kept = true;
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &configuration));
+    bed.now_ns += 5U * BED_TICK_NS;
+    bed_step();
+    TEST_ASSERT_TRUE(bed_has(RESTARTED "000000020000"));
+    bed_forget();
+    (void)bed_request_state(ARM, STATE_PRE_OPERATIONAL);
+    bed_run(60U);
+    TEST_ASSERT_TRUE(bed_has("G/16 1.7 #"));
+    TEST_ASSERT_FALSE(bed_has(DIFFERS));
+    expect_whole_log();
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -360,5 +381,6 @@ int main(void)
     RUN_TEST(the_word_of_the_member_wins);
     RUN_TEST(a_damaged_commit_falls_back_to_the_one_before);
     RUN_TEST(without_anything_to_take_over_it_begins_anew_and_says_so);
+    RUN_TEST(messages_that_were_kept_go_on_as_they_are);
     return UNITY_END();
 }

@@ -98,6 +98,38 @@ static void an_answer_that_does_not_come_is_asked_for_again(void)
     TEST_ASSERT_TRUE(bed.supervisor.reactions.asked <= 4U);
 }
 
+/// A report of an end to the supervisor, of the request that asks or of another one.
+static void end_of_request(uint32_t request_id, bool is_good)
+{
+    const pus_token_t token = {
+        .request_id = request_id, .source = PUS_USER_SUPERVISOR, .ack = PUS_ACK_COMPLETION};
+    const pus_failure_t failure = pus_failure(PUS_FAILURE_STATE, 0U);
+    if (is_good) {
+        pus_verify_completed(&bed.members[BED_ARM].process, &token, bed.now_ns);
+    } else {
+        pus_verify_failed(&bed.members[BED_ARM].process, &token, &failure, bed.now_ns);
+    }
+    bed_step();
+}
+
+static void only_the_end_of_the_question_is_an_answer(void)
+{
+    cut_off_arm();
+    bed.members[BED_ARM].is_silent = false; // Its status comes once a second, but no answer.
+    run_ms(1000);
+    TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
+    const uint32_t asked = arm()->asked.request_id;
+    bed_verify(BED_ARM, 7U, (uint16_t)(asked & 0x3FFFU)); // The same number, of the ground.
+    bed_step();
+    TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
+    end_of_request(asked ^ 1U, true);
+    TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
+    end_of_request(asked, false);
+    TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
+    end_of_request(asked, true);
+    TEST_ASSERT_EQUAL(DOUBT_NONE, arm()->doubt);
+}
+
 static void who_comes_back_offline_has_no_links(void)
 {
     cut_off_arm();
@@ -132,6 +164,7 @@ int main(void)
     RUN_TEST(a_state_that_is_not_heard_of_bars_nobody_for_certain);
     RUN_TEST(who_is_heard_again_is_asked_and_then_believed);
     RUN_TEST(an_answer_that_does_not_come_is_asked_for_again);
+    RUN_TEST(only_the_end_of_the_question_is_an_answer);
     RUN_TEST(who_comes_back_offline_has_no_links);
     RUN_TEST(a_process_that_begins_anew_is_not_in_doubt);
     RUN_TEST(who_speaks_is_never_asked);
