@@ -426,6 +426,7 @@ static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t
 
 static void return_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
+    FSW_ASSERT(channel != NULL);
     if (((channel->taken - channel->told) >= (MESSAGE_WINDOW / 2U)) ||
         (channel->untold >= (MESSAGE_WINDOW_OCTETS / 2U))) {
         (void)send_frame(endpoint, channel, MESSAGE_CREDIT, NULL,
