@@ -13,7 +13,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define PROCESS_FAULTS_NAMES_MAX ((size_t)2U * OSAL_CALENDAR_PARTICIPANTS_MAX) ///< Each process may have two names.
+#define PROCESS_FAULTS_NAMES_MAX                                                                             \
+    ((size_t)2U * OSAL_CALENDAR_PARTICIPANTS_MAX) ///< Each process may have two names.
 
 typedef struct { // Private, except `calendar`: null if there is none.
     osal_calendar_t* calendar;

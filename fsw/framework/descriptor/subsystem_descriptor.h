@@ -190,7 +190,7 @@ typedef struct { // Port of a real-time link.
     uint32_t octets;      ///< Payload on the wire.
     uint32_t memory_size; ///< sizeof the generated payload structure.
     uint32_t period_us;
-    uint32_t stale_us; ///< Consumer: age at which the link is stale; 0 for a producer.
+    uint32_t stale_us;                   ///< Consumer: age at which the link is stale; 0 for a producer.
     uint8_t methods[DESCRIPTOR_METHODS]; ///< descriptor_method_t in order of preference.
     uint8_t method_count;
     uint32_t line;
