@@ -164,10 +164,11 @@ static bool route(void* context, uint16_t link, osal_socket_t** out_socket, osal
 
 static void each_reader_has_a_method_of_its_own(void)
 {
+    static link_resolver_t resolver; // The end of the test closes what is still open by it.
     const osal_address_t loopback = {OSAL_IPV4_LOOPBACK, 0U};
-    link_resolver_t resolver      = *bed_links();
     rtlink_terms_t terms          = terms_of(PORT_OUT);
     uint8_t frame[LINK_FRAME_MAX];
+    resolver = *bed_links();
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&sender, loopback, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&receiver, loopback, 0U));
     resolver.methods                  = methods;
