@@ -10,7 +10,7 @@
 
 #define LINK 1U
 #define READERS 3U
-#define SAMPLES 200000U // At least so many.
+#define SAMPLES 800000U // At least so many.
 #define READS_AMID 10U  // Of every reader before the writer ends, whoever is scheduled when.
 #define OCTETS RTLINK_PAYLOAD_MAX
 
