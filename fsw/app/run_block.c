@@ -13,7 +13,7 @@ CAPACITY_CHECK(all_take_part, (MISSION_SUBSYSTEMS_MAX + 2U) <= OSAL_CALENDAR_PAR
 CAPACITY_CHECK(every_link_has_a_route, RUN_LINKS_MAX >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(every_node_has_an_address, RUN_NODES_MAX >= MISSION_NODES_MAX);
 
-#define MAGIC 0x48524E34U
+#define MAGIC 0x48524E35U // Changes with the structure: a program of another build takes no part.
 #define FLOW_FREE 0U
 #define FLOW_TAKEN 1U
 #define FLOW_NOTED 2U

@@ -90,12 +90,12 @@ void death_of(const char* process)
     signal_process(process, "kill", SIGKILL);
 }
 
-void stop_of(const char* process)
+void suspend_process(const char* process)
 {
     signal_process(process, "hang", SIGSTOP);
 }
 
-void continuation_of(const char* process)
+void resume_process(const char* process)
 {
     signal_process(process, "resume", SIGCONT);
 }

@@ -6,13 +6,13 @@
 #ifndef SIM_APP_DEATH_H
 #define SIM_APP_DEATH_H
 
-/// SIGKILL for a process of this run by its name in run.json (supervisor, joystick, operator, simulator,
-/// image
-/// ...), or for `launcher`. Our own death returns to nobody. Without such a process a line on the console
-/// says so.
+/// Kill a process of this run (SIGKILL) by its name in run.json (supervisor, joystick, operator, simulator,
+/// image,
+/// ...) or as `launcher`. Does not return when the caller kills itself. A line on the console names a process
+/// that the run does not have.
 void death_of(const char* process);
-/// SIGSTOP and SIGCONT in the same way: a process that hangs, where no calendar can suspend it.
-void stop_of(const char* process);
-void continuation_of(const char* process);
+/// Suspend and resume it in the same way (SIGSTOP, SIGCONT), where no calendar can.
+void suspend_process(const char* process);
+void resume_process(const char* process);
 
 #endif // SIM_APP_DEATH_H

@@ -39,8 +39,8 @@ void process_faults_act(void* context, fault_kind_t kind, const char* process)
     if (kind == FAULT_KILL) {
         death_of(process);
     } else if (kind == FAULT_HANG) {
-        stop_of(process);
+        suspend_process(process);
     } else {
-        continuation_of(process);
+        resume_process(process);
     }
 }
