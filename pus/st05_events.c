@@ -84,25 +84,26 @@ void pus_events_tell_by(pus_events_t* const events, const uint16_t event_id)
     events->teller = event_id;
 }
 
-/// The next event, behind the one told last, of which something was suppressed; `count` if there is none.
+/// The next event, behind the one told last, of which something was suppressed. There is one.
 static uint16_t next_suppressed(const pus_events_t* const events)
 {
-    for (uint16_t i = 1U; i <= events->count; i++) {
-        const uint16_t index = (uint16_t)((events->told + i) % events->count);
-        if (events->states[index].suppressed > 0U) {
-            return index;
-        }
+    uint16_t index = (uint16_t)((events->told + 1U) % events->count);
+    while ((events->states[index].suppressed == 0U) && (index != events->told)) {
+        index = (uint16_t)((index + 1U) % events->count);
     }
-    return events->count;
+    return index;
 }
 
 bool pus_events_step(pus_events_t* const events, const uint64_t now_ns)
 {
     FSW_ASSERT(events != NULL);
-    const uint16_t index = (events->teller != 0U) ? next_suppressed(events) : events->count;
-    if ((index >= events->count) || (now_ns < events->next_tell_ns)) {
-        return index < events->count;
+    if ((events->teller == 0U) || (events->untold == 0U)) {
+        return false;
     }
+    if (now_ns < events->next_tell_ns) {
+        return true;
+    }
+    const uint16_t index           = next_suppressed(events);
     pus_event_state_t* const state = &events->states[index];
     uint8_t octets[PUS_SUPPRESSED_AUX];
     octets_put_u16(octets, events->definitions[index].id);
@@ -110,9 +111,10 @@ bool pus_events_step(pus_events_t* const events, const uint64_t now_ns)
     if (pus_event_raise(events, events->teller, octets, sizeof octets, now_ns) == STATUS_OK) {
         state->suppressed = 0U;
         events->told      = index;
+        events->untold--;
     }
     events->next_tell_ns = now_ns + PUS_SUPPRESSED_TELL_NS;
-    return next_suppressed(events) < events->count;
+    return events->untold > 0U;
 }
 
 status_t pus_event_raise(pus_events_t* const events, const uint16_t event_id, const uint8_t* const aux,
@@ -131,6 +133,7 @@ status_t pus_event_raise(pus_events_t* const events, const uint16_t event_id, co
     }
     events->states[index].raised++;
     if (!passes(events, definition, &events->states[index], now_ns)) {
+        events->untold = (uint16_t)(events->untold + ((events->states[index].suppressed == 0U) ? 1U : 0U));
         events->states[index].suppressed++;
         events->counters.suppressed++;
         return STATUS_OK;

@@ -46,6 +46,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_event_state_t* states;
     uint16_t count;
     uint16_t told;   // Index of the event whose suppressed occurrences were told last.
+    uint16_t untold; // Events with such that were not told yet.
     uint16_t teller; // Event that tells them; 0: there is none.
     uint64_t next_tell_ns;
     struct {
