@@ -196,8 +196,8 @@ static status_t send_up(void* const context, const uint8_t* const packet, const 
 {
     seat_t* const seat = (seat_t*)context;
     return (pus_class_of(packet, size) == PUS_CLASS_FIRM)
-               ? message_send(&seat->endpoint, 1U, packet, size)
-               : message_send_plain(&seat->endpoint, 1U, packet, size);
+               ? message_send(&seat->endpoint, DESCRIPTOR_SUPERVISOR_APID, packet, size)
+               : message_send_plain(&seat->endpoint, DESCRIPTOR_SUPERVISOR_APID, packet, size);
 }
 
 CAPACITY_CHECK(peers_fit, MESSAGE_PEERS_MAX >= (MISSION_SUBSYSTEMS_MAX - 1U));
@@ -217,6 +217,16 @@ static status_t fail(seat_t* const seat, const char* const what, const status_t 
     return status;
 }
 
+static status_t adopt_link_socket(seat_t* const seat, const int descriptor)
+{
+    if (seat->link_socket_count >= CAPACITY_SUBSYSTEM_LINKS) {
+        return STATUS_EXHAUSTED;
+    }
+    const status_t status = osal_socket_adopt(&seat->link_sockets[seat->link_socket_count], descriptor);
+    seat->link_socket_count += (status == STATUS_OK) ? 1U : 0U;
+    return status;
+}
+
 static status_t open_link_sockets(seat_t* const seat)
 {
     const run_block_t* const run = seat->run;
@@ -228,8 +238,8 @@ static status_t open_link_sockets(seat_t* const seat)
         const mission_link_t* const link = &seat->mission->links[i];
         const unsigned slot              = (unsigned)link->number - 1U;
         if ((link->consumer_apid == seat->apid) && (slot < RUN_LINKS_MAX) &&
-            (seat->run->link_descriptors[slot] >= 0)) {
-            status = osal_socket_adopt(&seat->link_sockets[slot], seat->run->link_descriptors[slot]);
+            (run->link_descriptors[slot] >= 0)) {
+            status = adopt_link_socket(seat, run->link_descriptors[slot]);
         }
     }
     return status;
@@ -245,7 +255,8 @@ static status_t add_peers(seat_t* const seat)
     status_t status = STATUS_OK;
     for (unsigned i = 0U; (i < seat->run->component_count) && (status == STATUS_OK); i++) {
         const run_component_t* const peer = &seat->run->components[i];
-        const bool is_needed              = (seat->apid == 1U) || (peer->apid == 1U);
+        const bool is_needed =
+            (seat->apid == DESCRIPTOR_SUPERVISOR_APID) || (peer->apid == DESCRIPTOR_SUPERVISOR_APID);
         if ((i == seat->component) || !is_needed) {
             continue; // Subsystems talk to the supervisor only.
         }
@@ -339,17 +350,14 @@ status_t seat_take(seat_t* const seat, const seat_surroundings_t* const surround
     seat->message_socket.descriptor = -1;
     seat->link_sender.descriptor    = -1;
     seat->topology.descriptor       = -1;
-    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
-        seat->link_sockets[i].descriptor = -1;
-    }
-    seat->flows  = (flow_resolver_t){seat, resolve_flow};
-    seat->links  = (link_resolver_t){.context    = seat,
-                                     .shm_name   = link_name,
-                                     .udp_route  = link_route,
-                                     .tipc_route = link_name_route,
-                                     .methods    = methods_of_port,
-                                     .delivered  = link_delivered};
-    seat->uplink = (pus_port_t){seat, send_up};
+    seat->flows                     = (flow_resolver_t){seat, resolve_flow};
+    seat->links                     = (link_resolver_t){.context    = seat,
+                                                        .shm_name   = link_name,
+                                                        .udp_route  = link_route,
+                                                        .tipc_route = link_name_route,
+                                                        .methods    = methods_of_port,
+                                                        .delivered  = link_delivered};
+    seat->uplink                    = (pus_port_t){seat, send_up};
     if (surroundings->calendar != NULL) {
         osal_clock_open_stepped(&seat->clock, surroundings->calendar, run_participant(index),
                                 process_life(&run->components[index]));
@@ -369,11 +377,9 @@ size_t seat_sockets(seat_t* const seat, osal_socket_t** const out_sockets, const
         out_sockets[count] = &seat->message_socket;
         count++;
     }
-    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
-        if (osal_socket_is_open(&seat->link_sockets[i]) && (count < capacity)) {
-            out_sockets[count] = &seat->link_sockets[i];
-            count++;
-        }
+    for (size_t i = 0U; (i < seat->link_socket_count) && (count < capacity); i++) {
+        out_sockets[count] = &seat->link_sockets[i];
+        count++;
     }
     return count;
 }
@@ -420,7 +426,7 @@ static uint32_t sweep_link(seat_t* const seat, osal_socket_t* const socket,
     uint8_t frame[LINK_FRAME_MAX];
     uint32_t taken = 0U;
     size_t size    = 0U;
-    for (unsigned i = 0U; (i < SWEEP_MAX) && osal_socket_is_open(socket); i++) {
+    for (unsigned i = 0U; i < SWEEP_MAX; i++) {
         if (receive_sample(seat, socket, frame, &size) != STATUS_OK) {
             break;
         }
@@ -439,7 +445,7 @@ static uint32_t sweep(seat_t* const seat, void (*const link_datagram)(void* cont
                       void* const context)
 {
     uint32_t taken = sweep_messages(seat);
-    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+    for (size_t i = 0U; i < seat->link_socket_count; i++) {
         taken += sweep_link(seat, &seat->link_sockets[i], link_datagram, context);
     }
     return taken;

@@ -50,8 +50,9 @@ typedef struct { // Private, except the members named below.
     uint32_t owed; // Datagrams that were announced and have not come yet: the way may be cut.
     uint32_t vain; // Intakes in a row that missed some.
     osal_socket_t message_socket;
-    osal_socket_t link_sockets[RUN_LINKS_MAX]; // Of links that this component consumes.
-    osal_socket_t link_sender;                 // Source of frames to others.
+    osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Of links that this component consumes,
+    uint32_t link_socket_count;                           // so many.
+    osal_socket_t link_sender;                            // Source of frames to others.
     flow_resolver_t flows;
     link_resolver_t links;
     pus_port_t uplink; ///< To the supervisor.
