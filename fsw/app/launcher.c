@@ -86,7 +86,8 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
     if (child->is_component) {
         run_component_t* const component = &launcher->run->components[child->component];
         __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_LOST, __ATOMIC_RELEASE);
-        if (component->apid == 1U) { // Without supervisor the others reach their safe state by themselves.
+        if (component->apid == DESCRIPTOR_SUPERVISOR_APID) {
+            // Without it the others reach their safe state by themselves.
             launcher->abandon_ns = launcher_now_ns(launcher) + RETURN_ABANDON_NS;
         }
     } else if (strcmp(child->name, "packet-archive-sqlite") != 0) {

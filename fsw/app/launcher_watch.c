@@ -57,7 +57,7 @@ static void suspend(launcher_t* const launcher, child_t* const child)
 {
     run_component_t* const component = &launcher->run->components[child->component];
     launcher->is_undetermined        = true;
-    if (component->apid == 1U) { // Nobody else would kill it.
+    if (component->apid == DESCRIPTOR_SUPERVISOR_APID) { // Nobody else would kill it.
         tell(child, " hangs: killed");
         (void)osal_process_stop(&child->process, true);
         return;

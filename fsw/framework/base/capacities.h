@@ -13,10 +13,10 @@
 #define CAPACITY_BUSES 8U            ///< CAN buses of a mission.
 #define CAPACITY_NODES 2U            ///< On-board computers.
 #define CAPACITY_RING_RECORDS 15000U ///< Of the packet log in memory.
-/// Who takes part in stepped time: every subsystem, the simulator, the operator, and a reserve of six.
 /// Reports of all HIGH events of a subsystem, each once: room that is never lent to others [octets].
 #define CAPACITY_HIGH_EVENTS 2048U
 #define CAPACITY_HIGH_EVENT_HEAD 27U ///< Of each, beside its auxiliary data [octets].
+/// Who takes part in stepped time: every subsystem, the simulator, the operator, and a reserve of six.
 #define CAPACITY_PARTICIPANTS (CAPACITY_SUBSYSTEMS + 8U)
 
 /// Fails to compile where the condition does not hold; `name` says what must hold.
