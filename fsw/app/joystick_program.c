@@ -12,12 +12,6 @@ typedef struct {
 
 static joystick_program_t storage;
 
-static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
-{
-    (void)octets_due;
-    return member_step(&((joystick_program_t*)context)->member, now_ns);
-}
-
 bool joystick_open(seat_t* const seat, program_t* const out_program)
 {
     if (!member_load(&storage.member, seat, JOYSTICK_INTERFACE_HASH, joystick_callbacks())) {
@@ -26,12 +20,6 @@ bool joystick_open(seat_t* const seat, program_t* const out_program)
     joystick_init(&storage.joystick, &storage.member.component, &seat->flows);
     member_begin(&storage.member, &storage.joystick,
                  (component_services_t){&storage.services, joystick_add_services});
-    *out_program = (program_t){.self          = &storage,
-                               .step          = step,
-                               .link_datagram = member_link_datagram,
-                               .close         = member_close,
-                               .component     = &storage.member.component,
-                               .storage       = &storage,
-                               .size          = sizeof storage};
+    *out_program = member_program(&storage.member, &storage, sizeof storage);
     return true;
 }

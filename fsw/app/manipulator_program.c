@@ -12,12 +12,6 @@ typedef struct {
 
 static manipulator_program_t storage;
 
-static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
-{
-    (void)octets_due;
-    return member_step(&((manipulator_program_t*)context)->member, now_ns);
-}
-
 bool manipulator_open(seat_t* const seat, program_t* const out_program)
 {
     if (!member_load(&storage.member, seat, MANIPULATOR_INTERFACE_HASH, manipulator_callbacks())) {
@@ -26,12 +20,6 @@ bool manipulator_open(seat_t* const seat, program_t* const out_program)
     manipulator_init(&storage.manipulator, &storage.member.component, &seat->flows);
     member_begin(&storage.member, &storage.manipulator,
                  (component_services_t){&storage.services, manipulator_add_services});
-    *out_program = (program_t){.self          = &storage,
-                               .step          = step,
-                               .link_datagram = member_link_datagram,
-                               .close         = member_close,
-                               .component     = &storage.member.component,
-                               .storage       = &storage,
-                               .size          = sizeof storage};
+    *out_program = member_program(&storage.member, &storage, sizeof storage);
     return true;
 }

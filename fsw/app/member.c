@@ -173,3 +173,21 @@ void member_close(void* const self)
     record_store_close(&member->records);
     member->seat->own = member->in_force; // Descriptors may have changed places when one was read anew.
 }
+
+static uint64_t step(void* const self, const uint64_t now_ns, const uint32_t octets_due)
+{
+    (void)octets_due;
+    return member_step((member_t*)self, now_ns);
+}
+
+program_t member_program(member_t* const member, void* const storage, const size_t size)
+{
+    FSW_ASSERT((member != NULL) && (storage != NULL));
+    return (program_t){.self          = member,
+                       .step          = step,
+                       .link_datagram = member_link_datagram,
+                       .close         = member_close,
+                       .component     = &member->component,
+                       .storage       = storage,
+                       .size          = size};
+}

@@ -3,6 +3,7 @@
 #ifndef FSW_APP_MEMBER_H
 #define FSW_APP_MEMBER_H
 
+#include "fsw/app/program.h"
 #include "fsw/app/record_store.h"
 #include "fsw/app/seat.h"
 #include "fsw/framework/descriptor/descriptor.h"
@@ -39,6 +40,8 @@ uint64_t member_step(member_t* member, uint64_t now_ns);
 /// Give back what the component and its records hold of the system; nobody is told.
 void member_close(void* self);
 void member_link_datagram(void* self, const uint8_t* frame, size_t size);
+/// The program of a member that does nothing around its steps; `storage` holds the member and all else of it.
+program_t member_program(member_t* member, void* storage, size_t size);
 
 /// Path of a descriptor named relative to the mission's file. False if it does not fit.
 bool descriptor_path(const run_block_t* run, const char* relative, char* out_path, size_t capacity);
