@@ -62,7 +62,7 @@ static void make_state(void)
     state.accepted_count = 1U;
     state.open_count     = 1U;
     for (unsigned i = 0U; i < 3U; i++) {
-        state.members[i] = (vitals_member_t){.apid = mission.subsystems[i].apid, .process = 1U, .life = 1U};
+        state.members[i] = (vitals_member_t){.apid = mission.subsystems[i].apid, .process = 1U};
     }
     state.accepted[0]        = edge;
     state.open[0]            = edge;
