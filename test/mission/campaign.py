@@ -18,6 +18,7 @@ import tempfile
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1] / "support")]
 
 import flying
+from hirosco_gse import run as runs
 
 NS_PER_S = 1_000_000_000
 END_S = 8.0
@@ -28,6 +29,7 @@ SERVICE_1 = 1
 TERMINAL = {2, 4, 7, 8, 10}  # Subtypes of ST[01] after which nothing more is told of a request.
 ON_BOARD = 0x8000  # Users from here on are on board.
 CUT_S = 0.2  # Before the end: the mission may go down before what was sent last is answered.
+MOVING = (0x27, 0x07)  # Statuswords of CiA 402: operation enabled, quick stop active.
 REACTION_NS = 10_000_000  # Stale link, its cycle and the report of it.
 
 
@@ -115,12 +117,30 @@ def _endings(flight):
 
 
 def _every_request_ends_once(flight):
-    endings, last_ns = _endings(flight), int((END_S - CUT_S) * NS_PER_S)
-    for key, times in _requests(flight).items():
+    requests, endings, last_ns = _requests(flight), _endings(flight), int((END_S - CUT_S) * NS_PER_S)
+    for key in endings.keys() - requests.keys():
+        yield f"{key} ended by {endings[key]} and was never asked"
+    for key, times in requests.items():
         found = endings.get(key, [])
         due = sum(time_ns < last_ns for time_ns in times)
         if not due <= len(found) <= len(times):
             yield f"request {key} of {[time_ns / NS_PER_S for time_ns in times]} s ended by {found}"
+
+
+def _log_is_whole(flight):
+    """Each number of the packet log once, and all of them in packets.log."""
+    numbers = sorted(int(line.split(" ", 1)[0]) for line in flight.read("packets.ascii").splitlines())
+    if numbers != list(range(1, len(numbers) + 1)):
+        yield "the numbers of packets.ascii are not whole"
+    if len(flight.packets) != len(numbers):
+        yield f"packets.log has {len(flight.packets)} records of {len(numbers)}"
+
+
+def _brakes_hold(drives):
+    """A joint that neither operates nor comes to rest under control is braked; drives as the truth tells them."""
+    for entry in drives:
+        if entry["bus"] == "robot" and entry["statusword"] & 0x6F not in MOVING and not entry["brake_engaged"]:
+            yield f"joint {entry['node']} at {entry['time_us'] / 1e6} s without its brake in {entry['statusword']:#06x}"
 
 
 def _states(flight):
@@ -154,8 +174,8 @@ def _partner_secures_itself(flight, lines):
                 yield f"{line}: its partner did not reach ERROR_OPERATIONAL within {REACTION_NS / 1e6} ms"
 
 
-def violations(flight, lines):
-    """What of the invariants does not hold, in words."""
+def violations(flight, lines, drives=()):
+    """What of the invariants does not hold, in words; drives as the truth of the flight tells them."""
     found = []
     if flight.code is None or flight.code < 0:
         found.append(f"the launcher ended with {flight.code}")
@@ -168,6 +188,8 @@ def violations(flight, lines):
         if word in flight.console.lower() or word in flight.output.lower():
             found.append(f"somebody said '{word}'")
     found += _every_request_ends_once(flight)
+    found += _log_is_whole(flight)
+    found += _brakes_hold(drives)
     found += _partner_secures_itself(flight, lines)
     found += [f"left: {entry}" for entry in flight.leftovers()]
     return found
@@ -179,7 +201,7 @@ def fly(folder, seed, count, form="image"):
     lines = scenario(seed, count)
     path = flying.write_scenario(folder / f"{seed}-{count}.scn", *lines)
     flight = flying.fly(folder / f"{seed}-{count}-{form}", "--scenario", path, "--form", form)
-    return flight, violations(flight, lines)
+    return flight, violations(flight, lines, runs.load(flight.folder).truth["DRIVE"])
 
 
 def main():
