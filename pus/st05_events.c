@@ -88,7 +88,7 @@ void pus_events_tell_by(pus_events_t* const events, const uint16_t event_id)
 static uint16_t next_suppressed(const pus_events_t* const events)
 {
     uint16_t index = (uint16_t)((events->told + 1U) % events->count);
-    while ((events->states[index].suppressed == 0U) && (index != events->told)) {
+    while ((index != events->told) && (events->states[index].suppressed == 0U)) {
         index = (uint16_t)((index + 1U) % events->count);
     }
     return index;
