@@ -24,7 +24,7 @@
 #include "osal/include/osal/socket.h"
 
 #define FOREIGN_FRAME_OCTETS (15U + OSAL_CAN_DATA_MAX)
-#define FOREIGN_ROOM 4096U ///< For all but frames.
+#define FOREIGN_ROOM 4096U ///< For everything except frames.
 #define FOREIGN_MESSAGE_MAX (FOREIGN_ROOM + (MISSION_BUSES_MAX * OSAL_CAN_RING_FRAMES * FOREIGN_FRAME_OCTETS))
 
 typedef enum {
@@ -67,7 +67,7 @@ void foreign_write_run(octet_writer_t* writer, const run_block_t* run, unsigned 
 bool foreign_read_run(octet_reader_t* reader, run_block_t* out_run, unsigned* out_component);
 void foreign_write_done(octet_writer_t* writer, const foreign_done_t* done);
 bool foreign_read_done(octet_reader_t* reader, foreign_done_t* out_done);
-/// A grant, with the lives of all components as the run says them.
+/// A grant, with the lives of all components from the run block.
 void foreign_write_grant(octet_writer_t* writer, const osal_grant_t* grant, const run_block_t* run);
 bool foreign_read_grant(octet_reader_t* reader, osal_grant_t* out_grant, run_block_t* run);
 /// All frames that have come on the ends, as the last of a message.

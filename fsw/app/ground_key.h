@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The key of the ground link from its file, and the mark of its sessions from the file beside it: FILE and
-/// FILE.received, which `gse key make FILE` makes. The key goes into the receiver and nowhere else.
+/// Reads the key of the ground link from FILE and the mark of its sessions from FILE.received; `gse key make
+/// FILE` makes both. The key is copied into the receiver only.
 ///
 /// Ownership  The program places it (static). Context: one task.
 #ifndef FSW_APP_GROUND_KEY_H
@@ -16,8 +16,8 @@ typedef struct { // Private, except the receiver.
     sdls_receiver_t receiver;
 } ground_key_t;
 
-/// Open the receiver, which keeps others from the mark until it is closed. False: the receiver is closed and
-/// refuses every frame; `error` says which file, why, and the next step.
+/// Open the receiver and lock the mark against other programs until it is closed. False: the receiver is
+/// closed and refuses every frame; `error` names the file, the cause and the next step.
 bool ground_key_open(ground_key_t* key, const char* path, char error[GROUND_KEY_ERROR_MAX]);
 void ground_key_close(ground_key_t* key);
 

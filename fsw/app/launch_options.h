@@ -27,7 +27,7 @@ typedef struct {
     uint64_t seed;
     bool is_image;
     bool is_stepped; ///< Discrete time; where nothing is said: with a simulator.
-    bool is_free;    ///< Every process has a clock of its own, the simulator too: there is no calendar.
+    bool is_free;    ///< Every process has its own clock, also the simulator; there is no calendar.
     launch_bus_t bus;
     const char* interfaces[LAUNCH_INTERFACES_MAX]; ///< "BUS=INTERFACE": flight's controllers.
     size_t interface_count;
@@ -55,9 +55,9 @@ bool launch_options_parse(int argument_count, char* const arguments[], launch_op
 bool launch_scenario_is_path(const char* scenario);
 /// The simulator takes part: on all buses but those of real devices.
 bool launch_has_simulator(const launch_options_t* options);
-/// Simulated time belongs to a calendar: with a simulator, unless every process has a clock of its own.
+/// A calendar keeps simulated time: true with a simulator, unless every process has its own clock.
 bool launch_has_calendar(const launch_options_t* options);
-/// How time passes, as the command line has it: "stepped", "real" or "free".
+/// How time passes, in the words of the command line: "stepped", "real" or "free".
 const char* launch_time_text(const launch_options_t* options);
 /// The carrier of buses as the command line has it: "shm", "vcan" or "can".
 const char* launch_bus_text(launch_bus_t bus);

@@ -25,14 +25,13 @@ typedef struct { // Private: one child process.
     bool is_alive;
     bool has_run;
     bool is_component;
-    unsigned component;   // Index, if it is one.
-    unsigned participant; // Of the calendar; OSAL_CALENDAR_PARTICIPANTS_MAX: none.
-    uint32_t life;        // Of the component, that it was started for.
-    uint64_t
-        asked_to_end_ns; // Wall-clock time at which it was first seen not to be wanted any more; 0: it is.
-    bool is_asked;       // By a signal.
+    unsigned component;       // Index, if it is one.
+    unsigned participant;     // Of the calendar; OSAL_CALENDAR_PARTICIPANTS_MAX: none.
+    uint32_t life;            // Life of the component that it was started for.
+    uint64_t asked_to_end_ns; // Wall-clock time at which it was first found unwanted; 0: it is wanted.
+    bool is_asked;            // Asked by a signal.
     osal_process_result_t result;
-    uint64_t memory_high_kib; // Of all its lives.
+    uint64_t memory_high_kib; // Peak of all its lives.
 } child_t;
 
 typedef struct { // Private: the interfaces of one bus, "" where it has none.
@@ -45,12 +44,12 @@ typedef struct { // Private: the interfaces of one bus, "" where it has none.
     osal_can_claim_t claim;
 } launcher_bus_t;
 
-typedef struct { // Private: who holds the grant of the calendar.
+typedef struct { // Private: the process that holds the grant of the calendar.
     unsigned holder;
     uint32_t grants;
-    uint64_t since_ns;     // Wall-clock time at which it was first seen with this grant; 0: nobody was.
-    uint64_t processor_ns; // That it had used then.
-    uint64_t join_ns;      // Wall-clock time since which time stands still for one that is to join; 0: none.
+    uint64_t since_ns;     // Wall-clock time at which it was first seen with this grant; 0: no holder.
+    uint64_t processor_ns; // Processor time that it had used by then.
+    uint64_t join_ns;      // Wall-clock time since which time waits for a participant to join; 0: none.
 } launcher_watch_t;
 
 typedef struct { // Private, except `guard`, `exit_code` and `reason`.
@@ -65,14 +64,14 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     osal_calendar_t* calendar;
     osal_network_t home; // Network namespace of the launcher itself, while it is in another.
     osal_socket_t ground;
-    char key_path[RUN_PATH_MAX]; // Of telecommands; "": they need none.
+    char key_path[RUN_PATH_MAX]; // Key of telecommands; "": telecommands need none.
     osal_socket_t messages[MISSION_SUBSYSTEMS_MAX];
     osal_socket_t links[RUN_LINKS_MAX];
     launcher_bus_t buses[MISSION_BUSES_MAX];
     uint32_t late_frames; // Of the counted hand-over of all buses.
     uint32_t lost_frames;
     uint32_t foreign_frames;
-    uint32_t bus_cuts;                                 // Times that an interface went under an end.
+    uint32_t bus_cuts;                                 // How often an interface was lost while in use.
     int tool_code;                                     // Exit code of the last tool.
     uint32_t memory_limit_kib[MISSION_SUBSYSTEMS_MAX]; // Address space.
     child_t children[LAUNCHER_CHILDREN_MAX];
@@ -97,7 +96,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     bool is_broken;          // A part died.
     return_budget_t returns; // Of the supervisor.
     uint64_t return_wall_ns; // When it is to be started again.
-    bool is_undetermined;    // At an instant that simulated time does not determine.
+    bool is_undetermined;    // It died at an instant that simulated time does not determine.
     int exit_code;
     char reason[LAUNCHER_REASON_MAX];
 } launcher_t;

@@ -7,8 +7,7 @@
 #include "fsw/framework/base/text.h"
 
 #define LAUNCHER_LOOP_MS 20U
-#define LAUNCHER_REAL_LOOP_MS                                                                                \
-    5U ///< Where simulated time is held back to the wall clock, a hang is found soon.
+#define LAUNCHER_REAL_LOOP_MS 5U ///< Real time: a hang must be found soon.
 #define LAUNCHER_NO_PARTICIPANT OSAL_CALENDAR_PARTICIPANTS_MAX
 #define LAUNCHER_ARGUMENTS_MAX 96U
 #define LAUNCHER_ARGUMENT_TEXT 8192U
@@ -53,11 +52,11 @@ bool launcher_is_foreign(const launcher_t* launcher, unsigned component);
 /// Program and arguments of a component's process, or of its stand-in.
 void launcher_add_component(const launcher_t* launcher, unsigned component, arguments_t* arguments);
 
-/// launcher_limits.c: memory and descriptors of subsystems. False: `reason` says which limit is too low. A
-/// limit that the mission does not give is derived from the program, and told.
+/// launcher_limits.c: limits of memory and descriptors of subsystems. False: `reason` says which limit is too
+/// low. If the mission gives no limit, it is derived from the program and printed.
 bool launcher_set_limits(launcher_t* launcher, const char* mission_path);
 void launcher_limit(const launcher_t* launcher, const child_t* child, osal_process_start_t* start);
-/// Look once whether a child has ended, and note what it needed. Tells of its end once.
+/// Check once whether a child has ended, and note its peak memory. True only once for each end.
 bool launcher_has_ended(const launcher_t* launcher, child_t* child);
 
 /// launcher_prepare.c: what a launcher that was killed has left of a run, to be cleaned up; null: it had not
@@ -81,11 +80,12 @@ void launcher_remove_buses(launcher_t* launcher);
 /// Virtual interfaces that a launcher which was killed has made, to be removed with the buses.
 void launcher_adopt_interfaces(launcher_t* launcher);
 
-/// launcher_watch.c: suspend who holds the grant and hangs; give up who does not join.
+/// launcher_watch.c: suspend a process that hangs while it holds the grant; end the life of one that does not
+/// join.
 void launcher_watch_calendar(launcher_t* launcher);
-/// The holder would go on if it got a processor.
+/// True if the holder of the grant is ready to run but gets no processor.
 bool launcher_is_starved(launcher_t* launcher);
-/// Name of the process that holds the grant, for people.
+/// Name of the process that holds the grant, for messages.
 const char* launcher_holder(launcher_t* launcher);
 
 /// launcher.c: mission time.

@@ -23,12 +23,12 @@ typedef struct { // Private, except `component`.
     record_store_t records;
     journal_slot_t slots[JOURNAL_SLOTS(MEMBER_RECORDS)];
     pus_persistence_t persistence;
-    uint32_t records_refused; // Lasting records that no service took back.
-    bool has_told_damage;     // Of its records.
+    uint32_t records_refused; // Lasting records that no service restored.
+    bool has_told_damage;     // Damage to its records was reported.
 } member_t;
 
-/// Check that the seat's descriptor is the one the program was made for and asks nothing that it cannot do,
-/// and open its lasting records. False: seat->error says file, line, value and what was expected.
+/// Check that the seat's descriptor is the one the program was made for and requires nothing that the program
+/// cannot do; open its lasting records. False: seat->error says file, line, value and what was expected.
 bool member_load(member_t* member, seat_t* seat, uint64_t interface_hash,
                  const subsystem_callbacks_t* callbacks);
 /// Begin life in OFFLINE with the loaded descriptor, and the services that it lists with their lasting
@@ -37,7 +37,7 @@ void member_begin(member_t* member, void* self, component_services_t services);
 /// Take in all messages, then step.
 void member_take_in(member_t* member, uint64_t now_ns);
 uint64_t member_step(member_t* member, uint64_t now_ns);
-/// Give back what the component and its records hold of the system; nobody is told.
+/// Release the system resources of the component and its records, without any message.
 void member_close(void* self);
 void member_link_datagram(void* self, const uint8_t* frame, size_t size);
 /// The program of a member that does nothing around its steps; `storage` holds the member and all else of it.

@@ -17,11 +17,11 @@ typedef struct {
     /// Further sockets that wake it. May be null.
     size_t (*sockets)(void* self, osal_socket_t** out_sockets, size_t capacity);
     void (*link_datagram)(void* self, const uint8_t* frame, size_t size);
-    /// Give back to the system what the component has opened, without a word to anybody: as when its process
-    /// ends.
+    /// Release the system resources that the component has opened, without any message, as at the end of its
+    /// process.
     void (*close)(void* self);
     component_t* component; ///< Whose loops of services may have tasks of their own, or null.
-    void* storage;          ///< All that it keeps; all zeros before it is opened.
+    void* storage;          ///< All its data; all zeros before it is opened.
     size_t size;
 } program_t;
 

@@ -7,9 +7,9 @@
 /// where a subsystem keeps the pace of a wall clock, which no disk may stop (docs/decisions/0026).
 ///
 /// Damaged media (fsw/framework/journal/journal.h) are copied to
-/// `<storage>/<component>.journal.<n>.damaged.<m>`, m 0 to RECORD_STORE_COPIES - 1, before the journal goes
-/// on with what is whole of them; with all of these taken, the last is made anew. The console tells it; the
-/// component tells the ground.
+/// `<storage>/<component>.journal.<n>.damaged.<m>`, m 0 to RECORD_STORE_COPIES - 1, before the journal
+/// continues with their intact records. If all copies exist, the last one is replaced. The program reports it
+/// on the console; the component reports it to the ground.
 ///
 /// Ownership  The program places store and slots (static). Context: the component's loop.
 #ifndef FSW_APP_RECORD_STORE_H

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How often a supervisor that dies comes back: RETURN_BUDGET times in RETURN_PERIOD_NS of mission time.
+/// How often a supervisor that dies is started again: RETURN_BUDGET times in RETURN_PERIOD_NS of mission
+/// time.
 #ifndef FSW_APP_RETURN_BUDGET_H
 #define FSW_APP_RETURN_BUDGET_H
 
@@ -8,7 +9,7 @@
 
 #define RETURN_BUDGET 3U
 #define RETURN_PERIOD_NS 60000000000ULL
-/// Without it, members have so much mission time to reach their safe state before the run ends.
+/// Mission time that the members have to reach their safe state before a run without supervisor ends.
 #define RETURN_ABANDON_NS 5000000000ULL
 
 typedef struct { // Private. All zeros: it has not died yet.
@@ -16,7 +17,7 @@ typedef struct { // Private. All zeros: it has not died yet.
     unsigned deaths;
 } return_budget_t;
 
-/// It died. True if it comes back; *out_delay_ns: after so much wall-clock time (0, 0.1 s, 1 s).
+/// The supervisor died. True: start it again after *out_delay_ns of wall-clock time (0, 0.1 s, 1 s).
 bool return_budget_take(return_budget_t* budget, uint64_t now_ns, uint64_t* out_delay_ns);
 
 #endif // FSW_APP_RETURN_BUDGET_H

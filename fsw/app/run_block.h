@@ -46,19 +46,19 @@ typedef struct {
     /// Written by the supervisor (the first life by the launcher):
     uint32_t life;        ///< Number of the last start that was ordered, from 1.
     uint32_t link_floor;  ///< Links of that life have later epochs.
-    uint32_t wanted_life; ///< The life that is to run; 0: none.
-    uint32_t kill_life;   ///< The last life that is to be killed, since it hangs.
+    uint32_t wanted_life; ///< The life that must run; 0: none.
+    uint32_t kill_life;   ///< The last life that must be killed because it hangs.
     /// Written by the launcher:
-    uint32_t found_life; ///< Of the process that was started last,
-    uint32_t process;    ///< and what became of it: run_process_t.
+    uint32_t found_life; ///< Life of the process that was started last,
+    uint32_t process;    ///< and its state: run_process_t.
     uint32_t hung_life;  ///< The last life that was found to hang, and suspended.
 } run_component_t;
 
 #define RUN_LATENESS 5U ///< Classes of lateness.
 
 typedef struct {      // Of one component, in a cache line of its own; written by it.
-    uint64_t step_ns; ///< When it has stepped last [ns of the run],
-    uint64_t wake_ns; ///< and promised to step again, at the latest.
+    uint64_t step_ns; ///< When it stepped last [ns of the run],
+    uint64_t wake_ns; ///< and when it promised to step again, at the latest.
     /// Steps at a promised time that were late by less than 0.1 ms, 1 ms, 10 ms, 100 ms, and more.
     uint32_t late[RUN_LATENESS];
     uint32_t line[7];
@@ -88,7 +88,7 @@ typedef struct {
     char mission_path[RUN_PATH_MAX];
     char folder[RUN_PATH_MAX];  ///< Output folder.
     char storage[RUN_PATH_MAX]; ///< Folder of what outlives a power cut.
-    char key[RUN_PATH_MAX];     ///< File with the key of telecommands; "": they need none.
+    char key[RUN_PATH_MAX];     ///< File with the key of telecommands; "": telecommands need none.
     int ground_descriptor;      ///< Listening TCP socket that `communication` inherits.
     uint16_t ground_port;
     uint16_t component_count;
@@ -121,7 +121,7 @@ static inline unsigned run_participant(const unsigned component)
 {
     return component + 1U;
 }
-/// The component steps at `now_ns`, by a clock of its own: note how late it is.
+/// The component, which has its own clock, begins a step at `now_ns`: note how late it is.
 void run_block_wake(run_block_t* block, unsigned component, uint64_t now_ns);
 /// The component has stepped at `now_ns` and promises to step again at `wake_ns`; OSAL_CALENDAR_NEVER before
 /// the first step of a life.

@@ -5,10 +5,11 @@
 
 #include "fsw/app/launcher.h"
 
-/// Have room for run.json in the run's folder (run.json.part), whatever fills the disk later. False: there is
-/// none.
+/// Reserve disk space for run.json in the run's folder (run.json.part), so that a disk that fills up later
+/// does no harm. False: there is no space.
 bool run_summary_reserve(const launcher_t* launcher);
-/// Write run.json there: at any moment it is whole, or is not there. False: it could not be written.
+/// Write run.json into that space: at any moment the file is complete or absent. False: it could not be
+/// written.
 MUST_USE bool run_summary_write(const launcher_t* launcher);
 
 #endif // FSW_APP_RUN_SUMMARY_H

@@ -41,10 +41,10 @@ typedef struct { // Private, except the members named below.
     osal_socket_t topology; // What the kernel tells of TIPC names.
     uint32_t life;          // Its own.
     uint32_t link_floor;    // Links of this life have later epochs.
-    struct {                // Of each component, as the run said at the last intake.
+    struct {                // Of each component, from the run block at the last intake.
         uint32_t life;
         uint32_t link_floor;
-        uint64_t told_ns; // When it was sent the first message since it stepped last.
+        uint64_t told_ns; // Time of the first message sent to it since its last step.
     } peers[MISSION_SUBSYSTEMS_MAX];
     uint32_t pumps;
     uint32_t owed; // Datagrams that were announced and have not come yet: the way may be cut.
@@ -57,7 +57,7 @@ typedef struct { // Private, except the members named below.
     link_resolver_t links;
     pus_port_t uplink; ///< To the supervisor.
     char error[SEAT_ERROR_MAX];
-    bool is_kept;        // Its messages go on, though the component begins anew.
+    bool is_kept;        // Its message channels continue although the component begins anew.
     ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run says.
 } seat_t;
 
@@ -77,27 +77,28 @@ typedef struct { // What the components of a program share.
 /// inbox. STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t seat_take(seat_t* seat, const seat_surroundings_t* surroundings,
                             subsystem_descriptor_t* own, unsigned index);
-/// Where messages to this component wait, which lives as long as the seat: a place for each of its peers, the
-/// supervisor's being all others and the others' the supervisor. Nothing is taken in before.
+/// Give the endpoint the places in which messages to this component wait: one for each peer. The peers of the
+/// supervisor are all other components; the only peer of another component is the supervisor. `places` must
+/// live as long as the seat. No message is taken in before this call.
 /// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t seat_open_inbox(seat_t* seat, message_place_t* places, size_t place_count);
-/// In place of seat_take, where a component begins anew in the same program and takes over from its earlier
-/// life: its message endpoint and what waits in its inbox stay.
+/// Use it in place of seat_take if a component begins anew in the same program and continues its earlier
+/// life: the message endpoint and the messages in its inbox stay.
 void seat_keep(seat_t* seat);
 /// Sockets that wake this component, for the program's wait. Returns their number.
 size_t seat_sockets(seat_t* seat, osal_socket_t** out_sockets, size_t capacity);
-/// Take in the datagrams that are there; frames of links go to `link_datagram`. Stepped: wait for those of
-/// the announced `messages` that the kernel has not handed over yet. What was sent to an earlier life of this
-/// component was announced to nobody, and is dropped.
+/// Take in the datagrams that have arrived; frames of links go to `link_datagram`. Stepped: wait for those of
+/// the announced `messages` that the kernel has not delivered yet. Datagrams to an earlier life of this
+/// component are dropped; they are not among the announced ones.
 void seat_pump(seat_t* seat, uint32_t messages, void (*link_datagram)(void* context, const uint8_t*, size_t),
                void* context);
-/// Tell the calendar of a message to another component, in the life that it was sent to.
+/// Announce a message to the calendar: for another component, in the life to which it was sent.
 void seat_delivered(void* context, uint16_t to);
 /// A message was sent to another component at that time [ns of the run].
 void seat_told(seat_t* seat, unsigned component, uint64_t now_ns);
-/// Life of another component that what is delivered now is meant for, as the calendar counts.
+/// Life of another component to which deliveries go now, as the calendar counts lives.
 uint32_t seat_life_of(const seat_t* seat, unsigned component);
-/// Close what the seat itself has opened; inherited sockets stay for the next life.
+/// Close everything that the seat itself has opened; inherited sockets stay open for the next life.
 void seat_leave(seat_t* seat);
 
 #endif // FSW_APP_SEAT_H

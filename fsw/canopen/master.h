@@ -55,7 +55,7 @@ typedef struct {               // [wrap]
     uint32_t unknown;          ///< Data frames that nobody here expects.
     uint32_t malformed;        ///< Wrong length or format for their identifier.
     uint32_t remote;           ///< Remote requests.
-    uint32_t foreign_syncs;    ///< SYNCs of somebody else: a bus has one producer, and that is us.
+    uint32_t foreign_syncs;    ///< SYNCs of other nodes: this master is the only producer.
     uint32_t refused;          ///< Frames the flow did not take.
     uint32_t emergencies;      ///< Taken in.
     uint32_t emergencies_lost; ///< Not taken in: queue full.

@@ -52,7 +52,7 @@ typedef enum {
     NETWORK_DRIVE_WARNING, ///< Medium-severity emergency.
     NETWORK_BUS_WARNING,   ///< Low-severity emergency (node), or a condition of our controller (node 0).
     NETWORK_DEVICE_REFUSED, ///< Cannot be commissioned: see refusal.
-    NETWORK_FOREIGN_SYNC    ///< Somebody else sends SYNC. Once, and again after a second without.
+    NETWORK_FOREIGN_SYNC    ///< Another node sends SYNC. Once, and again after 1 s without.
 } network_fault_kind_t;
 
 /// Why a device is not commissioned; the numbers are those of the event DEVICE_REFUSED.
@@ -122,7 +122,7 @@ typedef struct { // Private: a controller as it was looked at last.
     uint64_t overrun_ns; ///< When frames were lost last: what goes on is told once.
 } network_conditions_t;
 
-typedef struct { // Private: SYNCs of others as they were counted last.
+typedef struct { // Private: SYNCs of other nodes at the last check.
     uint32_t count;
     uint64_t time_ns; ///< Of the last one; 0: none.
 } network_foreign_sync_t;
@@ -186,7 +186,7 @@ void network_bus_counters(const canopen_network_t* network, network_bus_counters
 /// DEVICE_REFUSED, here and in the two functions below.
 status_t network_boot(canopen_network_t* network, uint64_t now_ns);
 
-/// A device that leaves so many SYNCs unanswered is lost, >= 1.
+/// A device is lost if it does not answer `syncs` SYNCs in a row, >= 1.
 void network_set_patience(canopen_network_t* network, uint32_t syncs);
 /// Forget the settings of all devices; before network_set.
 void network_clear_settings(canopen_network_t* network);

@@ -76,7 +76,7 @@ status_t drives_secure(drives_t* drives);
 status_t drives_post(drives_t* drives);
 /// Nodes reset, bus closed. STATUS_BUSY; STATUS_OK.
 status_t drives_hardware_deinit(drives_t* drives);
-/// The program ends, in whatever state: close the buses and leave them as they are.
+/// The program ends, in any state: close the buses and leave the devices as they are.
 void drives_release(drives_t* drives);
 
 /// Make channel 0 (A) or 1 (B) of the bus the active one, at once or for the next HARDWARE_INIT. It must be

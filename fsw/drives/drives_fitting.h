@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether a subsystem can drive the devices of a descriptor, for its callback `fits`: classes, end nodes and
-/// numbers, which would otherwise fail in flight, without a place.
+/// Checks that a subsystem can drive the devices of a descriptor, for its callback `fits`: classes, end nodes
+/// and numbers. Without it such an error would appear only in flight, without file and line.
 #ifndef FSW_DRIVES_DRIVES_FITTING_H
 #define FSW_DRIVES_DRIVES_FITTING_H
 
@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef struct { // What every configuration has to have.
+typedef struct { // What every configuration must have.
     const char* type;
     const char* says_type; ///< Refusal of another class.
     uint16_t count;        ///< Devices.
@@ -19,8 +19,8 @@ typedef struct { // What every configuration has to have.
     const char* says_mode;
 } drives_need_t;
 
-/// True if the devices are what is needed, are reached by one CAN bus and its channel B, and have room in
-/// network.h; else *out_misfit is the first that does not.
+/// True if the devices meet the need, are on one CAN bus and its channel B, and fit the limits of network.h;
+/// else *out_misfit is the first violation.
 bool drives_fit(const subsystem_descriptor_t* descriptor, const drives_need_t* need,
                 subsystem_misfit_t* out_misfit);
 

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a procedure's work costs, in units that depend on the program alone and never on a clock. Internal to
+/// Cost of a procedure's work, in units that depend only on the program and never on a clock. Private to
 /// fsw/procedures.
 ///
 /// A unit stands for about 20 ns of a processor of 2024; a plain instruction costs one. The count hook sees
-/// each instruction before it is done and charges what that one may take at worst: by its operation code,
-/// and by the longest text, the largest table and the deepest stack this procedure has ever had. So an
-/// instruction is done only in a cycle whose budget has paid for it. Functions of the library charge for the
-/// octets and values they touch, before they touch them (procedure_pay). Memory is charged when it is taken.
+/// each instruction before it is executed and charges its worst-case cost: by its operation code, and by the
+/// longest text, the largest table and the deepest stack that this procedure has ever had. So an instruction
+/// is executed only in a cycle whose budget has paid for it. Functions of the library charge for the octets
+/// and values that they use, before they use them (procedure_pay). Memory is charged when it is allocated.
 ///
-/// What is charged depends on the program, not on the processor, the time or the addresses of a run, with
-/// one exception: how often a table is rebuilt from which text keys are removed and to which others are
-/// added depends on the interpreter's hash seed. So rebuilding is charged when a table becomes larger than
-/// any before; the rest only beyond PROCEDURE_GRACE per budget, which is more than such a program needs.
+/// The charge depends on the program, not on the processor, the time or the addresses of a run, with one
+/// exception: if text keys are removed from a table and others are added, the interpreter's hash seed decides
+/// how often the table is rebuilt. So rebuilding is charged when a table becomes larger than any before;
+/// other rebuilding only beyond PROCEDURE_GRACE per budget, which is more than such a program needs.
 ///
-/// The operation code is read where the interpreter (5.4) keeps its program counter. One that is unknown
-/// costs PROCEDURE_ACT_MAX, so another interpreter makes procedures slow and not expensive.
+/// The operation code is read where the interpreter (5.4) keeps its program counter. An unknown code costs
+/// PROCEDURE_ACT_MAX, so with another interpreter procedures are slower but never use more time than charged.
 #ifndef FSW_PROCEDURES_PROCEDURE_COST_H
 #define FSW_PROCEDURES_PROCEDURE_COST_H
 
@@ -22,8 +22,8 @@
 
 #include <lua5.4/lua.h>
 
-#define PROCEDURE_ACT_MAX 2048U ///< What one instruction or call may cost; a call that costs more fails.
-#define PROCEDURE_GRACE 256U    ///< Rebuilding of tables in a budget that costs nothing.
+#define PROCEDURE_ACT_MAX 2048U ///< Largest cost of one instruction or call; a call that costs more fails.
+#define PROCEDURE_GRACE 256U    ///< Units of table rebuilding per budget that are not charged.
 #define PROCEDURE_LIST_MAX                                                                                   \
     32752U ///< Largest list or stack of a running procedure; 1024 values as it grows [octets].
 #define PROCEDURE_NODES_MAX 256U ///< Most keys in a table that are not numbers in sequence.
@@ -33,17 +33,18 @@ void procedure_cost_hook(lua_State* state, lua_Debug* record);
 /// Charge a call of a function of the library. It fails if it costs more than PROCEDURE_ACT_MAX, and waits
 /// for the next budget if this one does not cover it. Returns what `body` returns.
 int procedure_pay(lua_State* state, uint64_t price, lua_KFunction body, lua_KContext context);
-/// True if the budget is used up: what goes on piece by piece must yield then.
+/// True if the budget is used up: work that is done in pieces must yield then.
 bool procedure_must_wait(lua_State* state);
-/// Charge what has been done already.
+/// Charge work that is already done.
 void procedure_charge(procedure_slot_t* slot, uint64_t price);
-/// Price of finding one key in a table, at worst.
+/// Worst-case price of finding one key in a table.
 uint32_t procedure_price_of_key(const procedure_slot_t* slot);
 /// Note that a text with NULs in it may exist: comparing such texts is expensive.
 void procedure_note_text(lua_State* state, int index);
-/// Whether the interpreter may have this memory, and note and charge it. `tag` is its kind of object, or 0.
+/// True if the interpreter may have this memory; notes and charges it. The kind of object is in `before` for
+/// a new block.
 bool procedure_may_take(procedure_slot_t* slot, const void* block, size_t before, size_t after);
-/// Charge a collection of all garbage, as it follows memory refused.
+/// Charge the full garbage collection that follows a refused allocation.
 void procedure_charge_collection(procedure_slot_t* slot);
 
 #endif // FSW_PROCEDURES_PROCEDURE_COST_H

@@ -22,10 +22,10 @@
 /// calls each time.
 ///
 /// Budgets  Instructions, calls of the library and memory have prices (procedure_cost.h) that do not depend
-///          on a clock. A procedure goes on only as long as its budget has paid for what it does next, also
-///          where it has caught errors; what one call touches is bounded, and a call beyond it is an error.
+///          on a clock. A procedure continues only while its budget covers its next instruction, also after
+///          it has caught errors. The cost of one call is bounded; a call that costs more is an error.
 /// Bounds   A text has 4096 octets at most; a list 1024 values; a table 256 other keys. Metatables are copied
-///          when they are set: __index and __newindex lead on through 16 tables at most.
+///          when they are set: __index and __newindex follow at most 16 tables.
 /// Memory   All is in the slot's arena; beyond it the procedure gets an error. It is not freed piece by piece
 ///          at the end but forgotten: nothing of a procedure runs after its end.
 /// Ownership The caller places engine, slots and arenas. Context: one loop; not shared.
@@ -49,10 +49,10 @@ typedef struct { // Private.
     size_t memory_size;
     uint8_t* map;
     uint32_t budget;
-    uint32_t spent; // Of the budget; beyond it is a debt to the next one.
+    uint32_t spent; // Of the budget; the excess is taken from the next one.
     uint32_t used;  // Since the last grant.
     uint32_t grace; // Lists made since the last grant that were no larger than one before.
-    // The worst that this procedure has ever had; prices depend on them.
+    // The largest values that this procedure has had; prices depend on them.
     uint32_t longest;    // Text [octets].
     uint32_t nodes;      // Keys in a table.
     uint32_t largest;    // List [octets].

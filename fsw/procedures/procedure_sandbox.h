@@ -14,7 +14,7 @@ void procedure_slot_bind(lua_State* state, procedure_slot_t* slot);
 void procedure_sandbox_open(lua_State* state);
 /// Calls to the host (procedure_calls.c): into the table on top of the stack.
 void procedure_calls_open(lua_State* state);
-/// Functions of the interpreter's library that are used as they are, each with a price (procedure_library.c).
+/// Functions of the interpreter's library that are used unchanged, each with a price (procedure_library.c).
 typedef enum {
     PROCEDURE_BASE,
     PROCEDURE_STRINGS,

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reports that wait for the way to ground, by class (pus/traffic_class.h), and the blocks they lie in.
+/// Reports that wait until they can be sent to the ground, by class (pus/traffic_class.h), and their blocks.
 ///
-/// One packet is one block with a count of its holders: whoever routes it holds it while it is logged and
-/// observed, and a line holds it until it has left. So a report that waits is not copied again. The blocks of
-/// four sizes come from one arena; of each size some are for FIRM reports alone. Without a block a report
-/// cannot wait, and the rule of its class decides.
+/// One packet is one block with a reference count: the router holds it while the packet is logged and
+/// observed, and a line holds it until the packet has been sent. So a waiting report is not copied again. The
+/// blocks have four sizes and come from one arena; of each size some are for FIRM reports only. A report
+/// without a block cannot wait; the rule of its class decides what happens then.
 ///
-/// Order      Reports leave in the order they came. While the way is open for FIRM reports only, these
-/// overtake
-///            the others; but a verification (ST[01]) does not overtake what its own subsystem said before.
+/// Order      Reports are sent in order of arrival. While only FIRM reports can be sent, they overtake the
+///            others; but a verification (ST[01]) does not overtake earlier reports of its own subsystem.
 /// Ownership  The caller places it. Context: one loop. Time: O(reports of the class).
 #ifndef FSW_SUPERVISOR_GROUND_BACKLOG_H
 #define FSW_SUPERVISOR_GROUND_BACKLOG_H
@@ -48,12 +47,12 @@ typedef struct { // Private.
     ground_entry_t* entries;
     uint16_t capacity;
     uint16_t head;
-    uint16_t span; // From the head to the last one; in between some may have left.
+    uint16_t span; // From the head to the last one; some in between may have been sent.
     uint32_t limit;
     uint32_t octets;
 } ground_line_t;
 
-typedef struct { // A report that may leave now.
+typedef struct { // A report that may be sent now.
     const uint8_t* packet;
     size_t size;
     pus_class_t class;
@@ -70,25 +69,26 @@ typedef struct { // Private, except `blocks`, to be read.
 } ground_backlog_t;
 
 void ground_backlog_init(ground_backlog_t* backlog);
-/// A block for a packet, with one holder; null: none is left. The caller gives it back.
+/// A block for a packet, with one reference; null: none is left. The caller returns it by
+/// ground_backlog_give.
 MUST_USE uint8_t* ground_backlog_take(ground_backlog_t* backlog, size_t size);
 void ground_backlog_give(ground_backlog_t* backlog, uint8_t* block);
-/// Let a report wait that lies in `block`, which gets one more holder, or, if that is null, is copied into
-/// one. `source` numbers the subsystems, below CAPACITY_SUBSYSTEMS. STATUS_OK; STATUS_FULL: its class has no
-/// room.
+/// Let a report wait. If it lies in `block`, the block gets one more reference; if `block` is null, the
+/// report is copied into a new block. `source` is the number of the subsystem, below CAPACITY_SUBSYSTEMS.
+/// STATUS_OK; STATUS_FULL: its class has no room.
 MUST_USE status_t ground_backlog_put(ground_backlog_t* backlog, uint8_t source, const uint8_t* packet,
                                      size_t size, uint8_t* block);
-/// True if a report of the class and size, in no block yet, could wait.
+/// True if a report of that class and size that is in no block yet could wait.
 bool ground_backlog_accepts(const ground_backlog_t* backlog, pus_class_t class, size_t size);
-/// The report that leaves next; `is_plain_open`: the way is open for all classes. False: none may leave.
+/// The report to send next; `is_plain_open`: all classes can be sent now. False: no report may be sent.
 bool ground_backlog_next(const ground_backlog_t* backlog, bool is_plain_open, ground_report_t* out_report);
-/// It has left.
+/// The report has been sent.
 void ground_backlog_sent(ground_backlog_t* backlog, const ground_report_t* report);
-/// Copy what waits into an empty ring, in the order it came.
+/// Copy the waiting reports into an empty ring, in order of arrival.
 void ground_backlog_copy(const ground_backlog_t* backlog, octet_ring_t* ring);
-/// Octets that reports of a class may still have.
+/// Octets of room that are left for a class.
 uint32_t ground_backlog_room(const ground_backlog_t* backlog, pus_class_t class);
-/// True if there is room for what answers the requests that are taken in meanwhile.
+/// True if there is room for the answers to the requests that are taken in now.
 bool ground_backlog_takes_requests(const ground_backlog_t* backlog);
 bool ground_backlog_is_empty(const ground_backlog_t* backlog);
 

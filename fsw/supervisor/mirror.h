@@ -45,7 +45,7 @@ typedef struct { // Private.
     uint32_t offset; // Of its value.
     bool is_known;   // It was reported.
     uint64_t taken_ns;
-    uint64_t interval_ns; // Between the last two reports; 0: there was one only.
+    uint64_t interval_ns; // Between the last two reports; 0: there was only one.
 } mirror_value_t;
 
 typedef struct { // Private.
@@ -90,8 +90,8 @@ status_t mirror_define(mirror_t* mirror, uint16_t apid, uint8_t subtype, uint16_
                        octet_reader_t* content);
 /// Port to the values; valid as long as the mirror.
 pus_parameter_port_t mirror_port(mirror_t* mirror);
-/// True if a value was reported again and again, and not any more: nothing has come for MIRROR_INTERVALS of
-/// its intervals, and at least MIRROR_AGE_MIN_NS. What was reported once has no such limit. Time as below.
+/// True if a value was reported regularly but has not been reported for MIRROR_INTERVALS of its intervals,
+/// and for at least MIRROR_AGE_MIN_NS. A value that was reported only once never becomes old. Time as below.
 bool mirror_is_old(const mirror_t* mirror, uint32_t parameter_id, uint64_t now_ns);
 /// Time of the report that a value is from [ns since 1958-01-01 TAI]. STATUS_OK, STATUS_NOT_FOUND (unknown),
 /// STATUS_EMPTY (not reported yet).

@@ -80,7 +80,7 @@ typedef struct { // Private to fsw/supervisor.
 typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
     pus_persistence_t persistence;                  // Of the journal.
     uint32_t refused;                               // Records that nobody took back.
-    bool has_told_damage;                           // Of the journal.
+    bool has_told_damage;                           // Damage to the journal was reported.
     uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX]; // While requests wait: no credit since then; 0: had some.
     octet_ring_t released;
     uint8_t release_storage[ONBOARD_RELEASE_OCTETS];

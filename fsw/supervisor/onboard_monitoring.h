@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What ST[12] of the supervisor watches: its own parameters, and those of the subsystems by the values they
 /// reported last. A parameter that no descriptor of the mission has is unknown. One that was not reported
-/// yet or is not reported any more (mirror_is_old), or whose subsystem does not run, is OFFLINE or is not
-/// heard, has no value: a check of it is invalid.
+/// yet or is not reported any more (mirror_is_old) has no value, nor has one whose subsystem does not run, is
+/// OFFLINE or is silent: its check is invalid.
 #ifndef FSW_SUPERVISOR_ONBOARD_MONITORING_H
 #define FSW_SUPERVISOR_ONBOARD_MONITORING_H
 

@@ -3,11 +3,10 @@
 /// of this mission class; all of it is static.
 ///
 /// A cycle of procedures is ONBOARD_PROCEDURE_CYCLE_NS, whatever wakes the supervisor: in each of them every
-/// procedure that runs has its budget of units (procedure_cost.h) and of calls that others notice, so that
-/// one without an end takes a bounded share of the supervisor's time, of the way to ground and of the packet
-/// log. All that run share their budgets: 16 384 units a cycle, less than 1 ms even of the worst programs
-/// known
-/// (`make bench ONLY=procedures`).
+/// running procedure has a budget of units (procedure_cost.h) and of calls with effects outside of it. So a
+/// procedure that never ends takes a bounded share of the supervisor's time, of the downlink and of the
+/// packet log. All running procedures share their budgets: 16 384 units a cycle, less than 1 ms even for the
+/// most expensive programs known (`make bench ONLY=procedures`).
 ///
 /// A request that a procedure sends is released: routed and checked like one from the ground. Events that a
 /// procedure may raise are those of the supervisor's descriptor with exactly the data that ST[18] gives them
@@ -22,7 +21,7 @@
 #define ONBOARD_PROCEDURES DESCRIPTOR_PROCEDURES_MAX ///< Loaded at a time.
 #define ONBOARD_PROCEDURE_SLOTS 8U                   ///< Running at a time.
 #define ONBOARD_PROCEDURE_OCTETS 262144U             ///< Memory of a running one, with its interpreter.
-#define ONBOARD_PROCEDURE_BUDGET 2048U               ///< Units of each in a cycle.
+#define ONBOARD_PROCEDURE_BUDGET 2048U               ///< Units of each procedure in a cycle.
 #define ONBOARD_PROCEDURE_CALLS 8U                   ///< Steps, events and requests in a cycle.
 #define ONBOARD_PROCEDURE_CYCLE_NS 10000000ULL
 /// A request that is waited for may run that long: longer than any function of a subsystem.

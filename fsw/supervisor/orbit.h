@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Where the spacecraft is along its orbit, as ST[22] counts: a circular orbit whose first ascending node is
-/// at mission time 0. When the period changes, the position goes on from where it is. A spacecraft with a
-/// navigation subsystem reads its parameter instead.
+/// at mission time 0. When the period changes, the position continues from its present value. A spacecraft
+/// with a navigation subsystem reads its parameter instead.
 #ifndef FSW_SUPERVISOR_ORBIT_H
 #define FSW_SUPERVISOR_ORBIT_H
 
@@ -9,12 +9,12 @@
 
 typedef struct { // Private; all zeros: the first node is at time 0.
     uint32_t period_ms;
-    uint64_t since_ns; ///< When the period became this one,
-    uint64_t position; ///< and where that was.
+    uint64_t since_ns; ///< When this period began,
+    uint64_t position; ///< and the position at that time.
 } orbit_t;
 
 /// Orbits since mission time 0 << 16 | angle from the ascending node [2^-16 orbits]; period_ms 0: the
-/// position stands still. now_ns: not before that of the last call.
+/// position does not change. now_ns: not less than in the last call.
 uint64_t orbit_position(orbit_t* orbit, uint64_t now_ns, uint32_t period_ms);
 
 #endif // FSW_SUPERVISOR_ORBIT_H

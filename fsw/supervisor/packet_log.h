@@ -10,16 +10,16 @@
 ///     PostgreSQL  refused in this build: no server is part of it
 ///
 /// Spool record: length u32 of what follows | number u64 | time u64 [ns] | direction u8 (0 TC, 1 TM) |
-/// packet. Direction 2 is a gap: records from the first to the second number were kept nowhere. As a line:
+/// packet. Direction 2 is a gap: the records from the first to the second number are lost. As a line:
 /// "<first> <last> GAP".
 ///
-/// A disk that is full, read-only or gone loses no record at once: the ring is in force (`strategy`) in place
-/// of what is `wanted`, a file that was cut is shortened to its last whole record, and the log tries again
-/// after 1 s, then 2 s, up to 32 s. When the disk takes records again, those of the ring come first, and
-/// before them a gap where the ring has lost some (docs/decisions/0031).
+/// If the disk is full, read-only or gone, no record is lost at once: the ring is in force (`strategy`)
+/// instead of the `wanted` strategy, a file with a cut record is shortened to its last whole record, and the
+/// log retries after 1 s, then 2 s, up to 32 s. When the disk accepts records again, a gap record comes first
+/// if the ring has lost records, then the records of the ring (docs/decisions/0030).
 ///
 /// Ownership  The caller places packet_log_t. Context: the supervisor's loop. Appending copies into a buffer;
-///            packet_log_step writes it (one system call); nothing waits but for the operating system.
+///            packet_log_step writes it (one system call), and waits only for the operating system.
 #ifndef FSW_SUPERVISOR_PACKET_LOG_H
 #define FSW_SUPERVISOR_PACKET_LOG_H
 
@@ -45,50 +45,50 @@ typedef enum { // Numbers are those on the wire.
 
 typedef struct {                    // All fields are private, except the first seven: read-only.
     packet_log_strategy_t strategy; ///< In force.
-    packet_log_strategy_t wanted;   ///< Selected; `strategy` differs while its file takes nothing.
+    packet_log_strategy_t wanted;   ///< Selected; `strategy` differs while its file cannot be written.
     uint64_t next_number;           ///< Number of the next record, from 1.
     uint64_t first_number;          ///< First record that the strategy in force has.
     uint64_t written_number;        ///< Last record that was handed to the operating system.
     uint32_t failures;              ///< Records that no strategy could keep.
-    uint64_t slowest_ns;            ///< Longest write [ns of the wall]; for people, never in a packet.
+    uint64_t slowest_ns;            ///< Longest write [ns of wall-clock time]; never in a packet.
     char folder[PACKET_LOG_PATH];
     uint32_t ring_records; // At most.
     osal_file_t file;
-    bool is_open;                          // Also while the ring is in force and goes into the file again.
-    uint64_t size;                         // Of the file: whole records.
-    uint64_t whole[PACKET_LOG_STRATEGIES]; // Size of this one's file when it was left with a cut record.
+    bool is_open;  // Also while the ring is in force and is being written to the file.
+    uint64_t size; // Of the file: whole records.
+    uint64_t whole[PACKET_LOG_STRATEGIES]; // Whole records in this strategy's file when a write was cut.
     bool is_cut[PACKET_LOG_STRATEGIES];
     uint64_t now_ns;
     uint64_t file_first; // First record of the ring that goes into the file.
     uint64_t retry_ns;
-    uint64_t pause_ns;  // Until the next try.
-    uint64_t looked_ns; // At the name of the file.
+    uint64_t pause_ns;  // Until the next retry.
+    uint64_t looked_ns; // Last check that the file still has its name.
     uint64_t resumed_ns;
     size_t used;
     octet_ring_t ring;
-    // From here on nothing is read that was not written before, so that packet_log_open leaves it alone.
+    // Nothing below is read before it is written, so packet_log_open does not clear it.
     uint8_t buffer[PACKET_LOG_BUFFER]; // Records as in the spool.
     char lines[PACKET_LOG_BUFFER];
     uint8_t ring_storage[PACKET_LOG_RING_OCTETS];
 } packet_log_t;
 
 /// Open in a folder with a strategy; continues the numbers of an earlier log if `next_number` is not 1. The
-/// ring keeps `ring_records` at most. STATUS_OK (also where the ring stands in for a file that cannot be
-/// opened), STATUS_NOT_FOUND (the folder's name is too long), STATUS_UNSUPPORTED.
+/// ring keeps at most `ring_records`. STATUS_OK (also if the file cannot be opened and the ring replaces it),
+/// STATUS_NOT_FOUND (the folder's name is too long), STATUS_UNSUPPORTED.
 MUST_USE status_t packet_log_open(packet_log_t* log, const char* folder, packet_log_strategy_t strategy,
                                   uint64_t next_number, uint32_t ring_records);
-typedef struct { // Of a log whose program died, as it was told or copied before.
+typedef struct { // State of the log of a program that died, from its last commit.
     uint64_t next_number;
     uint64_t written_number;
-    uint64_t size;       ///< Of the file of its strategy; what is behind that is cut off.
-    const uint8_t* ring; ///< Its ring, by octet_ring_copy.
+    uint64_t size;       ///< Of the file of its strategy; later octets are cut off.
+    const uint8_t* ring; ///< Its ring, copied by octet_ring_copy.
     size_t ring_octets;
 } packet_log_past_t;
 
-/// The same, to go on where the other has ended: what waited in its ring is there again.
+/// As packet_log_open, but continue the log of the program that died, with the records of its ring.
 MUST_USE status_t packet_log_open_after(packet_log_t* log, const char* folder, packet_log_strategy_t strategy,
                                         const packet_log_past_t* past, uint32_t ring_records);
-/// Let go of the file, as the end of the program does.
+/// Close the file without writing, as at the end of the program.
 void packet_log_abandon(packet_log_t* log);
 /// Keep a packet.
 void packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_tc, const uint8_t* packet, size_t size);
@@ -96,9 +96,9 @@ void packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_tc, const ui
 /// unknown); STATUS_DENIED, STATUS_IO, STATUS_NOT_FOUND (its file cannot be opened): the old one stays in
 /// force.
 MUST_USE status_t packet_log_select(packet_log_t* log, packet_log_strategy_t strategy);
-/// Hand what is buffered to the operating system, and try again where it did not take it. Each step.
+/// Hand the buffered records to the operating system; retry if an earlier write failed. Call it in each step.
 void packet_log_step(packet_log_t* log, uint64_t now_ns);
-/// Hand over all that there is, and close. What the selected file does not take goes to packets.ring.
+/// Write all records and close. Records that the selected file does not accept go to packets.ring.
 void packet_log_close(packet_log_t* log);
 
 #endif // FSW_SUPERVISOR_PACKET_LOG_H

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Table of recovery plans under way (runs). It decides which run a subsystem belongs to, and which action is
+/// Table of running recovery plans (runs). It decides which run a subsystem belongs to and which action is
 /// due; the caller performs the actions.
 ///
-/// A subsystem is a member of one run at most, that of the highest severity. A run of higher severity takes
-/// its members from lesser runs, which end. A failure of the same severity in the same real-time network
-/// joins the run that is there.
+/// A subsystem is a member of at most one run, the one of the highest severity. A run of higher severity
+/// takes over its members from runs of lower severity, which end. A failure of the same severity in the same
+/// real-time network joins the existing run.
 ///
-/// Every run has the subsystem that failed as a member, so one run for each subsystem of a mission is always
-/// enough: the table cannot be full.
+/// The subsystem that failed is always a member of its run, and no subsystem is a member of two runs. So one
+/// entry for each subsystem of a mission is enough: the table cannot be full.
 ///
 /// Ownership: the caller places it; it has no pointers. Context: one loop. Time: O(runs * members).
 #ifndef FSW_SUPERVISOR_PLAN_RUNNER_H
@@ -31,7 +31,7 @@ typedef struct {
     uint16_t event_id;                    ///< by this event.
     uint16_t members[LINK_GRAPH_MEMBERS]; ///< `apid` first; each is a subsystem of the mission.
     uint16_t member_count;                ///< >= 1.
-    uint16_t lost; ///< Bit n: the process of member n died. It begins anew in OFFLINE: no action concerns it.
+    uint16_t lost; ///< Bit n: the process of member n died. It starts again in OFFLINE: no action for it.
     uint16_t next_action;
     uint64_t start_ns;
 } plan_run_t;
@@ -49,15 +49,15 @@ typedef enum {
 /// The run that a subsystem belongs to, or null.
 const plan_run_t* plan_runner_of(const plan_runner_t* runner, uint16_t apid);
 /// End one run of lower severity that has a member in common with `wanted`, and copy it to *out_ended. False:
-/// there is none (left). To be called until then, before plan_runner_start.
+/// there is none. Call it repeatedly until it returns false, before plan_runner_start.
 bool plan_runner_overrule(plan_runner_t* runner, const plan_run_t* wanted, plan_run_t* out_ended);
-/// Start `wanted` without those of its members that belong to other runs.
+/// Start `wanted`, without its members that belong to other runs.
 plan_verdict_t plan_runner_start(plan_runner_t* runner, const plan_run_t* wanted);
 /// The process of a subsystem died.
 void plan_runner_mark_lost(plan_runner_t* runner, uint16_t apid);
-/// True if the actions of `run` concern a subsystem: all but a member whose process died.
+/// True if the actions of `run` apply to a subsystem: false for a member whose process died.
 bool plan_runner_concerns(const plan_run_t* run, uint16_t apid);
-/// Next action of a run that is due; null: none now. A run whose actions are all taken ends.
+/// Next action of a run that is due; null: none now. A run ends when all its actions were returned.
 const mission_action_t* plan_runner_next(plan_run_t* run, const mission_descriptor_t* mission,
                                          uint64_t now_ns);
 

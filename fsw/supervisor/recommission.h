@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Leads a subsystem whose process was started again, and the members of its real-time network, back to where
-/// they were: those that the mission marks `recommission="true"`. Configuration, links (negotiated anew, with
-/// other epochs) and states follow one another as by telecommand, each step within permissions and gates. It
-/// waits while a recovery plan has the member, and stops with an event where a step is refused, does not come
-/// within RECOMMISSION_STEP_NS, or the member fails again.
+/// Recommissioning: leads a subsystem whose process was started again, and the members of its real-time
+/// network, back to their earlier states. It applies to subsystems that the mission marks
+/// `recommission="true"`. Configuration, links (negotiated again, with new epochs) and states follow as by
+/// telecommand; each step must pass permissions and gates. It waits while a recovery plan has the member. It
+/// stops with an event if a step is refused, if a step takes longer than RECOMMISSION_STEP_NS, or if the
+/// member fails again.
 ///
 /// Context  The supervisor's loop; each step.
 #ifndef FSW_SUPERVISOR_RECOMMISSION_H
@@ -15,7 +16,7 @@
 #include <stdint.h>
 
 #define RECOMMISSION_STEP_NS 5000000000ULL ///< Longest time without progress.
-/// A member in ERROR_OPERATIONAL for longer than this before the death of another did not fail by it.
+/// A member that was in ERROR_OPERATIONAL for longer than this before another died has a failure of its own.
 #define RECOMMISSION_CAUSE_NS 100000000ULL
 #define RECOMMISSION_RENEWALS 3U ///< Attempts to open a link again.
 
@@ -24,7 +25,7 @@ typedef struct { // Private: of one subsystem.
     bool is_walking; // It has left OFFLINE again.
     state_t target;
     uint16_t configuration;
-    state_t ordered; // From where it rests; STATE_COUNT: nothing yet.
+    state_t ordered; // From its present stable state; STATE_COUNT: no order yet.
     state_t seen;
     state_phase_t seen_phase;
     uint64_t since_ns; // Of the last progress.
@@ -32,9 +33,9 @@ typedef struct { // Private: of one subsystem.
 
 struct supervisor;
 
-/// A process died: note where its network was, before links and states are forgotten.
+/// A process died: note the states and links of its network before they are cleared.
 void recommission_begin(struct supervisor* supervisor, uint16_t apid);
-/// What is due for every member that is on its way back.
+/// Perform the steps that are due for the members that are led back.
 void recommission_step(struct supervisor* supervisor);
 
 #endif // FSW_SUPERVISOR_RECOMMISSION_H

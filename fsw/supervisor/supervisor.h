@@ -39,11 +39,11 @@
 /// How the supervisor reaches processes; the launcher is behind it.
 typedef struct {
     void* context;
-    /// Begin a new life of the process, which steps first `boot_ns` from now. Real-time links that it opens
+    /// Begin a new life of the process, whose first step is `boot_ns` from now. Real-time links that it opens
     /// have epochs above `link_floor`. STATUS_OK, STATUS_EXISTS (it lives), STATUS_NOT_FOUND.
     status_t (*start)(void* context, uint16_t apid, uint32_t link_floor, uint64_t boot_ns);
-    status_t (*stop)(void* context, uint16_t apid); ///< It ends in order. STATUS_OK, STATUS_NOT_FOUND.
-    status_t (*kill)(void* context, uint16_t apid); ///< It hangs: it ends at once. As stop.
+    status_t (*stop)(void* context, uint16_t apid); ///< Regular end. STATUS_OK, STATUS_NOT_FOUND.
+    status_t (*kill)(void* context, uint16_t apid); ///< End it at once because it hangs. As stop.
     bool (*is_running)(void* context, uint16_t apid);
     /// When the process has promised to step again, at the latest [ns of the run]; UINT64_MAX: it has not
     /// stepped in this life.
@@ -68,25 +68,25 @@ typedef enum { // Process state in TM[131,9].
 
 typedef enum {
     DOUBT_NONE,
-    DOUBT_SILENT, ///< Not heard for so long that its state may be another one.
-    DOUBT_ASKED   ///< Heard again, and asked for its state.
+    DOUBT_SILENT, ///< Silent for so long that its state may have changed.
+    DOUBT_ASKED   ///< Heard again; its status was requested.
 } doubt_t;
 
 typedef struct { // What is known of one subsystem.
     const mission_subsystem_t* mission;
     process_state_t process;
     bool is_heard;     ///< It has reported since its process was started.
-    bool is_restarted; ///< That was not its first start.
+    bool is_restarted; ///< Its process was started more than once.
     state_t state;
     state_phase_t phase;
     uint16_t configuration;
     uint8_t restarts;
-    uint8_t deaths;       ///< That count against its budget.
+    uint8_t deaths;       ///< Deaths that count against its restart budget.
     bool is_start_due;    ///< At restart_ns.
-    uint64_t restart_ns;  ///< Of the last start, or the next.
+    uint64_t restart_ns;  ///< Time of the last start, or of the next one.
     state_t rested;       ///< The last state in which it rested, other than ERROR_OPERATIONAL.
     uint16_t rested_with; ///< The configuration there.
-    uint64_t error_ns;    ///< When it told ERROR_OPERATIONAL first.
+    uint64_t error_ns;    ///< When it first reported ERROR_OPERATIONAL.
     recommission_t recommission;
     bool is_order_owed; ///< `ordered` found no room in its mailbox.
     state_t ordered;
@@ -100,7 +100,7 @@ typedef struct { // What is known of one subsystem.
         interface_hash; ///< Of the descriptor it runs with, as it told last, and whether that is another than
     uint64_t configuration_hash; ///< the supervisor's.
     bool is_interface_foreign;
-    bool is_in_doubt; ///< Taken over from the supervisor before this one, and not told by itself since.
+    bool is_in_doubt; ///< Taken over from the previous supervisor, not reported since.
     doubt_t doubt;
     struct {
         uint32_t request_id; ///< TC[129,4], if DOUBT_ASKED.
@@ -124,7 +124,7 @@ typedef struct { // Negotiation, opening or closing of one link under way.
     uint32_t transaction; ///< The manager's own, by which members answer.
     uint32_t epoch;
     pus_link_ends_t ends;
-    pus_token_t token; ///< Of the request that asks for it; source 0: the supervisor itself, by no request.
+    pus_token_t token; ///< Of the request; source 0: the supervisor acts without a request.
     uint64_t deadline_ns;
 } link_session_t;
 
@@ -147,14 +147,14 @@ typedef struct {
     journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: nothing is kept.
     component_services_t optional; ///< Services that its descriptor lists.
     const medium_t* store_media;   ///< ONBOARD_STORES of them, for packet stores; null: nothing fits.
-    bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, as it left it.
-    vitals_t* vitals;              ///< Of the supervisor that died, and for the next one; null: none.
+    bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, unchanged.
+    vitals_t* vitals;              ///< From the supervisor that died, for the next one; null: none.
 } supervisor_config_t;
 
 typedef enum { // Of the vitals.
     ADOPTION_WHOLE = 0,
-    ADOPTION_OLDER,  ///< The last commit is damaged: the one before was taken.
-    ADOPTION_NOTHING ///< Both are.
+    ADOPTION_OLDER,  ///< The last commit is damaged; the one before it was used.
+    ADOPTION_NOTHING ///< Both commits are damaged.
 } adoption_damage_t;
 
 typedef struct supervisor { // All fields are private.
@@ -168,24 +168,24 @@ typedef struct supervisor { // All fields are private.
     bool is_log_failure_told;
     pending_table_t pending;
     pending_table_t own;  // Requests to the supervisor itself.
-    pending_table_t left; // Of these, what the supervisor before has left and nobody goes on with.
-    bool was_busy;        // It died in the middle of a step.
-    uint32_t lives;       // Of supervisors in this run.
-    bool is_adopted;      // Taken over from the one before, and not told yet.
-    bool is_continued;    // Taken over after the autostart: only the supervisor itself is to be brought up.
+    pending_table_t left; // Of these, requests of the previous supervisor that cannot continue.
+    bool was_busy;        // The previous supervisor died in the middle of a step.
+    uint32_t lives;       // Number of supervisor lives in this run.
+    bool is_adopted;      // Taken over from the previous one, not reported yet.
+    bool is_continued;    // Taken over after the autostart: bring up only the supervisor itself.
     adoption_damage_t vitals_damage;
-    uint8_t log_strategy; // That the packet log begins with.
+    uint8_t log_strategy; // First strategy of the packet log.
     packet_log_past_t log_past;
     supervisor_vitals_t kept;
     pus_requester_t requester;
     link_graph_t graph;
     link_session_t sessions[SUPERVISOR_LINK_SESSIONS];
-    uint16_t closings[MISSION_LINKS_MAX]; // Ends that are to close, too, by mission link number - 1; 0: none.
+    uint16_t closings[MISSION_LINKS_MAX]; // APIDs that must close, too, by mission link number - 1; 0: none.
     link_edge_t accepted[MISSION_LINKS_MAX]; // Negotiated, by mission link number - 1; link 0 = none.
     uint32_t link_epoch;
     uint32_t link_transaction;
-    pus_link_properties_t wanted[MISSION_LINKS_MAX]; // As asked for last, by mission link number - 1.
-    uint32_t renewed;                                // Bit n: link n + 1 was open and is to be so again.
+    pus_link_properties_t wanted[MISSION_LINKS_MAX]; // As requested last, by mission link number - 1.
+    uint32_t renewed;                                // Bit n: link n + 1 was open and must be opened again.
     uint8_t renewals[MISSION_LINKS_MAX];             // Attempts left.
     plan_runner_t plans;
     own_event_t own_events[SUPERVISOR_OWN_EVENTS];
@@ -212,10 +212,10 @@ typedef struct supervisor { // All fields are private.
     supervisor_ground_t ground;       // Published.
     supervisor_messages_t messages;   // Published.
     ground_backlog_t ground_backlog;
-    octet_ring_t ground_kept; // What waits there, for the next life.
-    uint64_t ground_moved_ns; // When the last report that waited left, or none waited.
+    octet_ring_t ground_kept; // Copy of the backlog for the next life.
+    uint64_t ground_moved_ns; // When a waiting report was sent last, or no report waited.
     bool is_ground_behind;    // Reports were dropped since the backlog was empty.
-    bool is_ground_news;      // And nobody was told yet.
+    bool is_ground_news;      // And this was not reported yet.
     packet_log_t log;
     uint8_t ground_storage[GROUND_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
@@ -226,12 +226,12 @@ typedef struct supervisor { // All fields are private.
 MUST_USE status_t supervisor_init(supervisor_t* supervisor, const supervisor_config_t* config);
 /// Take in messages and run what is due. Returns the time of the next wake [ns of the run].
 uint64_t supervisor_step(supervisor_t* supervisor, uint64_t now_ns);
-/// What makes it a subsystem; publishes status and counters.
+/// The callbacks of the supervisor as a subsystem; they publish status and counters.
 const subsystem_callbacks_t* supervisor_callbacks(void);
 /// Flush and close the log.
 void supervisor_close(supervisor_t* supervisor);
-/// In place of it: let go of all that is open, as the end of the program does. The next supervisor takes
-/// over.
+/// Use it instead of supervisor_close to end as a process that dies: close everything that is open. The next
+/// supervisor takes over.
 void supervisor_abandon(supervisor_t* supervisor);
 
 #endif // FSW_SUPERVISOR_SUPERVISOR_H

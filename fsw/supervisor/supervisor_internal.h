@@ -11,8 +11,8 @@ void router_take_in(supervisor_t* supervisor);
 void router_flush_log(supervisor_t* supervisor);
 /// Append a packet to the log.
 void router_log(supervisor_t* supervisor, const uint8_t* packet, size_t size);
-/// Port of the supervisor's own reports and requests: log, then deliver. STATUS_OK; STATUS_FULL: nothing was
-/// done, since there is no room on the way; it comes again.
+/// Port of the supervisor's own reports and requests: log, then deliver. STATUS_OK; STATUS_FULL: there is
+/// no room, nothing was done; the caller sends the packet again.
 status_t router_send(void* context, const uint8_t* packet, size_t size);
 /// Ports of ST[15] and ST[09] to ground; the context is the supervisor. STATUS_OK, STATUS_FULL (the way to
 /// ground is taken, or there is none now: try again later).
@@ -35,18 +35,19 @@ status_t order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t c
 status_t router_route_whole(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 
 /// ground_link.c
-/// Send on what waits for the ground.
+/// Send reports that wait for the ground.
 void ground_flush(supervisor_t* supervisor);
-/// Carry a report of a subsystem to the ground: it leaves, or waits, in `block` if it lies in one; else it is
-/// dropped and counted.
+/// Send a report of a subsystem to the ground, or let it wait (in `block`, if the packet is in a block); if
+/// it cannot wait, it is dropped and counted.
 void ground_send(supervisor_t* supervisor, uint16_t apid, const uint8_t* packet, size_t size, uint8_t* block);
-/// True if a report of the class would leave or wait, or if nobody is there to wait for.
+/// True if a report of the class would be sent or would wait, or if the supervisor no longer waits for the
+/// ground.
 bool ground_accepts(const supervisor_t* supervisor, pus_class_t class, size_t size);
 /// True if reports wait, or the next one would have to.
 bool ground_is_waiting(const supervisor_t* supervisor);
-/// True if requests of the ground may be taken in: what answers them has room.
+/// True if requests of the ground may be taken in: there is room for the answers.
 bool ground_takes_requests(const supervisor_t* supervisor);
-/// What waits for the ground, for the next life of the supervisor, and back.
+/// Copy the reports that wait for the ground for the next life of the supervisor; restore them.
 void ground_keep(supervisor_t* supervisor);
 void ground_resume(supervisor_t* supervisor);
 /// Raise GROUND_BEHIND, once for each time the ground falls behind.
@@ -57,12 +58,12 @@ void ground_update(supervisor_t* supervisor);
 /// roster.c
 roster_entry_t* roster_find(supervisor_t* supervisor, uint16_t apid);
 void roster_init(supervisor_t* supervisor);
-/// True if its process runs and, where it was started again, has been heard since: nobody is told anything in
-/// a life before that.
+/// True if its process runs and, if it was started again, has reported since: before its first report in a
+/// new life no packet is sent to it.
 bool roster_is_there(const roster_entry_t* entry);
 /// Order a new life of its process. Statuses of supervisor_platform_t.start.
 status_t roster_start(supervisor_t* supervisor, roster_entry_t* entry);
-/// Keep up with a report that passed.
+/// Update the entry from a report that passed.
 void roster_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// End every request that a subsystem which is gone still owed an answer to.
 void roster_end_pending(supervisor_t* supervisor, uint16_t apid);
@@ -73,23 +74,25 @@ void roster_watch(supervisor_t* supervisor);
 /// Electrical power [W] of all subsystems, with one of them in another state.
 uint32_t roster_power_w(const supervisor_t* supervisor, uint16_t apid, state_t state);
 
-/// adoption.c: what the next supervisor takes over: at the beginning of a step, when all that has come lies
-/// in the inboxes, and at its end. One that dies between the two is followed by one that does the step again.
+/// adoption.c: commit the data that the next supervisor takes over: at the beginning of a step, when all
+/// arrived packets are in the inboxes, and at its end. If the supervisor dies between the two commits, the
+/// next one repeats the step.
 void adoption_intake(supervisor_t* supervisor);
 void adoption_commit(supervisor_t* supervisor);
-/// Take over what the one before has left, if there was one; before the packet log is opened.
+/// Take over from the previous supervisor, if there was one; before the packet log is opened.
 void adoption_begin(supervisor_t* supervisor);
-/// In the first step, when what had come to the one before is done: what was not kept, and what is asked.
+/// In the first step, after the packets of the previous supervisor are processed: report what was not kept,
+/// and request the status of all subsystems.
 void adoption_tell(supervisor_t* supervisor);
-/// A member tells its state itself: what was taken over is compared once.
+/// A member reports its state: compare it once with the state that was taken over.
 void adoption_compare(supervisor_t* supervisor, roster_entry_t* entry, uint8_t state, uint16_t configuration);
 
 /// doubt.c
-/// True if a subsystem may be in another state than is known: its state is no ground for a verdict.
+/// True if the state of a subsystem may differ from the known one; a decision must not rest on it.
 bool doubt_is_about(const roster_entry_t* entry);
-/// Ask those anew that are heard again after silence; once per tick.
+/// Request the status of subsystems that are heard again after a silence; once per tick.
 void doubt_watch(supervisor_t* supervisor);
-/// Believe a subsystem that has answered.
+/// End the doubt about a subsystem that has answered.
 void doubt_verification(supervisor_t* supervisor, const pus_tm_t* tm, const pus_verification_t* verification);
 
 /// permission.c: PUS_FAILURE_NONE or why the request may not pass.
@@ -98,24 +101,24 @@ pus_failure_t permission_of(supervisor_t* supervisor, const pus_tc_t* tc);
 /// link_manager.c
 pus_rtlink_port_t link_manager_port(supervisor_t* supervisor);
 void link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm);
-/// Order the other ends of links of which one has closed to close, too; when all reports have been taken in.
+/// For each link of which one end has closed, order the other end to close, too; after all reports have been
+/// taken in.
 void link_manager_settle(supervisor_t* supervisor);
 void link_manager_watch(supervisor_t* supervisor);
-/// Next step to open a link again as it was asked for last, in the supervisor's own name: negotiate, then
-/// open. True if a step was begun.
+/// Next step of opening a link again, with the properties requested last and without a request: negotiate,
+/// then open. True if a step was begun.
 bool link_manager_renew(supervisor_t* supervisor, uint16_t link);
 /// Every edge of a member that is gone: remove it and close the other end.
 void link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
 
 /// error_handling.c
-/// React to an event of a member, by its report or by the notice that takes its place while the report is
-/// disabled.
+/// React to an event of a member: its report, or the notice that replaces a disabled report.
 void error_event(supervisor_t* supervisor, const pus_event_occurrence_t* event);
-/// Note an event of the supervisor itself, told by `tm`; error_own_events reacts. It is called while the
-/// report is being sent, when no other may be built.
+/// Note an event of the supervisor itself, reported by `tm`; error_own_events reacts later. It is called
+/// while that report is being sent; no other report may be built then.
 void error_own_event(supervisor_t* supervisor, const pus_tm_t* tm, const pus_event_occurrence_t* event);
 void error_own_events(supervisor_t* supervisor);
-/// The process of a member died, as PROCESS_LOST or PROCESS_HUNG tells; its links are still in the graph.
+/// The process of a member died (event PROCESS_LOST or PROCESS_HUNG); its links are still in the graph.
 void error_member_lost(supervisor_t* supervisor, uint16_t apid, uint16_t event_id);
 /// A member has not been heard for too long.
 void error_member_silent(supervisor_t* supervisor, uint16_t apid);
@@ -129,7 +132,7 @@ void raise_u16_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first, 
 void sequence_autostart(supervisor_t* supervisor);
 void sequence_shutdown_begin(supervisor_t* supervisor, const pus_token_t* token);
 void sequence_shutdown(supervisor_t* supervisor);
-/// True once the shutdown has ordered everybody to OFFLINE.
+/// True after the shutdown has ordered all subsystems to OFFLINE.
 bool sequence_is_ending(const supervisor_t* supervisor);
 
 /// mission_service.c

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a supervisor that is started again takes over from the one that died: shared memory
-/// "/<identity>.vitals", made (all zeros) by the launcher, written by the supervisor alone. No pointers, no
-/// enumerations and no truth values: whatever octets lie there can be read, are checked field by field, and
-/// are believed only then.
+/// The data that a restarted supervisor takes over from the one that died: shared memory
+/// "/<identity>.vitals". The launcher creates it (all zeros); only the supervisor writes it. It contains no
+/// pointers, enumerations or booleans, so any octets in it can be read. The supervisor checks each field
+/// before it uses the data.
 ///
-/// Two banks. A commit writes the older one, its sum, then its generation (release): at whatever instant the
-/// writer dies, one bank is whole. Beside its fields a bank holds what waited in the rings that were given to
-/// the commit; mostly nothing does.
+/// There are two banks. A commit writes the older bank, its sum, then its generation (release): whenever the
+/// writer dies, one bank is whole. In addition to its fields, a bank holds the content of the rings that were
+/// given to the commit; usually these are empty.
 ///
 /// Ownership  The memory is the caller's. Context: one loop of one process at a time. Time: O(size), about 12
 /// KiB.
@@ -114,7 +114,7 @@ typedef struct {
     uint64_t interface_hash; ///< Of the mission.
     uint64_t now_ns;         ///< Of the commit.
     uint64_t log_number;     ///< Of the next record.
-    uint64_t log_written;    ///< Last record that a file has.
+    uint64_t log_written;    ///< Last record that is in a file.
     uint64_t log_size;       ///< Of the file with that record; UINT64_MAX: there is none.
     uint64_t shutdown_ns;
     uint64_t orbit_since_ns;
@@ -136,7 +136,7 @@ typedef struct {
     uint8_t autostart_step;
     uint8_t shutdown_step;
     uint8_t has_shutdown_token;
-    uint32_t counters[VITALS_COUNTERS]; ///< That it publishes.
+    uint32_t counters[VITALS_COUNTERS]; ///< The published counters.
     vitals_member_t members[MISSION_SUBSYSTEMS_MAX];
     vitals_edge_t accepted[LINK_GRAPH_EDGES];
     vitals_edge_t open[LINK_GRAPH_EDGES]; ///< In the order of opening.
@@ -153,7 +153,7 @@ typedef struct {         // Private.
     uint64_t generation; // 0: never written. Stored last.
     uint64_t sum;
     supervisor_vitals_t state;
-    uint8_t octets[VITALS_OCTETS]; // Of the rings, one behind the other.
+    uint8_t octets[VITALS_OCTETS]; // Content of the rings, one after the other.
 } vitals_bank_t;
 
 typedef struct { // Private.
@@ -161,7 +161,7 @@ typedef struct { // Private.
     vitals_bank_t banks[2];
 } vitals_t;
 
-/// What of it is not sound. The first one found is told.
+/// The first field of a bank that is not sound.
 typedef enum {
     VITALS_SOUND = 0,
     VITALS_MISSION,
@@ -180,31 +180,31 @@ typedef enum {
     VITALS_RING
 } vitals_flaw_t;
 
-typedef struct {                         // Against which a bank is checked.
-    const mission_descriptor_t* mission; ///< Another one's vitals are nobody's.
-    uint64_t now_ns;                     ///< Nothing has happened later.
+typedef struct {                         // A bank is checked against these.
+    const mission_descriptor_t* mission; ///< Vitals of another mission are refused.
+    uint64_t now_ns;                     ///< No time in a bank is later.
 } vitals_limits_t;
 
 typedef struct { // Rings that outlive the process; null: there is none.
     octet_ring_t* list[VITALS_RINGS];
 } vitals_rings_t;
 
-/// Make `state` and what waits in `rings` the ones that the next life takes over: whole or not at all,
-/// whenever the process ends. `state->rings` is written here.
+/// Make `state` and the content of `rings` the data that the next life takes over: completely or not at all,
+/// whenever the process ends. Writes `state->rings`.
 void vitals_commit(vitals_t* vitals, supervisor_vitals_t* state, const vitals_rings_t* rings);
-/// VITALS_SOUND, or the first field that cannot be: an index out of its table, a member or link that the
-/// mission does not have, a count that contradicts another, a time to come.
+/// VITALS_SOUND, or the first field that is impossible: an index outside of its table, a member or link that
+/// the mission does not have, a count that contradicts another, a time in the future.
 vitals_flaw_t vitals_check(const supervisor_vitals_t* state, const vitals_limits_t* limits);
-/// Take over the newer of the sound banks; one that is not sound is cleared. *out_older: the newest one was
-/// not. Empty `rings` get what waited; what has no room there is counted as refused. STATUS_OK;
-/// STATUS_NOT_FOUND: nothing was ever committed; STATUS_INVALID: no bank is sound.
+/// Take over the newer sound bank; a bank that is not sound is cleared. *out_older: the newest bank was not
+/// sound. `rings` must be empty and get the waiting blocks; blocks without room are counted as refused.
+/// STATUS_OK; STATUS_NOT_FOUND: nothing was ever committed; STATUS_INVALID: no bank is sound.
 MUST_USE status_t vitals_adopt(vitals_t* vitals, const vitals_limits_t* limits,
                                supervisor_vitals_t* out_state, const vitals_rings_t* rings, bool* out_older);
 
-/// Between two commits something is done that the last one does not know of.
+/// Mark that the supervisor works between two commits: its last commit does not contain this work.
 void vitals_set_busy(vitals_t* vitals, bool is_busy);
 bool vitals_is_busy(const vitals_t* vitals);
-/// What waited in a ring, by octet_ring_copy, of the bank that was adopted; until the next commit.
+/// Content of a ring in the adopted bank, as octet_ring_copy wrote it; valid until the next commit.
 const uint8_t* vitals_waiting(const vitals_t* vitals, size_t ring, size_t* out_octets);
 
 #endif // FSW_SUPERVISOR_VITALS_H

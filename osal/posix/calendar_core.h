@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Between the source files of the calendar; for nobody else. State changes without waiting (calendar_core.c)
-/// are plain functions over the structure, called under the lock (calendar.c).
+/// Private to the source files of the calendar. State changes without waiting (calendar_core.c) are plain
+/// functions on the structure; calendar.c calls them under the lock.
 #ifndef OSAL_POSIX_CALENDAR_CORE_H
 #define OSAL_POSIX_CALENDAR_CORE_H
 
@@ -12,21 +12,21 @@
 #define PARTICIPANTS OSAL_CALENDAR_PARTICIPANTS_MAX
 
 typedef struct {
-    uint32_t word;        ///< Futex: changes whenever the participant has reason to look.
+    uint32_t word;        ///< Futex: changes when the participant must check its state.
     uint32_t state;       ///< osal_calendar_presence_t.
-    uint64_t wake_ns;     ///< Earliest of what was asked for and what deliveries brought about.
-    uint32_t messages;    ///< Deliveries not yet told.
-    uint32_t octets;      ///< Octets not yet told.
-    uint32_t incarnation; ///< Changes with each join and end: a waiter of an older one leaves.
-    uint32_t is_new;      ///< Joined, and not yet fitted into the order of the present instant.
+    uint64_t wake_ns;     ///< The earlier of the requested wake time and that of deliveries.
+    uint32_t messages;    ///< Deliveries not yet reported.
+    uint32_t octets;      ///< Octets not yet reported.
+    uint32_t incarnation; ///< Changes with each join and end; a waiter of an older one returns.
+    uint32_t is_new;      ///< Joined, but not yet placed in the order of the present instant.
     uint32_t stream_port;
     uint32_t life;
-    uint64_t begin_ns;      ///< When the life begins: it is not granted before.
-    uint32_t is_begun;      ///< It has been granted.
+    uint64_t begin_ns;      ///< When the life begins; no grant before.
+    uint32_t is_begun;      ///< It has had a grant.
     uint32_t is_failed;     ///< Its process died before the life began: it ends when it would begin.
-    uint32_t is_suspended;  ///< Not granted.
+    uint32_t is_suspended;  ///< Gets no grant.
     uint32_t killed_life;   ///< The last life that was killed.
-    uint64_t succession_ns; ///< From the end of a life to the beginning of the next; 0: there is none.
+    uint64_t succession_ns; ///< From the end of a life to the start of the next; 0: no next life.
 } participant_t;
 
 struct osal_calendar {
@@ -50,14 +50,14 @@ uint64_t calendar_next_slot_ns(const osal_calendar_t* calendar);
 /// True if `participant` still has its turn at the present instant.
 bool calendar_is_turn_to_come(const osal_calendar_t* calendar, uint32_t participant);
 uint64_t calendar_earlier(uint64_t a_ns, uint64_t b_ns);
-/// When `participant` is to wake, as far as known. The wake time that brought it the grant it holds is not
-/// after now, and spent; a later one is of a delivery to itself.
+/// When `participant` is to wake, as far as known. If it holds the grant, a wake time that is not after now
+/// was used for that grant; a later one comes from a delivery to itself.
 uint64_t calendar_pending_wake_ns(const osal_calendar_t* calendar, uint32_t participant);
 void calendar_leave(osal_calendar_t* calendar, uint32_t participant);
 /// Hand the grant to the smallest (wake time, order). Leaves `running` at NOBODY if there is none, if an
 /// expected participant has not joined, or if the run is over.
 void calendar_grant_next(osal_calendar_t* calendar);
-/// A life is not granted before it begins, whatever is delivered to it.
+/// The later of `wake_ns` and the start of the life: deliveries do not bring a grant before it begins.
 uint64_t calendar_not_before_begin(const participant_t* one, uint64_t wake_ns);
 /// The participant is done (or joins): note when it wants to run again. False: this life has ended, or has
 /// lost its grant.

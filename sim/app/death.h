@@ -7,11 +7,10 @@
 #define SIM_APP_DEATH_H
 
 /// Kill a process of this run (SIGKILL) by its name in run.json (supervisor, joystick, operator, simulator,
-/// image,
-/// ...) or as `launcher`. Does not return when the caller kills itself. A line on the console names a process
-/// that the run does not have.
+/// image, ...) or as `launcher`. Does not return when the caller kills itself. A line on the console names a
+/// process that the run does not have.
 void death_of(const char* process);
-/// Suspend and resume it in the same way (SIGSTOP, SIGCONT), where no calendar can.
+/// Suspend and resume a process in the same way (SIGSTOP, SIGCONT), if no calendar can do it.
 void suspend_process(const char* process);
 void resume_process(const char* process);
 

@@ -22,8 +22,8 @@
 ///     torque-offset <node> <Nm>             of the joint's torque sensor, on top of its own
 ///     temperature   <node> <degC>           of the joint's drive
 ///     kill          <process>               SIGKILL, while everybody else waits (sim/app/death.h)
-///     hang          <process>               it does nothing more,
-///     resume        <process>               until it goes on with what was due meanwhile
+///     hang          <process>               it does nothing,
+///     resume        <process>               end of hang; it processes what became due
 #ifndef SIM_APP_FAULTS_H
 #define SIM_APP_FAULTS_H
 

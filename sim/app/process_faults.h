@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Faults of the run's processes at an instant of simulated time: a scenario's kill, hang and resume.
+/// Faults of the processes of a run at an instant of simulated time: kill, hang and resume of a scenario.
 ///
-/// Who takes part in the calendar is ended, suspended or resumed there, by who holds the grant: its process
-/// follows in wall-clock time. Others (launcher, operator, archive), and all where there is no calendar, get
-/// a signal (sim/app/death.h).
+/// A participant of the calendar is ended, suspended or resumed in the calendar, by the holder of the grant;
+/// its process follows in wall-clock time. Other processes (launcher, operator, archive), and all processes
+/// if there is no calendar, get a signal (sim/app/death.h).
 #ifndef SIM_APP_PROCESS_FAULTS_H
 #define SIM_APP_PROCESS_FAULTS_H
 
@@ -27,7 +27,7 @@ typedef struct { // Private, except `calendar`: null if there is none.
 
 /// Name the process of a participant; `name` outlives the table. False if the table is full.
 bool process_faults_name(process_faults_t* faults, const char* name, unsigned participant);
-/// As fault_world_t.process; the context is a process_faults_t. An unknown name is told on the console.
+/// As fault_world_t.process; the context is a process_faults_t. An unknown name is reported on the console.
 void process_faults_act(void* context, fault_kind_t kind, const char* process);
 
 #endif // SIM_APP_PROCESS_FAULTS_H

@@ -39,7 +39,7 @@ typedef struct {     // [wrap]
     uint32_t failed; ///< Attempts to listen that were refused.
     uint32_t accepted;
     uint32_t turned_away; ///< Connections closed at once: no place, or no quota, was left.
-    uint32_t evicted;     ///< Connections ended for the sake of a new one.
+    uint32_t evicted;     ///< Connections ended to make room for a new one.
     uint32_t ended;       ///< Connections that the peer, an error or the caller ended.
     uint32_t malformed; ///< Connections ended because the framer gave up or its frame did not fit the buffer.
     uint32_t octets_in;
@@ -58,8 +58,8 @@ typedef struct {
     size_t (*frame)(void* context, unsigned client, const uint8_t* octets, size_t size);
     /// Octets that may be read from a client in this step; null: as many as there are.
     size_t (*allowance)(void* context, unsigned client);
-    /// Somebody connects and no place is free: the client whose connection is ended for it; `capacity` or
-    /// more: none, the new one is turned away. Null: none.
+    /// A client connects and no place is free: returns the client whose connection is ended; `capacity` or
+    /// more: no connection is ended, the new one is refused. Null: the new one is always refused.
     unsigned (*make_room)(void* context);
 } flow_tcp_user_t;
 

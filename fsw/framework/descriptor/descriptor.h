@@ -69,8 +69,8 @@ MUST_USE status_t descriptor_check_interface(descriptor_loader_t* loader, const 
                                              const subsystem_descriptor_t* descriptor,
                                              uint64_t compiled_hash);
 
-/// Refuse a descriptor for what only its program knows: the error text is "path:line: says". Returns
-/// STATUS_UNSUPPORTED.
+/// Refuse a descriptor for a reason that only its program knows: sets the error text to "path:line: says".
+/// Returns STATUS_UNSUPPORTED.
 status_t descriptor_refuse(descriptor_loader_t* loader, const char* path, uint32_t line, const char* says);
 
 /// Text of the last error; "" if there was none. Never null; valid until the loader's next use.

@@ -27,7 +27,7 @@ struct mission_builder {
     uint16_t only;                             ///< APID.
     uint16_t power_seen;                       ///< Bit n: power of state n of the subsystem being read.
     const char* rule_words[MISSION_RULES_MAX]; ///< Function or configuration still to be found, or NULL.
-    const mission_subsystem_t* bus_owners[MISSION_BUSES_MAX]; ///< Whose devices each bus carries.
+    const mission_subsystem_t* bus_owners[MISSION_BUSES_MAX]; ///< Subsystem with the devices of each bus.
     const char* link_words[MISSION_LINKS_MAX][2]; ///< Ports still to be found: producer, consumer.
     const char* plan_events[MISSION_PLANS_MAX];   ///< Event still to be found, or NULL.
 };

@@ -101,8 +101,8 @@ typedef struct {
     const char* name;
     uint16_t id;
     descriptor_severity_t severity;
-    uint16_t per_second;  ///< Occurrences that pass on the average; 0: no limit.
-    uint8_t burst;        ///< Occurrences that pass at once.
+    uint16_t per_second;  ///< Occurrences reported on average; 0: no limit.
+    uint8_t burst;        ///< Occurrences reported at once.
     uint16_t first_field; ///< Values the raiser gives as auxiliary data; or
     uint16_t field_count;
     uint16_t first_reference; ///< parameters to sample into it. Never both.

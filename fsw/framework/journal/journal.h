@@ -18,11 +18,10 @@
 /// read and written, 3 MB for 10 000 records of 300 octets). A put that finds no room does it too; the new
 /// generation then counts with the commit that follows, and the old one until then.
 ///
-/// The medium that is not written to bears a mark, which says how far the other one reached when a commit had
-/// succeeded. What is missing of that when the journal is opened was damaged: `damage` tells it, `keep` may
-/// save the media as they are, and the journal goes on with what is whole. A transaction that a power cut has
-/// torn is no damage. Not known: damage after a power cut that has kept the mark from its medium, if the last
-/// transaction alone is concerned.
+/// The medium that is not being written to holds a mark: how far the other medium reached after a successful
+/// commit. If the journal reaches less far when it is opened, it was damaged: `damage` reports it, `keep` may
+/// copy the media unchanged, and the journal continues with the intact records. A transaction torn by a power
+/// cut is not damage. Not detected: damage to only the last transaction if a power cut prevented its mark.
 ///
 /// An error of a medium leaves what was committed. A commit that failed is made up for by the next one: all
 /// that had not counted is read back, compared by its checksums, and written again before it is synced.
@@ -67,8 +66,8 @@ typedef struct {
     uint32_t slack;        ///< Dead octets more than live ones before a commit compacts [octets].
     journal_slot_t* slots; ///< JOURNAL_SLOTS(capacity).
     size_t capacity;       ///< Records, 1 at least.
-    /// Called by journal_open when the media are damaged, before it changes them; true if a copy of them was
-    /// kept. Null: nobody wants them.
+    /// Called by journal_open when the media are damaged, before it changes them; returns true if a copy was
+    /// made. Null: no copy is made.
     bool (*keep)(void* context);
     void* keep_context;
 } journal_configuration_t;
@@ -76,8 +75,8 @@ typedef struct {
 typedef struct {
     bool is_damaged;
     bool is_kept;     ///< `keep` has copied the media.
-    uint32_t records; ///< Puts and erasures that can still be recognized behind the damage, and do not count.
-    uint64_t octets;  ///< Of the media that do not count.
+    uint32_t records; ///< Puts and erasures recognized after the damage; they are ignored.
+    uint64_t octets;  ///< Octets of the media that are ignored.
 } journal_damage_t;
 
 typedef struct { // Private: where a record lies, and what it must say of itself to be believed.
@@ -114,14 +113,14 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
     } stats;
 } journal_t;
 
-/// Find the last whole commit, or begin an empty journal if there is none; see whether there was more.
+/// Find the last whole commit, or begin an empty journal if there is none; check for damage.
 /// STATUS_OK; STATUS_EXHAUSTED (more records than slots), STATUS_IO, STATUS_FULL: the journal may not be
 /// used. limit >= 256.
 MUST_USE status_t journal_open(journal_t* journal, const journal_configuration_t* configuration);
 
-#define JOURNAL_DAMAGE_SIZE 9U ///< Octets u32 (as many as it can say), records u32, is kept u8: of an event.
-/// Damage, and `refused` records that nobody has taken back, as the data of an event: what is lasting and
-/// does not count. False: there is nothing to tell.
+#define JOURNAL_DAMAGE_SIZE 9U ///< Event data: octets u32 (saturates), records u32, is kept u8.
+/// Write the damage, and `refused` records that no service restored, as the data of an event. False: there is
+/// nothing to report.
 bool journal_tell_damage(const journal_t* journal, uint32_t refused, uint8_t octets[JOURNAL_DAMAGE_SIZE]);
 
 /// Takes a record back. It may not call the journal; `octets` live during the call only.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What lies on the media of a journal when it is opened, and whether some of it is lost. For the journal
-/// only.
+/// Examines the media of a journal when it is opened and finds out whether records are lost. Private to the
+/// journal.
 ///
-/// A power cut leaves a transaction that is not whole behind the last commit: that is no damage. Damage is
-/// what takes away a commit that was acknowledged. It is known by the mark on the medium that is not written
-/// to, which says how far the other one reached when a commit had succeeded; by a commit with a record behind
-/// it, both behind the place where reading ends; and, where no medium holds a commit that can be read, by any
+/// A power cut may leave an incomplete transaction after the last commit: that is not damage. Damage means
+/// that an acknowledged commit is lost. It is detected in three ways: by the mark on the medium that is not
+/// being written to, which says how far the other medium reached after a successful commit; by a commit and a
+/// later record, both after the place where reading stops; and, if no medium has a readable commit, by any
 /// octets that are not the beginning of a journal.
 #ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_DAMAGE_H
 #define FSW_FRAMEWORK_JOURNAL_JOURNAL_DAMAGE_H
@@ -18,14 +18,15 @@ typedef struct { // What a medium holds.
     bool has_commit;
     bool has_mark;
     uint32_t generation;
-    journal_place_t end;  // Behind the last commit.
-    journal_place_t stop; // Behind the last record that can be read.
+    journal_place_t end;  // After the last commit.
+    journal_place_t stop; // After the last readable record.
     journal_mark_t mark;
 } journal_survey_t;
 
 /// STATUS_OK, STATUS_IO.
 status_t journal_survey(const medium_t* medium, journal_survey_t* out_survey, uint8_t* buffer);
-/// Judge both media; `last` is the index of the one that holds the last commit, or 2. STATUS_OK, STATUS_IO.
+/// Decide whether the media are damaged; `last` is the index of the one that holds the last commit, or 2.
+/// STATUS_OK, STATUS_IO.
 status_t journal_assess(const medium_t media[2], const journal_survey_t surveys[2], size_t last,
                         journal_damage_t* out_damage, uint8_t* buffer);
 

@@ -31,7 +31,7 @@ status_t journal_write_head(const medium_t* medium, uint32_t generation);
 /// STATUS_OK, STATUS_EMPTY (there is none), STATUS_IO.
 status_t journal_read_head(const medium_t* medium, uint32_t* out_generation);
 
-/// How far the other medium reached when a commit had succeeded.
+/// How far the other medium reached after a successful commit.
 typedef struct {
     uint32_t generation;
     uint32_t offset;
@@ -50,9 +50,9 @@ status_t journal_write_record(const medium_t* medium, journal_place_t* place, co
 /// the next record: the place stays), STATUS_IO.
 status_t journal_read_record(const medium_t* medium, journal_place_t* place, journal_record_t* out_record,
                              uint8_t* buffer);
-/// Find the next octets from `place` up to `end` that are a record in themselves, whatever the one before it
-/// was, with a sequence number that may come there, and go on behind it. STATUS_OK, STATUS_EMPTY, STATUS_IO.
-/// Time: O(octets looked at).
+/// Find the next octets from `place` up to `end` that are a valid record with a possible sequence number,
+/// also if the record before it is unreadable; set `place` to the octet after it. STATUS_OK, STATUS_EMPTY,
+/// STATUS_IO. Time: O(octets looked at).
 status_t journal_find_record(const medium_t* medium, uint64_t end, journal_place_t* place,
                              journal_record_t* out_record, uint8_t* buffer);
 

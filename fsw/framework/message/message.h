@@ -4,10 +4,10 @@
 /// An endpoint has an address (the component's id) and a channel to each peer. A sender may have at most
 /// MESSAGE_WINDOW blocks, of MESSAGE_WINDOW_OCTETS together, under way that the receiver has not taken; where
 /// these leave no room for the largest block, message_send says STATUS_FULL and nothing is lost. The last
-/// MESSAGE_RESERVE blocks and MESSAGE_RESERVE_OCTETS of a window are for message_send alone;
-/// message_send_plain leaves them. Each peer has an inbox of its own, which holds all that it may have under
-/// way: a peer that floods its window, or whose blocks nobody takes, is in nobody else's way. The frame below
-/// is the same over every carrier (a ring of the same program, UDP, TIPC):
+/// MESSAGE_RESERVE blocks and MESSAGE_RESERVE_OCTETS of a window are reserved for message_send;
+/// message_send_plain does not use them. Each peer has its own inbox, which holds a full window of that peer.
+/// So a peer that floods its window, or whose blocks are not taken, does not block other peers. The frame
+/// below is the same over every carrier (a ring of the same program, UDP, TIPC):
 ///
 ///     magic u16 0x484D | version u8 1 | kind u8 | from u16 | to u16 |
 ///     from life u32 | to life u32 (0 unknown) | sequence u32 | taken u32 | payload     (24 octets,
@@ -16,15 +16,15 @@
 /// kind: 0 data, 1 credit, 2 SYNC, 3 SYNC_ACK. `sequence` is the number of this or the next data frame,
 /// `taken` how many of the peer's the sender has taken.
 ///
-/// A SYNC asks the peer for both numbers, and each side takes them over from the other: from then on both
-/// carry data again, whatever was lost, forged or damaged before. It is sent where a sender is refused again
-/// and again without hearing anything, where frames in a row lie outside of the window, and to a peer that
-/// does not know the life of this component.
+/// A SYNC requests both numbers from the peer, and each side adopts the numbers of the other. After this
+/// exchange data passes again in both directions, whatever was lost, forged or damaged before. An endpoint
+/// sends a SYNC if its sends are refused again and again without a frame from the peer, if several frames in
+/// a row are outside of the window, and to a peer that does not know the life of this component.
 ///
-/// A life is the start count of a component. Where the run says the lives of peers (message_set_life), frames
-/// of any other life are dropped; where it does not, a higher one that is heard is believed. A new life
-/// resets the channel; what was under way to the earlier one is counted as abandoned. What was sent to
-/// another life of this component is dropped and counted as stale: an old peer is never taken for the new.
+/// A life is the start count of a component. If the caller sets the life of a peer (message_set_life), frames
+/// of any other life are dropped; otherwise a higher life in a received frame is adopted. A new life resets
+/// the channel; blocks under way to the earlier life are counted as abandoned. Frames sent to another life of
+/// this component are dropped and counted as stale, so an old peer is never mistaken for the new one.
 ///
 /// Ownership  The caller places the endpoint and its places. Context: one task. Never blocks. Time O(size).
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
@@ -45,8 +45,8 @@
 #define MESSAGE_WINDOW 32U           ///< Blocks under way on a channel and direction.
 #define MESSAGE_WINDOW_OCTETS 32768U ///< Octets of these with their headers.
 #define MESSAGE_PEERS_MAX CAPACITY_SUBSYSTEMS
-#define MESSAGE_RESERVE 8U           ///< Blocks of a window for what must get through.
-#define MESSAGE_RESERVE_OCTETS 8192U ///< Octets of a window for the same.
+#define MESSAGE_RESERVE 8U           ///< Blocks of a window reserved for message_send.
+#define MESSAGE_RESERVE_OCTETS 8192U ///< Octets of a window reserved for message_send.
 /// Inboxes that hold full windows of `peers` channels: each block takes its frame and four octets more.
 #define MESSAGE_INBOX_OCTETS(peers) ((peers) * (MESSAGE_WINDOW_OCTETS + (MESSAGE_WINDOW * 4U)))
 
@@ -63,19 +63,19 @@ typedef struct {
     uint32_t no_credit;   ///< Sends refused for lack of credit.
     uint32_t lost;        ///< Blocks missing in the sequence.
     uint32_t stale;       ///< Frames of another life or outside of the window, dropped.
-    uint32_t malformed;   ///< Frames that are none, dropped.
+    uint32_t malformed;   ///< Octets that are no valid frame, dropped.
     uint32_t overruns;    ///< Frames beyond the window of a peer, dropped.
     uint32_t unreachable; ///< Frames the carrier could not deliver.
     uint32_t syncs;       ///< SYNC frames sent.
-    uint32_t abandoned;   ///< Blocks sent to an earlier life of a peer, and not credited by it.
+    uint32_t abandoned;   ///< Blocks sent to an earlier life of a peer and not credited by it.
 } message_counters_t;
 
 typedef struct { // Private.
     uint16_t peer;
-    message_inbox_t inbox;          // What came from it.
+    message_inbox_t inbox;          // Frames from this peer.
     uint32_t peer_life;             // 0: not heard of yet.
-    bool is_life_said;              // By message_set_life: what is heard does not change it.
-    bool is_introduced;             // The peer was sent something in this life of ours.
+    bool is_life_said;              // Set by message_set_life: received frames do not change it.
+    bool is_introduced;             // The peer was sent a frame in this life of the endpoint.
     bool is_syncing;                // A SYNC was sent and not answered yet.
     uint32_t strays;                // Frames dropped in a row.
     uint32_t sync_at;               // Strays at which the next SYNC is due.
@@ -104,55 +104,57 @@ typedef struct { // Private, except `counters`.
     size_t place_count;
     size_t channel_count; // Places in use, the first ones.
     uint32_t stamp;       // Of the next frame that arrives.
-    bool is_news;         // Frames have arrived that nobody has judged.
+    bool is_news;         // Frames have arrived that were not checked yet.
     uint8_t frame[MESSAGE_FRAME_MAX];
     message_counters_t counters;
 } message_endpoint_t;
 
-/// Which peers' blocks are taken now.
+/// Selects the peers whose blocks may be taken now.
 typedef struct {
     void* context;
     bool (*admits)(void* context, uint16_t peer);
 } message_filter_t;
 
-/// life >= 1: the start count of this component. places: of as many peers as it can have, MESSAGE_PEERS_MAX
-/// at most; they need not be cleared.
+/// life >= 1: the start count of this component. places: one for each peer, at most MESSAGE_PEERS_MAX; they
+/// need not be cleared.
 void message_open(message_endpoint_t* endpoint, uint16_t self, uint32_t life, message_carrier_t carrier,
                   message_place_t* places, size_t place_count);
 /// STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED: no place is left.
 MUST_USE status_t message_add_peer(message_endpoint_t* endpoint, uint16_t peer);
-/// The life of a peer, >= 1, as the run says. Another one than was known resets the channel at once. No
-/// effect for an unknown peer.
+/// Set the life of a peer, >= 1. A life other than the known one resets the channel at once. No effect for an
+/// unknown peer.
 void message_set_life(message_endpoint_t* endpoint, uint16_t peer, uint32_t life);
 /// STATUS_OK; STATUS_FULL: no credit or carrier full, nothing sent; STATUS_NOT_FOUND: no such peer;
 /// STATUS_TOO_LARGE: more than MESSAGE_PAYLOAD_MAX octets; STATUS_CLOSED: the carrier cannot reach the peer.
 MUST_USE status_t message_send(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets, size_t size);
-/// The same for what may wait: STATUS_FULL also where only the reserve of the window is left.
+/// The same for a block that may wait: STATUS_FULL also if only the reserve of the window is left.
 MUST_USE status_t message_send_plain(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets,
                                      size_t size);
-/// For carriers: a frame has arrived. STATUS_OK: kept, or none and counted; STATUS_FULL: beyond the window.
+/// For carriers: a frame has arrived. STATUS_OK: kept, or malformed and counted; STATUS_FULL: beyond the
+/// window.
 MUST_USE status_t message_deliver(message_endpoint_t* endpoint, const uint8_t* frame, size_t size);
-/// Take in what has arrived but for its blocks: credit, SYNC, lives. Answers are sent.
+/// Process everything in the arrived frames except their blocks: credit, SYNC, lives. Sends the answers.
 void message_take_control(message_endpoint_t* endpoint);
-/// The same, then take the block that came first. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped); with
-/// these, what `octets` holds means nothing.
+/// The same, then take the block that arrived first. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped);
+/// after the last two the content of `octets` is undefined.
 MUST_USE status_t message_receive(message_endpoint_t* endpoint, uint16_t* out_from, uint8_t* octets,
                                   size_t capacity, size_t* out_size);
-/// Which block message_receive_if would take, and its size. STATUS_OK, STATUS_EMPTY.
+/// Sender and size of the block that message_receive_if would take. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t message_next(message_endpoint_t* endpoint, const message_filter_t* filter,
                                uint16_t* out_from, size_t* out_size);
-/// The same among the peers that the filter admits. Blocks of others wait, and give no credit back.
+/// As message_receive, but only from peers that the filter admits. Blocks of other peers wait, and their
+/// credit is not returned.
 MUST_USE status_t message_receive_if(message_endpoint_t* endpoint, const message_filter_t* filter,
                                      uint16_t* out_from, uint8_t* octets, size_t capacity, size_t* out_size);
-/// The way to a peer is there again: exchange SYNC with it. No effect if nothing was under way.
+/// The connection to a peer works again: exchange SYNC with it. No effect if nothing was under way.
 void message_probe(message_endpoint_t* endpoint, uint16_t peer);
-/// True for a frame of a peer whose life the run says, to another life of this endpoint: it was announced to
-/// nobody, and the carrier drops it. Counted as stale.
+/// True for a frame to another life of this endpoint, from a peer with a life set by message_set_life: the
+/// calendar did not announce it to this life, and the carrier drops it. Counted as stale.
 bool message_is_of_past(message_endpoint_t* endpoint, const uint8_t* frame, size_t size);
 /// Frames of other lives or outside of the window that were dropped so far [wraps].
 uint32_t message_stale_frames(const message_endpoint_t* endpoint);
-/// Blocks that may be sent to a peer now, as long as their octets have room: the next one has, whatever its
-/// size, if this is not 0. 0 for an unknown peer.
+/// Blocks that may be sent to a peer now, as long as their octets fit. If this is not 0, the next block fits,
+/// whatever its size. 0 for an unknown peer.
 uint32_t message_credit(const message_endpoint_t* endpoint, uint16_t peer);
 /// The same without the reserve, for message_send_plain.
 uint32_t message_credit_plain(const message_endpoint_t* endpoint, uint16_t peer);

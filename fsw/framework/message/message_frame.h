@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Header of a message frame, as message.h draws it.
+/// Header of a message frame; its layout is in message.h.
 ///
 /// Context: any. Time: O(1).
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_FRAME_H
@@ -31,9 +31,9 @@ typedef struct {
 } message_frame_t;
 
 void message_frame_write(const message_frame_t* frame, uint8_t header[MESSAGE_HEADER_OCTETS]);
-/// What a header says, whose kind is known; `size` is that of the frame.
+/// The fields of a header of the given kind; `size` is the size of the frame.
 message_frame_t message_frame_read(const uint8_t header[MESSAGE_HEADER_OCTETS], uint8_t kind, size_t size);
-/// Single fields of it.
+/// Single fields of a header.
 static inline uint16_t message_frame_from(const uint8_t header[MESSAGE_HEADER_OCTETS])
 {
     return octets_u16_at(&header[4]);
@@ -46,7 +46,7 @@ static inline uint32_t message_frame_sequence(const uint8_t header[MESSAGE_HEADE
 {
     return octets_u32_at(&header[16]);
 }
-/// False for octets that are no frame to component `self`.
+/// False for octets that are not a frame to component `self`.
 bool message_frame_is_well_made(const uint8_t* octets, size_t size, uint16_t self);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_FRAME_H

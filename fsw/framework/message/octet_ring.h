@@ -39,17 +39,17 @@ MUST_USE status_t octet_ring_take_parts(octet_ring_t* ring, uint8_t* head, size_
 /// the size of the whole block. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t octet_ring_peek(const octet_ring_t* ring, uint8_t* octets, size_t capacity,
                                   size_t* out_size);
-/// Copy the beginning of the block that lies `place` octets behind the first one, or all of it, and leave it
-/// where it is; *out_size is the size of the whole block. Returns the place of the block behind it. `place`
-/// is 0 or was returned, less what was taken since; a block lies there.
+/// Copy the first octets (up to head_size) of the block at `place`, the distance from the first block in
+/// octets, without taking it; *out_size is the size of the whole block. Returns the place of the next block.
+/// `place` is 0 or an earlier result, minus the octets taken since; there must be a block at that place.
 size_t octet_ring_look(const octet_ring_t* ring, size_t place, uint8_t* head, size_t head_size,
                        size_t* out_size);
-/// Write over the first `size` octets of that block, which has as many.
+/// Overwrite the first `size` octets of the block at `place`, which must have at least as many.
 void octet_ring_overwrite(octet_ring_t* ring, size_t place, const uint8_t* octets, size_t size);
-/// Copy all blocks as one run of octets, for octet_ring_refill. Returns its size; 0: it is empty, or the run
-/// has no room.
+/// Copy all blocks as one sequence of octets, for octet_ring_refill. Returns its size; 0: the ring is empty,
+/// or the sequence does not fit `capacity`.
 size_t octet_ring_copy(const octet_ring_t* ring, uint8_t* octets, size_t capacity);
-/// Append the blocks of such a run. What is cut, or has no room, is refused (counted).
+/// Append the blocks of such a sequence. A block that is cut or has no room is refused (counted).
 void octet_ring_refill(octet_ring_t* ring, const uint8_t* octets, size_t size);
 /// Octets a block may have to be taken now.
 size_t octet_ring_room(const octet_ring_t* ring);

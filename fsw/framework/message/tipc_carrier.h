@@ -45,8 +45,8 @@ void tipc_carrier_init(tipc_carrier_t* carrier, osal_socket_t* socket, osal_sock
 MUST_USE status_t tipc_carrier_add_peer(tipc_carrier_t* carrier, uint16_t component, uint64_t identity);
 /// The carrier in the form an endpoint takes.
 message_carrier_t tipc_carrier_port(tipc_carrier_t* carrier);
-/// Deliver one received datagram to the endpoint, whose inboxes hold all that true peers may have under way.
-/// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (taken and dropped: of no peer, or not to this life), STATUS_IO.
+/// Deliver one received datagram to the endpoint, whose inboxes hold the full windows of its real peers.
+/// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (dropped: not from a peer, or to another life), STATUS_IO.
 MUST_USE status_t tipc_carrier_pump(tipc_carrier_t* carrier, message_endpoint_t* endpoint);
 /// Take in what the topology service has told; peers that are there again are asked what they have taken.
 void tipc_carrier_take_hints(tipc_carrier_t* carrier, message_endpoint_t* endpoint);

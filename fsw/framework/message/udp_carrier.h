@@ -34,8 +34,8 @@ void udp_carrier_init(udp_carrier_t* carrier, osal_socket_t* socket, delivery_no
 MUST_USE status_t udp_carrier_add_peer(udp_carrier_t* carrier, uint16_t component, osal_address_t address);
 /// The carrier in the form an endpoint takes.
 message_carrier_t udp_carrier_port(udp_carrier_t* carrier);
-/// Deliver one received datagram to the endpoint, whose inboxes hold all that true peers may have under way.
-/// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (taken and dropped: of no peer, or not to this life), STATUS_IO.
+/// Deliver one received datagram to the endpoint, whose inboxes hold the full windows of its real peers.
+/// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (dropped: not from a peer, or to another life), STATUS_IO.
 MUST_USE status_t udp_carrier_pump(udp_carrier_t* carrier, message_endpoint_t* endpoint);
 
 #endif // FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H

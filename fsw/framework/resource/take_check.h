@@ -17,10 +17,10 @@
 /// Refuse the take of this number, counted from 1 and from now on; 0: none. The first 8 takes of each pool
 /// and quota have numbers, so that all kinds are reached where one of them takes a block for each packet.
 void take_check_refuse(uint32_t number);
-/// Takes with a number since take_check_refuse, or since the start.
+/// Number of takes counted since take_check_refuse, or since the start.
 uint32_t take_check_count(void);
 
-/// Called by pools and quotas with each take, `asker` being themselves: true if it is the one to refuse.
+/// Pools and quotas call this for each take; `asker` is the caller. True if this take must be refused.
 bool take_check_is_refused(const void* asker);
 /// Mark a free block; is it untouched since?
 void take_check_mark(uint64_t* block, size_t words);

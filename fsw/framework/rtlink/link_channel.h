@@ -43,8 +43,8 @@ typedef struct {
     bool (*shm_name)(void* context, uint16_t link, char* out_name, size_t capacity);
     /// Where to send, and through which socket, frames of a link over UDP. False if there is none.
     bool (*udp_route)(void* context, uint16_t link, osal_socket_t** out_socket, osal_address_t* out_consumer);
-    /// Told after each frame of that epoch sent by UDP or TIPC, so that the program can tell the calendar.
-    /// May be null.
+    /// Called after each frame of that epoch sent by UDP or TIPC, so the program can announce it to the
+    /// calendar. May be null.
     void (*delivered)(void* context, uint16_t link, uint32_t epoch);
     /// As udp_route, over TIPC. May be null: there is none.
     bool (*tipc_route)(void* context, uint16_t link, osal_socket_t** out_socket,

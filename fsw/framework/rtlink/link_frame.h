@@ -36,7 +36,7 @@ MUST_USE status_t link_frame_unpack(const uint64_t words[LINK_FRAME_HEADER_WORDS
 /// payload_size 1..RTLINK_PAYLOAD_MAX.
 size_t link_frame_encode(const link_frame_header_t* header, const uint8_t* payload, size_t payload_size,
                          bool with_crc, uint8_t out_frame[LINK_FRAME_MAX]);
-/// Epoch that a frame names, 0 for octets that are no frame: so it can be sorted before its layout is known.
+/// Epoch of a frame; 0 for octets that are no frame. It can be read before the payload layout is known.
 uint32_t link_frame_epoch(const uint8_t* frame, size_t size);
 /// Decode. *out_payload points into `frame`. STATUS_OK; STATUS_INVALID: magic, version or flags;
 /// STATUS_TRUNCATED: size differs from the agreed payload's; STATUS_CHECKSUM.

@@ -8,10 +8,11 @@
 ///     ciphertext (1..988)  of a part of a telecommand packet, or of a whole one
 ///     MAC (16)             over all of the above; the three headers are authenticated, not encrypted
 ///
-/// A number (session, count) is accepted once. A session belongs to one connection: its first frame, count 0,
-/// binds a session that is higher than any before, which is on the disk first; after that only the very next
-/// count is accepted. So nothing is accepted twice, late or out of order, also not after a restart or a power
-/// cut. Whatever cannot be done (a frame of another kind, a disk that is full) is refused and counted.
+/// A number (session, count) is accepted once. A session belongs to one connection. The first frame of the
+/// connection has count 0 and a session number higher than any before; the number is written to the disk
+/// before the frame is accepted. After that only the next count is accepted. So no frame is accepted twice,
+/// late or out of order, even after a restart or a power cut. A frame that cannot be accepted (another kind
+/// of frame, a full disk) is refused and counted.
 ///
 /// Ownership  The caller places receiver and sessions. Context: one task; the first frame of a session waits
 /// for the disk. Time O(frame). Nothing is allocated.
@@ -38,12 +39,12 @@
 #define SDLS_PACKET_MAX 4096U
 
 typedef enum {
-    SDLS_REFUSED_FRAME = 0,   ///< Not a frame of ours: its length cannot be trusted.
+    SDLS_REFUSED_FRAME = 0,   ///< Not a frame of this link: its length cannot be trusted.
     SDLS_REFUSED_ASSOCIATION, ///< Another security parameter index.
     SDLS_REFUSED_FORGED,      ///< The MAC is wrong.
-    SDLS_REFUSED_REPLAYED,    ///< Authentic, but not the number that is next.
+    SDLS_REFUSED_REPLAYED,    ///< Authentic, but its number is not the next one.
     SDLS_REFUSED_PARTS,       ///< The parts do not make one packet, or are longer than one can be.
-    SDLS_REFUSED_NOT_KEPT,    ///< Its session could not be put on the disk, or the receiver is closed.
+    SDLS_REFUSED_NOT_KEPT,    ///< Its session could not be written to the disk, or the receiver is closed.
     SDLS_REFUSALS
 } sdls_refusal_t;
 
@@ -67,12 +68,12 @@ typedef struct { // Private: one connection.
 } sdls_session_t;
 
 typedef struct {
-    size_t taken; ///< Octets of the frame, accepted or refused; 0: where the next one begins is not known.
+    size_t taken; ///< Octets of the frame, accepted or refused; 0: the start of the next one is unknown.
     const uint8_t* packet; ///< Null: the packet has parts to come. Valid until the session is used again.
     size_t size;
 } sdls_frame_t;
 
-/// A receiver without a key: every frame is refused, as not kept.
+/// A receiver without a key: it refuses every frame (SDLS_REFUSED_NOT_KEPT).
 void sdls_close(sdls_receiver_t* receiver);
 /// Set the key, which the caller wipes afterwards, and open its mark.
 /// STATUS_OK; STATUS_INVALID, STATUS_FULL, STATUS_IO as session_mark_open: it stays closed.
@@ -80,19 +81,19 @@ MUST_USE status_t sdls_open(sdls_receiver_t* receiver, const uint8_t key[SDLS_KE
                             const medium_t* medium);
 /// A new connection.
 void sdls_begin(sdls_session_t* session);
-/// Look at the frame at the front of `octets`. STATUS_OK: it is authentic and the next one; sdls_accept takes
-/// it, else the same octets may be shown again. STATUS_TRUNCATED: it has not come whole. Refused and counted:
+/// Check the frame at the start of `octets`. STATUS_OK: it is authentic and the next one; call sdls_accept to
+/// accept it, or check the same octets again later. STATUS_TRUNCATED: it is incomplete. Refused and counted:
 /// STATUS_INVALID (frame), STATUS_NOT_FOUND (association), STATUS_CHECKSUM (forged), STATUS_STALE (replayed),
 /// STATUS_OUT_OF_RANGE (parts), STATUS_IO (not kept).
 MUST_USE status_t sdls_look(sdls_receiver_t* receiver, sdls_session_t* session, const uint8_t* octets,
                             size_t size, sdls_frame_t* out_frame);
-/// Take the frame that sdls_look has just shown.
+/// Accept the frame that sdls_look has just returned.
 void sdls_accept(sdls_receiver_t* receiver, sdls_session_t* session);
 
-/// What tells a key from another without telling the key: the cipher's first output under a vector that no
-/// frame has.
+/// A value that identifies a key without revealing it: the cipher's first output for a vector that no frame
+/// uses.
 void sdls_key_check(const uint8_t key[SDLS_KEY_OCTETS], uint8_t out_check[SESSION_MARK_CHECK]);
-/// Overwrite a secret; not left out by a compiler that sees it is not read again.
+/// Overwrite a secret; the compiler cannot remove this write.
 void sdls_wipe(void* secret, size_t size);
 
 #endif // FSW_FRAMEWORK_SDLS_SDLS_H

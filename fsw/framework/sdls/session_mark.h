@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The highest session number that was ever accepted under one key, on a medium that outlives a power cut.
 ///
-/// The medium holds the record twice, so that a write torn by a power cut destroys one copy at most, and a
-/// copy that decays later leaves the other. Nothing is rolled back: a number counts only after both are on
-/// the disk, and where neither copy can be read the mark is not opened. Who makes a key makes its mark, with
-/// session 0; a medium that is empty is a mark that was lost.
+/// The medium holds the record twice: a write torn by a power cut destroys at most one copy, and if one copy
+/// is damaged later the other remains. The number never decreases: a session counts only after both copies
+/// are on the disk, and if no copy can be read the mark is not opened. The program that makes a key also
+/// makes its mark, with session 0; an empty medium is a lost mark.
 ///
 ///     copy at octet 0 and at octet 512: "SDLS" | version 1 | 3 zeros | session (4) | check of the key (8) |
 ///                                       8 zeros | CRC-32 (4); big-endian
@@ -26,13 +26,13 @@ typedef struct { // Private, except `session`.
     unsigned whole;   // The copy that is known to be whole; the other is written first.
 } session_mark_t;
 
-/// Read the mark that belongs to the key with this check, and mend a copy that is not whole.
+/// Read the mark of the key with this check, and repair a copy that is not whole.
 /// STATUS_OK; STATUS_INVALID (no copy is whole and of this key), STATUS_FULL, STATUS_IO: nothing may be
 /// accepted.
 MUST_USE status_t session_mark_open(session_mark_t* mark, const medium_t* medium,
                                     const uint8_t check[SESSION_MARK_CHECK]);
-/// Put a higher number on the disk. STATUS_OK; STATUS_FULL, STATUS_IO: the number does not count, a later
-/// attempt with a higher one may succeed.
+/// Write a higher number to the disk. STATUS_OK; STATUS_FULL, STATUS_IO: the number does not count; a later
+/// attempt with a higher number may succeed.
 MUST_USE status_t session_mark_advance(session_mark_t* mark, uint32_t session);
 
 #endif // FSW_FRAMEWORK_SDLS_SESSION_MARK_H

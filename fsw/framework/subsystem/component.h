@@ -56,7 +56,7 @@
 #define COMPONENT_OPTIONAL_SERVICES DESCRIPTOR_SERVICES_MAX ///< See optional_services.h.
 #define COMPONENT_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX  ///< Beside its own.
 #define COMPONENT_MAILBOX_OCTETS 12288U                     ///< From such a loop to the component's own.
-/// Room that the answers to any one request find there; what they need beside it the process keeps.
+/// Room there for the answers to any one request; the process keeps what does not fit.
 #define COMPONENT_MAILBOX_RESERVE 8192U
 #define COMPONENT_LOOP_KEPT 8192U
 #define COMPONENT_INBOX_OCTETS 4096U ///< Of requests to such a loop.
@@ -93,7 +93,7 @@ typedef struct {
     const subsystem_callbacks_t* callbacks;
     void* self;                    ///< First argument of the callbacks.
     uint32_t mission_epoch_s;      ///< Mission time 0 [s of TAI since 1958].
-    uint64_t device_deadline_ns;   ///< As subsystem_device_deadline_ns.
+    uint64_t device_deadline_ns;   ///< See subsystem_device_deadline_ns.
     uint32_t start_count;          ///< 1 for the first start of this component in the run.
     pus_port_t port;               ///< Where its packets go.
     const link_resolver_t* links;  ///< Null: no real-time links.
@@ -162,7 +162,7 @@ struct subsystem { // Private; component_t is another name. What most of the cod
     bool has_reload;     // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
     state_machine_t machine;
     pus_process_t process;
-    pus_rings_t rings; // What it keeps; the process of the loops has their mailboxes.
+    pus_rings_t rings; // Reports it keeps; the process of the loops uses the mailboxes.
 
     component_config_t config;
     uint64_t period_ns;
@@ -226,9 +226,9 @@ typedef struct subsystem component_t;
 
 /// OFFLINE, services registered. The configuration is copied.
 void component_init(component_t* component, const component_config_t* config);
-/// True if a request may be taken in: whatever it reports has room. While it is false packets stay with
-/// whoever carries them, so that their senders wait; that is over with a later step, and lasts as long as
-/// the port refuses what the component has to say.
+/// True if a request may be taken in: there is room for its reports. While it is false, leave packets in
+/// their inbox, so that their senders wait. It becomes true again in a later step, after the port accepts the
+/// reports of the component.
 bool component_may_accept(component_t* component);
 /// Take in one packet (request or report). Nothing about it is trusted.
 void component_accept(component_t* component, const uint8_t* packet, size_t size, uint64_t now_ns);
@@ -238,7 +238,7 @@ void component_accept_large(component_t* component, const uint8_t* packet, size_
 void component_tell_time(component_t* component, uint64_t now_ns);
 /// Run what is due. Returns the time of the next wake [ns of the run].
 uint64_t component_step(component_t* component, uint64_t now_ns);
-/// The program ends: give back to the system what the component and its subsystem have open. Nobody is told.
+/// The program ends: close everything that the component and its subsystem have open, without any message.
 void component_release(component_t* component);
 /// Run what is due in a loop of services, 0..COMPONENT_LOOPS - 1: only where it has a task of its own.
 /// Returns its next wake; COMPONENT_NEVER while no configuration with such a loop is applied.

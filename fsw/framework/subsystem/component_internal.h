@@ -31,7 +31,7 @@ size_t component_sample_auxiliary(component_t* component, const descriptor_event
 /// none samples any more, requests that wait are performed, and housekeeping that waits in the mailboxes is
 /// dropped and counted. `values` is what their instance of ST[20] reads.
 void component_init_loops(component_t* component, const pus_parameter_port_t* values);
-/// Before any service is set up: it may lock loop_guard at once.
+/// Call it before any service is set up, because a service may lock loop_guard at once.
 void component_create_guards(component_t* component);
 void component_begin_loops(component_t* component);
 void component_end_loops(component_t* component);
@@ -63,11 +63,11 @@ bool component_has_required_links(component_t* component, uint16_t* out_missing_
 component_link_t* component_link_numbered(component_t* component, uint16_t number);
 /// First link of a port; null if there is none.
 component_link_t* component_link_of(component_t* component, uint16_t port);
-/// First link of a port behind `previous` in the table (null: first of all); null if there is none.
+/// Next link of a port after `previous` in the table (null: first of all); null if there is none.
 component_link_t* component_link_next(component_t* component, const component_link_t* previous,
                                       uint16_t port);
-/// Where a link of this number and port goes: in place of the link that it replaces, else a free slot. Null:
-/// there is no room, or the number stands for a link of another port.
+/// The slot for a link of this number and port: that of the link it replaces, else a free slot. Null: there
+/// is no room, or the number belongs to a link of another port.
 component_link_t* component_link_slot(component_t* component, const descriptor_port_t* port, uint16_t number);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_COMPONENT_INTERNAL_H

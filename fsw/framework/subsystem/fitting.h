@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether a program can do what its descriptor asks of it: asked before it starts, and before a descriptor
-/// that is read anew comes into force. What the reader of descriptors cannot know is decided here: the
-/// callbacks of the subsystem, the sizes of the component, and the devices that the subsystem can drive.
+/// Checks that a program can do what its descriptor requires: before the program starts, and before a
+/// reloaded descriptor comes into force. It checks what the descriptor reader cannot know: the callbacks of
+/// the subsystem, the sizes of the component, and the devices that the subsystem can drive.
 ///
 /// Context  At start and on TC[129,6]. Time: O(descriptor).
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_FITTING_H
@@ -12,7 +12,7 @@
 
 #include <stdbool.h>
 
-/// True if the program can fly with the descriptor; else *out_misfit is the first thing it cannot do.
+/// True if the program supports the descriptor; else *out_misfit is the first thing it cannot do.
 bool subsystem_fits(const subsystem_descriptor_t* descriptor, const subsystem_callbacks_t* callbacks,
                     subsystem_misfit_t* out_misfit);
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[12] of a subsystem (`<Service type="12" capacity="64" functional="8"/>` of its descriptor): monitoring
 /// of its own scalar parameters, or those that its callback `watched` gives, raising its own events. Capacity
-/// counts parameter monitoring definitions, functional the functional ones. Its
-/// auxiliary data is what pus/st12_monitoring.h tells, or parameters that its definition samples, or nothing;
-/// a monitor may not name an event that has other values.
+/// counts parameter monitoring definitions, functional the functional ones. The
+/// auxiliary data of a raised event is that of pus/st12_monitoring.h, or parameters that the event definition
+/// samples, or nothing; a monitor may not name an event with other values.
 ///
 /// Ownership  The program places it (generated). Context: the component's own loop.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H

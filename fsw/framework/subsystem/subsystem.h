@@ -38,22 +38,23 @@ typedef struct {
     uint32_t ticket;       ///< For subsystem_function_done when perform returns STATUS_BUSY.
 } subsystem_function_t;
 
-/// What a specific subsystem supplies. `self` is its own context. A null callback means "nothing to do".
-/// Memories of a subsystem's own, with ids of their own, and the files that memories are loaded from and
-/// dumped to; what it points to outlives the component.
+/// Memories of the subsystem itself, each with its own id, and the files from which memories are loaded and
+/// to which they are dumped. The pointers must outlive the component.
 typedef struct {
     const pus_memory_t* memories;
     uint8_t count;
     const pus_file_port_t* files; ///< Null: TC[6,19] to [6,22] are refused.
 } subsystem_memories_t;
 
-/// Entry actions return STATUS_BUSY while running (called again each cycle), STATUS_OK when done, anything
-/// else when failed; the descriptor's time-out for the state ends an action that does not end by itself.
-typedef struct {      // What of a descriptor a program cannot do.
-    uint32_t line;    ///< Of its file.
+/// The first part of a descriptor that the program cannot support.
+typedef struct {
+    uint32_t line;    ///< Of the descriptor file.
     const char* says; ///< What was found, and what was expected.
 } subsystem_misfit_t;
 
+/// What a specific subsystem supplies. `self` is its own context. A null callback means "nothing to do".
+/// Entry actions return STATUS_BUSY while running (called again each cycle), STATUS_OK when done, anything
+/// else when failed; the descriptor's time-out for the state ends an action that does not end by itself.
 typedef struct {
     status_t (*software_init)(void* self); ///< Publish parameters with subsystem_publish.
     status_t (*hardware_init)(void* self); ///< Power on, wait for boot-up, initialise devices.
@@ -86,11 +87,11 @@ typedef struct {
     /// The parameters that ST[12] watches, where the descriptor lists that service. May be null: its own.
     /// Called once, at the start.
     pus_parameter_port_t (*watched)(void* self);
-    /// The program ends, in whatever state: give back to the system what is open, and leave devices as they
-    /// are. May be null.
+    /// The program ends, in any state: close everything that is open and leave the devices as they are. May
+    /// be null.
     void (*release)(void* self);
-    /// Whether the subsystem can drive the devices of a descriptor; false: *out_misfit says what it cannot.
-    /// May be null: it takes whatever is there. Called before the subsystem is made.
+    /// True if the subsystem can drive the devices of a descriptor; else *out_misfit says what it cannot do.
+    /// Null: every descriptor is accepted. Called before the subsystem is set up.
     bool (*fits)(const subsystem_descriptor_t* descriptor, subsystem_misfit_t* out_misfit);
 } subsystem_callbacks_t;
 
@@ -101,8 +102,8 @@ uint64_t subsystem_now_ns(const subsystem_t* subsystem);
 uint32_t subsystem_cycle(const subsystem_t* subsystem);
 /// Nominal cycle of the applied configuration [ns].
 uint64_t subsystem_period_ns(const subsystem_t* subsystem);
-/// Silence after which devices and their master give each other up [ns]; 0: as the descriptor and the
-/// protocol say.
+/// Silence after which devices and their master regard each other as lost [ns]; 0: use the times of the
+/// descriptor and of the protocol.
 uint64_t subsystem_device_deadline_ns(const subsystem_t* subsystem);
 state_t subsystem_state(const subsystem_t* subsystem);
 /// Time since the running entry action was started [ns].
@@ -148,7 +149,7 @@ typedef struct {                 // What was refused or lost since the start [wr
     uint32_t events_refused;     ///< Events of unknown id, with wrong data, or without room.
     uint32_t housekeeping_dropped; ///< Housekeeping reports that nobody took.
     uint32_t reports_lost;         ///< Other reports for which there was no room.
-    uint32_t events_suppressed;    ///< Occurrences of events that their limiters kept from being reported.
+    uint32_t events_suppressed;    ///< Occurrences of events that their limiters suppressed.
 } subsystem_health_t;
 void subsystem_health(const subsystem_t* subsystem, subsystem_health_t* out_health);
 /// Publish a sample on a provided port; sent at once with the present state. STATUS_OK, STATUS_CLOSED (no

@@ -19,12 +19,11 @@
 
 #define COMMUNICATION_CLIENTS GROUND_CLIENTS
 #define COMMUNICATION_USERS 8U
-/// What one client has sent and nobody has taken: one whole packet or protected frame, and what came with it.
+/// Received octets of one client that are not processed yet: one whole packet or protected frame, and more.
 #define COMMUNICATION_BUFFER 5120U
 CAPACITY_CHECK(buffer_holds_a_packet, COMMUNICATION_BUFFER >= PUS_PACKET_MAX);
 CAPACITY_CHECK(buffer_holds_a_frame, COMMUNICATION_BUFFER >= SDLS_FRAME_MAX);
-/// A client that has sent no valid telecommand for so long gives its place up to a new one, the longest
-/// first.
+/// A new client may replace one that has sent no valid telecommand for so long; the longest silent first.
 #define COMMUNICATION_IDLE_NS 10000000000ULL
 #define COMMUNICATION_TELL_NS 1000000000ULL ///< Between two events GROUND_MISUSED, at least.
 
@@ -56,7 +55,7 @@ typedef struct { // Private.
     bool is_drop_told;
     uint64_t heard_ns[COMMUNICATION_CLIENTS]; // Connection, or last valid telecommand.
     communication_clients_t misuse;           // Published.
-    uint32_t misuse_told;                     // Sum of what the last event told.
+    uint32_t misuse_told;                     // Sum of the counters in the last event.
     uint64_t misuse_told_ns;
     uint32_t not_requests;             // Packets of the ground that are no telecommands [wraps].
     communication_status_t status;     // Published.
@@ -70,7 +69,8 @@ typedef struct { // Private.
 /// listener: descriptor of the listening socket, opened by the launcher. uplink: where requests go.
 void communication_init(communication_t* communication, subsystem_t* generic, const pus_port_t* uplink,
                         const communication_hooks_t* hooks, int listener);
-/// Take authenticated telecommands only. The receiver outlives the subsystem. Before it is configured.
+/// Accept only authenticated telecommands. Call it before the subsystem is configured; the receiver must
+/// outlive the subsystem.
 void communication_secure(communication_t* communication, sdls_receiver_t* receiver);
 const subsystem_callbacks_t* communication_callbacks(void);
 /// Take in what the ground sent; `octets_due` more were announced for the participant. Call before the

@@ -36,7 +36,7 @@ MUST_USE status_t ground_queue_put(ground_queue_t* queue, const uint8_t* packet,
 /// Octets to send next, or null if nothing waits. They stay until ground_queue_sent tells they have left.
 const uint8_t* ground_queue_next(ground_queue_t* queue, size_t* out_size);
 void ground_queue_sent(ground_queue_t* queue, size_t size);
-/// Octets that reports which may not be lost can still have.
+/// Octets of room left for reports that must not be lost.
 size_t ground_queue_room(const ground_queue_t* queue);
 /// Reports waiting.
 uint32_t ground_queue_count(const ground_queue_t* queue);

@@ -10,11 +10,11 @@
 /// The storage is plain memory: in shared memory with one process per participant (futex hand-off), or inside
 /// one program that calls osal_calendar_next in a loop (image form). Both give the same sequence of grants.
 ///
-/// A participant has lives: each start of its process is a new one, with a number of its own. A life is
-/// EXPECTED from an instant on (time does not reach that instant before it has joined), JOINED, and then
-/// ended. Start, stop and death are operations of the calendar, so that they happen at a defined simulated
-/// time; the processes behind them follow in wall-clock time. What is said in the name of an ended life
-/// changes nothing.
+/// A participant has lives: each start of its process begins a new life with the next number. A life is first
+/// EXPECTED from a given instant (simulated time stops at that instant until the life has joined), then
+/// JOINED, and at last ended. Start, stop and death are operations of the calendar, so they happen at a
+/// defined simulated time; the processes follow in wall-clock time. Calls in the name of an ended life have
+/// no effect.
 #ifndef OSAL_CALENDAR_H
 #define OSAL_CALENDAR_H
 
@@ -27,13 +27,13 @@
 
 #define OSAL_CALENDAR_PARTICIPANTS_MAX CAPACITY_PARTICIPANTS
 #define OSAL_CALENDAR_NEVER UINT64_MAX ///< "Wake me only for a delivery."
-#define OSAL_CALENDAR_ANY_LIFE 0U      ///< As a life: whichever the participant has. Lives are 1, 2, ...
+#define OSAL_CALENDAR_ANY_LIFE 0U      ///< As a life: the present one. Lives are 1, 2, ...
 #define OSAL_CALENDAR_BYTES 4096U      ///< Storage of one calendar.
 
 typedef struct osal_calendar osal_calendar_t;
 
 typedef enum {
-    OSAL_CALENDAR_ABSENT = 0, ///< Never there, or its life has ended.
+    OSAL_CALENDAR_ABSENT = 0, ///< Had no life yet, or its life has ended.
     OSAL_CALENDAR_EXPECTED,
     OSAL_CALENDAR_JOINED
 } osal_calendar_presence_t;
@@ -52,28 +52,28 @@ osal_calendar_t* osal_calendar_create(void* storage, uint64_t slot_ns, bool is_s
 /// The calendar in storage that another process made. Null if there is none.
 osal_calendar_t* osal_calendar_attach(void* storage);
 
-/// Life `life` of the participant begins at `at_ns`, or now if that is past: it is first granted then, and
-/// simulated time does not reach `at_ns` before it has joined by its first wait. Deliveries to that life
-/// count from here on. No effect on a participant whose life has not ended.
+/// Life `life` of the participant begins at `at_ns`, or now if that is past: it gets its first grant then.
+/// Simulated time stops at `at_ns` until the life has joined by its first wait. Deliveries to that life count
+/// from this call on. No effect on a participant whose life has not ended.
 void osal_calendar_expect(osal_calendar_t* calendar, unsigned participant, uint32_t life, uint64_t at_ns);
-/// The process of that life has died; if it held the grant, the grant goes on to the next. A wait of its own
-/// returns STATUS_CLOSED. Callable by anybody at any time, and to be called for every process that dies: it
-/// may have been killed anywhere, even while it handed the grant over. A life whose first grant is still to
-/// come ends at that instant of simulated time. No effect on another life.
+/// The process of that life has died. If it held the grant, the next participant gets the grant. A wait in
+/// that life returns STATUS_CLOSED. Any process may call this at any time, and it must be called for every
+/// process that dies: the process may have been killed anywhere, even while it handed over the grant. A life
+/// that has not had its first grant yet ends at the simulated time of that grant. No effect on another life.
 void osal_calendar_end(osal_calendar_t* calendar, unsigned participant, uint32_t life);
-/// By the holder of the grant: that life gets no further grant from here on. Its wait returns STATUS_CLOSED.
+/// Called by the holder of the grant: that life gets no further grant. Its wait returns STATUS_CLOSED.
 void osal_calendar_dismiss(osal_calendar_t* calendar, unsigned participant, uint32_t life);
-/// As dismiss, but the process that waits as that life is killed: it does nothing more.
+/// As osal_calendar_dismiss, but the process that waits in that life is killed and does nothing more.
 void osal_calendar_kill(osal_calendar_t* calendar, unsigned participant, uint32_t life);
-/// From here on the end of a life of the participant is the start of its next one, whose number is the next
-/// and which begins `delay_ns` later: in one operation, so that nobody is granted anything in between.
-/// Deliveries that the ended life has not been told of are told to the next. 0: an end is an end again.
+/// From this call on, when a life of the participant ends, its next life begins `delay_ns` later. Both happen
+/// in one operation, so no other participant gets a grant in between. The next life gets the deliveries that
+/// were not yet reported to the ended one. `delay_ns` 0: no next life begins by itself any more.
 void osal_calendar_succeed(osal_calendar_t* calendar, unsigned participant, uint64_t delay_ns);
-/// The participant is granted nothing until it is resumed; deliveries and its wake time are kept. If it held
-/// the grant, the grant goes on, and what it does later is done as an ended life. No effect on one that is
-/// absent.
+/// The participant gets no grant until it is resumed; its deliveries and its wake time are kept. If it held
+/// the grant, the next participant gets the grant, and later calls of the suspended one have no effect, as
+/// those of an ended life. No effect on a participant that is absent.
 void osal_calendar_suspend(osal_calendar_t* calendar, unsigned participant);
-/// What was due meanwhile wakes it at once.
+/// End a suspension. If the participant was due in the meantime, it wakes at once.
 void osal_calendar_resume(osal_calendar_t* calendar, unsigned participant);
 /// End the run: every present and later wait returns STATUS_CLOSED at once.
 void osal_calendar_close(osal_calendar_t* calendar);
@@ -81,8 +81,8 @@ bool osal_calendar_is_closed(const osal_calendar_t* calendar);
 
 /// Done: give the grant back, ask for `wake_ns` (or earlier by a delivery), block until granted again. A
 /// wake time that is not after now means the next slot. The first call joins: the participant takes its place
-/// when the present grant ends, in the same instant if its turn is still to come. `life`: its own; one that
-/// was not expected joins as OSAL_CALENDAR_ANY_LIFE. Returns STATUS_OK, STATUS_CLOSED.
+/// when the present grant ends, in the same instant if its turn is still to come. `life`: the caller's; a
+/// participant that was not expected joins with OSAL_CALENDAR_ANY_LIFE. Returns STATUS_OK, STATUS_CLOSED.
 MUST_USE status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned participant, uint32_t life,
                                      uint64_t wake_ns, osal_grant_t* out_grant);
 
@@ -94,23 +94,23 @@ MUST_USE status_t osal_calendar_next(osal_calendar_t* calendar, unsigned* out_pa
                                      osal_grant_t* out_grant);
 
 /// Tell of a delivery to `receiver` by the running participant `sender`: `messages` whole messages and
-/// `octets` on its stream (both counts saturate), meant for that life of it. A receiver that is absent, or in
-/// another life, takes no notice.
+/// `octets` on its stream (both counts saturate), meant for that life of the receiver. No effect if the
+/// receiver is absent or in another life.
 void osal_calendar_deliver(osal_calendar_t* calendar, unsigned sender, unsigned receiver, uint32_t life,
                            uint32_t messages, uint32_t octets);
 
 uint64_t osal_calendar_now_ns(const osal_calendar_t* calendar);
-/// Presence of a participant, and its life: the present or, if it is absent, the last one (0: it had none).
+/// Presence of a participant and the number of its life; if it is absent, that of its last life (0: none).
 osal_calendar_presence_t osal_calendar_presence(const osal_calendar_t* calendar, unsigned participant,
                                                 uint32_t* out_life);
 /// True if the participant has joined and not ended.
 bool osal_calendar_is_present(const osal_calendar_t* calendar, unsigned participant);
-/// The expected participant for which time stands still now (PARTICIPANTS_MAX: none).
+/// The expected participant for which simulated time is stopped now (PARTICIPANTS_MAX: none).
 unsigned osal_calendar_awaited(const osal_calendar_t* calendar);
-/// An expected life begins later: time goes on without it. No effect on another life, or one that has begun.
+/// Let an expected life begin later, so time continues without it. No effect on another life or a begun one.
 void osal_calendar_postpone(osal_calendar_t* calendar, unsigned participant, uint32_t life, uint64_t at_ns);
-/// For who watches over the hand-over: the holder of the grant (PARTICIPANTS_MAX: nobody) and the number of
-/// grants so far [wraps].
+/// For a watchdog: the holder of the grant (PARTICIPANTS_MAX: nobody) and the number of grants so far
+/// [wraps].
 unsigned osal_calendar_holder(const osal_calendar_t* calendar, uint32_t* out_grants);
 
 /// The local TCP port of the stream of a participant that joined through the door (0: none).

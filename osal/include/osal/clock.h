@@ -41,7 +41,7 @@ typedef struct {
 } osal_clock_attributes_t;
 
 typedef struct { ///< What was told of deliveries during a grant, by their receiver. Counts saturate.
-    uint32_t lives[OSAL_CALENDAR_PARTICIPANTS_MAX]; ///< Of the receivers, that they were meant for.
+    uint32_t lives[OSAL_CALENDAR_PARTICIPANTS_MAX]; ///< Life of each receiver that they are meant for.
     uint32_t messages[OSAL_CALENDAR_PARTICIPANTS_MAX];
     uint32_t octets[OSAL_CALENDAR_PARTICIPANTS_MAX];
 } osal_deliveries_t;

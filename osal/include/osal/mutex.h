@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Mutual exclusion with priority inheritance. Not recursive. Critical sections are short and never wait.
 /// Robust: if a holder dies, the next lock gets it (STATUS_CLOSED told once) and may repair the data.
-/// Errors   To lock one that was never created, or destroyed, is a coding error (FSW_ASSERT), as is to unlock
-///          one that the caller does not hold.
+/// Errors   Coding errors (FSW_ASSERT): locking a mutex that was never created or is destroyed, and unlocking
+///          a mutex that the caller does not hold.
 #ifndef OSAL_MUTEX_H
 #define OSAL_MUTEX_H
 

@@ -26,7 +26,7 @@ typedef struct {
     const int* descriptors;       ///< Descriptors the child keeps (0, 1, 2 are always kept).
     size_t descriptor_count;
     uint64_t memory_limit_bytes; ///< Address space limit; 0, or a build with sanitizers: none.
-    uint32_t descriptor_limit;   ///< It opens no descriptor beyond this number; 0: as its parent.
+    uint32_t descriptor_limit;   ///< It can open no higher descriptor number; 0: the parent's limit.
     int processor;           ///< Pin to one (where permitted), counted round those we may use; -1: anywhere.
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
     bool outlives;           ///< Goes on when its parent ends, in a session of its own.
@@ -39,21 +39,21 @@ typedef struct {
     bool has_ended;
     bool was_signalled; ///< Ended by a signal.
     int code;           ///< Exit code, or signal number.
-    /// Largest resident size that it ever had [KiB]; at least that of its parent when it was started.
+    /// Peak resident size [KiB]; at least the resident size of its parent when it was started.
     uint64_t memory_high_kib;
 } osal_process_result_t;
 
 typedef struct {
-    bool is_stopped;       ///< By a signal: it cannot go on by itself.
-    bool is_runnable;      ///< It runs, or would if it got a processor. Else it waits for something.
+    bool is_stopped;       ///< Stopped by a signal: it cannot continue by itself.
+    bool is_runnable;      ///< It runs or is ready to run. False: it is blocked.
     uint64_t processor_ns; ///< Processor time it has used.
 } osal_process_look_t;
 
 /// STATUS_OK, STATUS_NOT_FOUND (no such executable, or folder of output_path), STATUS_DENIED,
 /// STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_process_start(osal_process_t* process, const osal_process_start_t* start);
-/// Octets that an executable takes when it is loaded, its shared libraries not counted. STATUS_OK,
-/// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_INVALID (not one of this machine's), STATUS_IO.
+/// Octets of memory that an executable needs when it is loaded, without its shared libraries. STATUS_OK,
+/// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_INVALID (no executable of this machine), STATUS_IO.
 MUST_USE status_t osal_process_loaded_size(const char* path, uint64_t* out_octets);
 /// Look without waiting. Parent only; tells of the end once. STATUS_OK, STATUS_NOT_OURS (not a child, or its
 /// end has been told).
@@ -63,9 +63,9 @@ MUST_USE status_t osal_process_poll(osal_process_t* process, osal_process_result
 status_t osal_process_wait_any(osal_process_t* const* processes, size_t count, uint32_t timeout_ms);
 /// Ask to end (SIGTERM), or end (SIGKILL). STATUS_OK, STATUS_NOT_FOUND (has ended), STATUS_DENIED.
 status_t osal_process_stop(osal_process_t* process, bool by_force);
-/// Let it do nothing more (SIGSTOP), until it is ended. As osal_process_stop.
+/// Suspend it (SIGSTOP) until it is ended. Same statuses as osal_process_stop.
 status_t osal_process_suspend(osal_process_t* process);
-/// How it is now. STATUS_OK, STATUS_NOT_FOUND (has ended).
+/// State of the process now. STATUS_OK, STATUS_NOT_FOUND (has ended).
 MUST_USE status_t osal_process_look(const osal_process_t* process, osal_process_look_t* out_look);
 /// Watch a process that is not our child by its id. STATUS_OK, STATUS_NOT_FOUND, STATUS_UNSUPPORTED.
 MUST_USE status_t osal_process_watch(osal_process_t* process, int32_t id);
@@ -76,8 +76,8 @@ int32_t osal_process_own_id(void);
 /// What the starter of this program has set under that name in its environment, or null. Valid to the end.
 const char* osal_process_environment(const char* name);
 
-/// Ctrl-C, SIGTERM and SIGHUP set a flag instead of ending the program; a file that reaches the largest size
-/// permitted does not end it either. Count of such signals so far.
+/// Ctrl-C, SIGTERM and SIGHUP are counted instead of ending the program; writing beyond the permitted file
+/// size does not end it either. osal_process_stop_count returns the number of stop signals so far.
 void osal_process_catch_stop(void);
 unsigned osal_process_stop_count(void);
 /// For the waiting functions of this layer: descriptor that is readable when a stop signal has come (-1: not
