@@ -29,25 +29,27 @@ static bool has_member(const plan_run_t* const run, const uint16_t apid)
     return run->is_used && (position_in(run, apid) < run->member_count);
 }
 
+/// Place of the run that a subsystem belongs to; PLAN_RUNS if it belongs to none.
+static size_t place_of(const plan_runner_t* const runner, const uint16_t apid)
+{
+    size_t place = 0U;
+    while ((place < PLAN_RUNS) && !has_member(&runner->runs[place], apid)) {
+        place++;
+    }
+    return place;
+}
+
 static plan_run_t* run_of(plan_runner_t* const runner, const uint16_t apid)
 {
-    for (size_t i = 0U; i < PLAN_RUNS; i++) {
-        if (has_member(&runner->runs[i], apid)) {
-            return &runner->runs[i];
-        }
-    }
-    return NULL;
+    const size_t place = place_of(runner, apid);
+    return (place < PLAN_RUNS) ? &runner->runs[place] : NULL;
 }
 
 const plan_run_t* plan_runner_of(const plan_runner_t* const runner, const uint16_t apid)
 {
     FSW_ASSERT(runner != NULL);
-    for (size_t i = 0U; i < PLAN_RUNS; i++) {
-        if (has_member(&runner->runs[i], apid)) {
-            return &runner->runs[i];
-        }
-    }
-    return NULL;
+    const size_t place = place_of(runner, apid);
+    return (place < PLAN_RUNS) ? &runner->runs[place] : NULL;
 }
 
 bool plan_runner_overrule(plan_runner_t* const runner, const plan_run_t* const wanted,
