@@ -102,23 +102,24 @@ void member_begin(member_t* const member, void* const self, const component_serv
         (pus_persistence_t){&member->records.journal, journal_put, journal_erase, journal_commit};
     const mission_subsystem_t* const subsystem = mission_find_subsystem(seat->mission, seat->apid);
     const bool is_real                         = (seat->clock.mode == OSAL_CLOCK_REAL);
-    const component_config_t config            = {.device_deadline_ns =
-                                           is_real ? ((uint64_t)subsystem->device_deadline_us * 1000U) : 0U,
-                                                  .descriptor          = member->in_force,
-                                                  .is_descriptor_valid = true,
-                                                  .callbacks           = member->callbacks,
-                                                  .self                = self,
-                                                  .mission_epoch_s     = seat->mission->epoch_s,
-                                                  .start_count         = seat->life,
-                                                  .port                = seat->uplink,
-                                                  .links               = &seat->links,
-                                                  .link_methods        = seat->run->link_methods,
-                                                  .has_supervisor      = true,
-                                                  .has_loop_tasks      = (seat->clock.mode == OSAL_CLOCK_REAL),
-                                                  .optional            = services,
-                                                  .persistence         = &member->persistence,
-                                                  .reload              = reload,
-                                                  .reload_context      = member};
+    const component_config_t config            = {
+                   .device_deadline_ns     = is_real ? ((uint64_t)subsystem->device_deadline_us * 1000U) : 0U,
+                   .descriptor             = member->in_force,
+                   .is_descriptor_valid    = true,
+                   .callbacks              = member->callbacks,
+                   .self                   = self,
+                   .mission_epoch_s        = seat->mission->epoch_s,
+                   .start_count            = seat->life,
+                   .port                   = seat->uplink,
+                   .links                  = &seat->links,
+                   .link_methods           = seat->run->link_methods,
+                   .supervisor_patience_ns = (uint64_t)subsystem->supervisor_patience_us * 1000U,
+                   .status_interval_ns     = COMPONENT_STATUS_INTERVAL_NS,
+                   .has_loop_tasks         = (seat->clock.mode == OSAL_CLOCK_REAL),
+                   .optional               = services,
+                   .persistence            = &member->persistence,
+                   .reload                 = reload,
+                   .reload_context         = member};
     component_init(&member->component, &config);
     if (journal_replay(&member->records.journal, take_back, member) != STATUS_OK) {
         member->records_refused++;

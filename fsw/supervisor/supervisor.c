@@ -8,6 +8,7 @@
 #include <stddef.h>
 
 #define TICK_NS 10000000ULL
+#define HEARTBEATS 3U ///< In the time that a subsystem stays OPERATIONAL without the supervisor.
 
 // ---- The supervisor as a subsystem ----
 
@@ -100,6 +101,18 @@ const subsystem_callbacks_t* supervisor_callbacks(void)
 
 // ---- Life ----
 
+/// The status of the supervisor is its heartbeat. The subsystem with the least patience hears three of them.
+static uint64_t heartbeat_interval_ns(const supervisor_t* const supervisor)
+{
+    uint64_t interval_ns = COMPONENT_STATUS_INTERVAL_NS;
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        const uint64_t share_ns =
+            ((uint64_t)supervisor->mission->subsystems[i].supervisor_patience_us * 1000U) / HEARTBEATS;
+        interval_ns = (share_ns < interval_ns) ? share_ns : interval_ns;
+    }
+    return interval_ns;
+}
+
 static void init_component(supervisor_t* const supervisor)
 {
     const supervisor_config_t* const config = &supervisor->config;
@@ -119,7 +132,7 @@ static void init_component(supervisor_t* const supervisor)
                                           .mission_epoch_s     = supervisor->mission->epoch_s,
                                           .start_count         = config->start_count,
                                           .port                = port,
-                                          .has_supervisor      = false,
+                                          .status_interval_ns  = heartbeat_interval_ns(supervisor),
                                           .persistence         = onboard_persistence(supervisor),
                                           .services            = supervisor->services,
                                           .service_count       = count,

@@ -14,7 +14,7 @@ from subsystem import unique
 TABLE = {
     ("", "Mission"): "name! epoch! power! timeReports",
     ("Mission", "Subsystems"): "",
-    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts restartPeriod recommission bootTime deviceDeadline hangAfter node",
+    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts restartPeriod recommission bootTime deviceDeadline hangAfter supervisorPatience node",
     ("Subsystem", "Power"): "state! watts!",
     ("Mission", "Modes"): "",
     ("Modes", "Mode"): "name! id! initial",
@@ -134,6 +134,7 @@ def _list_subsystems(mission, container):
         element.time_us("bootTime", 500, 60_000_000)
         element.time_us("deviceDeadline", 1000, 1_000_000)
         element.time_us("hangAfter", 1000, 60_000_000)
+        element.time_us("supervisorPatience", 100_000, 3_600_000_000)
         element.unsigned("node", 1, 2)
         for power in element.children:
             power.word("state", STATES)

@@ -126,6 +126,7 @@ static void begin(void)
                                                 .callbacks           = communication_callbacks(),
                                                 .self                = &communication,
                                                 .start_count         = 1U,
+                                                .status_interval_ns  = COMPONENT_STATUS_INTERVAL_NS,
                                                 .port                = {NULL, take_report}};
     osal_socket_t listener                   = OSAL_SOCKET_CLOSED;
     memory_sockets_reset();

@@ -57,13 +57,14 @@ typedef struct {
     const char* executable; ///< Name of the program, without folder.
     const char* descriptor; ///< Path as written, relative to the mission descriptor's folder.
     bool is_autostart;
-    uint32_t memory_kib;         ///< Address space limit of its process; 0: derived from the program.
-    uint8_t restart_budget;      ///< Restarts after a death before the mission falls back to mode SAFE.
-    uint32_t restart_period_us;  ///< A life of this length clears the count of restarts; 0: never.
-    bool is_recommissioned;      ///< After a restart it is led back to its earlier state.
-    uint32_t boot_time_us;       ///< From the order to start its process to its first step [us].
-    uint32_t device_deadline_us; ///< Between devices and master, with real clocks; 0: none.
-    uint32_t hang_after_us;      ///< Delay of a step after which its process is killed [us].
+    uint32_t memory_kib;             ///< Address space limit of its process; 0: derived from the program.
+    uint8_t restart_budget;          ///< Restarts after a death before the mission falls back to mode SAFE.
+    uint32_t restart_period_us;      ///< A life of this length clears the count of restarts; 0: never.
+    bool is_recommissioned;          ///< After a restart it is led back to its earlier state.
+    uint32_t boot_time_us;           ///< From the order to start its process to its first step [us].
+    uint32_t device_deadline_us;     ///< Between devices and master, with real clocks; 0: none.
+    uint32_t hang_after_us;          ///< Delay of a step after which its process is killed [us].
+    uint32_t supervisor_patience_us; ///< How long it stays OPERATIONAL without the supervisor [us].
     uint8_t node; ///< On-board computer that it runs on, from 1, where the run has more than one.
     uint32_t power_w[DESCRIPTOR_STATES];
     uint64_t interface_hash;

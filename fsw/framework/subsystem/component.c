@@ -8,7 +8,6 @@
 
 #include <string.h>
 
-#define STATUS_INTERVAL_NS 1000000000ULL
 #define AUXILIARY_MAX 256U
 #define IDLE_PERIOD_NS 10000000ULL ///< Where the descriptor has none.
 
@@ -42,7 +41,8 @@ void component_set_idle_period(component_t* const component)
 void component_init(component_t* const component, const component_config_t* const config)
 {
     FSW_ASSERT((component != NULL) && (config != NULL) && (config->descriptor != NULL) &&
-               (config->callbacks != NULL) && (config->start_count >= 1U));
+               (config->callbacks != NULL) && (config->start_count >= 1U) &&
+               (config->status_interval_ns > 0U));
     (void)memset(component, 0, sizeof *component);
     component->config     = *config;
     component->descriptor = config->descriptor;
@@ -78,7 +78,7 @@ void component_accept(component_t* const component, const uint8_t* const packet,
 {
     FSW_ASSERT((component != NULL) && (packet != NULL));
     component->now_ns = now_ns;
-    if (component->config.has_supervisor) {
+    if (component->config.supervisor_patience_ns > 0U) {
         component->supervisor_heard_ns = now_ns;
         component->is_supervisor_lost  = false;
     }
@@ -165,9 +165,8 @@ static void run_cycle(component_t* const component)
 static void watch_supervisor(component_t* const component)
 {
     const bool is_silent =
-        component->config.has_supervisor && !component->is_supervisor_lost &&
-        (component->supervisor_heard_ns > 0U) &&
-        ((component->now_ns - component->supervisor_heard_ns) > COMPONENT_SUPERVISOR_TIMEOUT_NS);
+        !component->is_supervisor_lost && (component->supervisor_heard_ns > 0U) &&
+        ((component->now_ns - component->supervisor_heard_ns) > component->config.supervisor_patience_ns);
     if (is_silent) {
         component->is_supervisor_lost = true;
         component_machine_event(component, EVENT_SUPERVISOR_LOST, CAUSE_SUPERVISOR_LOST, 0U);
@@ -232,7 +231,7 @@ static uint64_t step_own_loop(component_t* const component)
     (void)pus_events_step(&component->events, now_ns); // What is left is told in the step of a status.
     if (now_ns >= component->next_status_ns) {
         report_status(component);
-        component->next_status_ns = next_on_grid(now_ns, STATUS_INTERVAL_NS);
+        component->next_status_ns = next_on_grid(now_ns, component->config.status_interval_ns);
     }
     if (is_answering || pus_process_is_waiting(&component->process)) {
         return next_on_grid(now_ns, component->period_ns);
@@ -321,7 +320,7 @@ status_t subsystem_raise(subsystem_t* const subsystem, const uint16_t event_id,
         octets      = sampled;
         octet_count = component_sample_auxiliary(subsystem, event, sampled, sizeof sampled);
     }
-    if (!subsystem->config.has_supervisor) {
+    if (subsystem->config.supervisor_patience_ns == 0U) {
         // The supervisor's errors are those of others: it reports them and stays what it is.
     } else if (event->severity == DESCRIPTOR_HIGH) { // First the safe state, then the report.
         component_machine_event(subsystem, EVENT_OWN_HIGH, CAUSE_OWN_ERROR, event_id);

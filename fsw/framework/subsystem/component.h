@@ -68,8 +68,7 @@
 #define COMPONENT_LOOP_REPORTS 16U ///< Taken from one mailbox in one step, at most.
 #define COMPONENT_NEVER UINT64_MAX
 #define COMPONENT_SUPERVISOR_APID 1U
-/// A subsystem that has not heard of the supervisor for this long considers it lost [ns].
-#define COMPONENT_SUPERVISOR_TIMEOUT_NS 3000000000ULL
+#define COMPONENT_STATUS_INTERVAL_NS 1000000000ULL ///< Of the status report that nobody requests.
 /// Cycles that a MEDIUM error waits for the supervisor's order.
 #define COMPONENT_MEDIUM_CYCLES 4U
 
@@ -91,16 +90,17 @@ typedef struct {
     bool is_descriptor_valid; ///< False: stay in OFFLINE / INVALID; only apid and name of the descriptor
                               ///< count.
     const subsystem_callbacks_t* callbacks;
-    void* self;                    ///< First argument of the callbacks.
-    uint32_t mission_epoch_s;      ///< Mission time 0 [s of TAI since 1958].
-    uint64_t device_deadline_ns;   ///< See subsystem_device_deadline_ns.
-    uint32_t start_count;          ///< 1 for the first start of this component in the run.
-    pus_port_t port;               ///< Where its packets go.
-    const link_resolver_t* links;  ///< Null: no real-time links.
-    uint8_t link_methods;          ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
-    bool has_supervisor;           ///< False for the supervisor itself.
-    bool has_loop_tasks;           ///< Each loop of services has a task of its own.
-    const pus_service_t* services; ///< Further services (0..16).
+    void* self;                      ///< First argument of the callbacks.
+    uint32_t mission_epoch_s;        ///< Mission time 0 [s of TAI since 1958].
+    uint64_t device_deadline_ns;     ///< See subsystem_device_deadline_ns.
+    uint64_t supervisor_patience_ns; ///< A supervisor not heard for longer is lost; 0: it is itself one.
+    uint64_t status_interval_ns;     ///< Time between two status reports that nobody requests.
+    uint32_t start_count;            ///< 1 for the first start of this component in the run.
+    pus_port_t port;                 ///< Where its packets go.
+    const link_resolver_t* links;    ///< Null: no real-time links.
+    uint8_t link_methods;            ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
+    bool has_loop_tasks;             ///< Each loop of services has a task of its own.
+    const pus_service_t* services;   ///< Further services (0..16).
     size_t service_count;
     component_services_t optional;        ///< Services that the descriptor lists.
     const pus_persistence_t* persistence; ///< Where records of services are kept; null: nothing is.

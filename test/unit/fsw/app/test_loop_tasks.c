@@ -91,6 +91,7 @@ void setUp(void)
                                        .self                = &component,
                                        .mission_epoch_s     = 1000U,
                                        .start_count         = 1U,
+                                       .status_interval_ns  = COMPONENT_STATUS_INTERVAL_NS,
                                        .port                = {&component, send},
                                        .has_loop_tasks      = true};
     sequence                        = 0U;

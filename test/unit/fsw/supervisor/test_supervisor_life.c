@@ -79,16 +79,39 @@ static void communication_ordered_down_comes_back(void)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
 }
 
-static void members_hear_the_supervisor_once_a_second(void)
+static void expect_heartbeats(unsigned count)
 {
-    bed_open_up();
     for (unsigned i = BED_ARM; i < BED_MEMBERS; i++) {
         bed.members[i].heartbeats = 0U;
     }
     bed_run(1000U);
     for (unsigned i = BED_ARM; i < BED_MEMBERS; i++) {
-        TEST_ASSERT_EQUAL(10U, bed.members[i].heartbeats);
+        TEST_ASSERT_EQUAL(count, bed.members[i].heartbeats);
     }
+}
+
+static void members_hear_the_supervisor_once_a_second(void)
+{
+    bed_open_up();
+    expect_heartbeats(10U);
+}
+
+static void make_impatient(supervisor_config_t* config)
+{
+    static mission_descriptor_t mission;
+    mission                                      = *config->mission;
+    mission.subsystems[1].supervisor_patience_us = 1500000U;
+    mission.subsystems[2].supervisor_patience_us = 600000U;
+    config->mission                              = &mission;
+}
+
+/// Who stays OPERATIONAL without it for a short time only, by its mission, hears it three times in that time.
+static void the_least_patient_member_sets_the_interval(void)
+{
+    bed_configure = make_impatient;
+    bed_open_up();
+    bed_configure = NULL;
+    expect_heartbeats(50U);
 }
 
 // ---- Shutdown ----
@@ -441,6 +464,7 @@ int main(void)
     RUN_TEST(nobody_is_ordered_before_it_was_heard);
     RUN_TEST(communication_ordered_down_comes_back);
     RUN_TEST(members_hear_the_supervisor_once_a_second);
+    RUN_TEST(the_least_patient_member_sets_the_interval);
     RUN_TEST(a_mission_goes_down_with_communication_last);
     RUN_TEST(a_stop_request_does_the_same);
     RUN_TEST(a_stop_request_at_once_is_followed_too);

@@ -149,6 +149,9 @@ static const damage_t damages[] = {
     {"name='HAND' id='17'", "name='ARM' id='17'", 5U, "name ARM is taken in line 3"},
     {"name='HAND' id='17'", "name='HAND' id='18'", 5U, "HAND 18: its descriptor says HAND 17"},
     {"descriptor='hand.xml'", "descriptor='arm.xml'", 5U, "HAND 17: its descriptor says ARM 16"},
+    {"descriptor='hand.xml'", "descriptor='hand.xml' supervisorPatience='99ms'", 5U,
+     "supervisorPatience=\"99ms\" of <Subsystem>: expected a time"},
+    {"descriptor='hand.xml'", "descriptor='hand.xml' supervisorPatience='3601s'", 5U, "a time"},
     {"<Power state='OPERATIONAL'", "<Power state='RUNNING'", 4U, "the name of a state"},
     {"<Power state='OPERATIONAL' watts='120'/>",
      "<Power state='OPERATIONAL' watts='120'/><Power state='OPERATIONAL' watts='1'/>", 4U, "each state once"},
@@ -278,6 +281,16 @@ static void time_is_reported_in_the_format_of_the_mission(void)
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "power=", "timeReports='CDS' power=")));
     TEST_ASSERT_EQUAL(3U, mission.time_reports);
     TEST_ASSERT_EQUAL(STATUS_INVALID, load(damaged(flight_document, "power=", "timeReports='UTC' power=")));
+}
+
+static void how_long_a_subsystem_lives_without_supervisor_is_the_missions(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document));
+    TEST_ASSERT_EQUAL_UINT32(3000000U, mission_find_subsystem(&mission, 17U)->supervisor_patience_us);
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "descriptor='hand.xml'",
+                                              "descriptor='hand.xml' supervisorPatience='100ms'")));
+    TEST_ASSERT_EQUAL_UINT32(3000000U, mission_find_subsystem(&mission, 16U)->supervisor_patience_us);
+    TEST_ASSERT_EQUAL_UINT32(100000U, mission_find_subsystem(&mission, 17U)->supervisor_patience_us);
 }
 
 static void a_rule_may_select_anything(void)
@@ -522,6 +535,7 @@ int main(void)
     RUN_TEST(ports_that_share_no_method_make_no_link);
     RUN_TEST(reads_epochs_of_leap_years_and_at_the_ends);
     RUN_TEST(time_is_reported_in_the_format_of_the_mission);
+    RUN_TEST(how_long_a_subsystem_lives_without_supervisor_is_the_missions);
     RUN_TEST(a_rule_may_select_anything);
     RUN_TEST(of_several_mistakes_the_first_is_told);
     RUN_TEST(paths_are_relative_to_the_mission_or_absolute);

@@ -246,17 +246,18 @@ void bed_begin(const component_config_t* config)
 
 static void begin(bool is_valid)
 {
-    const component_config_t config = {.descriptor          = &bed.descriptor,
-                                       .is_descriptor_valid = is_valid,
-                                       .callbacks           = &callbacks,
-                                       .self                = &bed,
-                                       .mission_epoch_s     = EPOCH_S,
-                                       .start_count         = 3U,
-                                       .port                = {&bed, send},
-                                       .links               = &resolver,
-                                       .link_methods        = 1U << RTLINK_METHOD_SHARED_MEMORY,
-                                       .has_supervisor      = true,
-                                       .reload              = reload};
+    const component_config_t config = {.descriptor             = &bed.descriptor,
+                                       .is_descriptor_valid    = is_valid,
+                                       .callbacks              = &callbacks,
+                                       .self                   = &bed,
+                                       .mission_epoch_s        = EPOCH_S,
+                                       .start_count            = 3U,
+                                       .port                   = {&bed, send},
+                                       .links                  = &resolver,
+                                       .link_methods           = 1U << RTLINK_METHOD_SHARED_MEMORY,
+                                       .supervisor_patience_ns = 3000000000U,
+                                       .status_interval_ns     = COMPONENT_STATUS_INTERVAL_NS,
+                                       .reload                 = reload};
     bed_begin(&config);
 }
 

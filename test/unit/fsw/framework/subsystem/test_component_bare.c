@@ -60,7 +60,7 @@ static void a_parameter_is_set_without_a_callback_for_it(void)
 
 static void without_a_supervisor_errors_are_told_and_change_nothing(void)
 {
-    bed.component.config.has_supervisor = false;
+    bed.component.config.supervisor_patience_ns = 0U;
     bed_bring(STATE_OPERATIONAL, BED_ALONE);
     bed_heartbeat();
     TEST_ASSERT_EQUAL(STATUS_OK, subsystem_raise(&bed.component, BED_BROKEN, (const uint8_t*)"\0\1", 2U));
@@ -102,7 +102,7 @@ static void it_misses_no_supervisor_that_it_never_heard(void)
         TEST_ASSERT_EQUAL(ANSWER_STARTED, component_request(&bed.component, next, CAUSE_REQUEST));
         bed_run(5U);
     }
-    bed_run(5000U); // More than COMPONENT_SUPERVISOR_TIMEOUT_NS.
+    bed_run(5000U); // More than its patience.
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.component));
 }
 

@@ -76,13 +76,14 @@ void bed_open(void)
     }
     communication_init(&bed.communication, &bed.component, &port, &hooks,
                        osal_socket_descriptor(&bed.listener));
-    const component_config_t config = {.descriptor          = &bed.descriptor,
-                                       .is_descriptor_valid = true,
-                                       .callbacks           = communication_callbacks(),
-                                       .self                = &bed.communication,
-                                       .start_count         = 1U,
-                                       .port                = port,
-                                       .has_supervisor      = true};
+    const component_config_t config = {.descriptor             = &bed.descriptor,
+                                       .is_descriptor_valid    = true,
+                                       .callbacks              = communication_callbacks(),
+                                       .self                   = &bed.communication,
+                                       .start_count            = 1U,
+                                       .port                   = port,
+                                       .supervisor_patience_ns = 3000000000U,
+                                       .status_interval_ns     = COMPONENT_STATUS_INTERVAL_NS};
     component_init(&bed.component, &config);
 }
 
