@@ -63,10 +63,10 @@ static void keep_requests(const pending_table_t* const table, vitals_request_t* 
 {
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         if (table->entries[i].is_used) {
-            out_requests[i] = (vitals_request_t){.since_ns    = table->entries[i].since_ns,
-                                                 .token       = keep_token(&table->entries[i].token),
-                                                 .apid        = table->entries[i].apid,
-                                                 .is_answered = truth(table->entries[i].is_answered)};
+            out_requests[i] = (vitals_request_t){.since_ns = table->entries[i].since_ns,
+                                                 .token    = keep_token(&table->entries[i].token),
+                                                 .apid     = table->entries[i].apid,
+                                                 .stage    = (uint16_t)table->entries[i].stage};
         }
     }
 }
@@ -76,11 +76,11 @@ static void take_requests(pending_table_t* const table, const vitals_request_t* 
     pending_init(table);
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         if (requests[i].apid != 0U) {
-            table->entries[i].is_used     = true;
-            table->entries[i].is_answered = is_true(requests[i].is_answered);
-            table->entries[i].apid        = requests[i].apid;
-            table->entries[i].since_ns    = requests[i].since_ns;
-            table->entries[i].token       = take_token(&requests[i].token);
+            table->entries[i].is_used  = true;
+            table->entries[i].stage    = (pending_stage_t)requests[i].stage;
+            table->entries[i].apid     = requests[i].apid;
+            table->entries[i].since_ns = requests[i].since_ns;
+            table->entries[i].token    = take_token(&requests[i].token);
             table->count++;
         }
     }

@@ -13,6 +13,37 @@ void pending_init(pending_table_t* const table)
     (void)memset(table, 0, sizeof *table);
 }
 
+static bool is_of(const pending_table_t* const table, const size_t index, const uint16_t apid,
+                  const uint32_t request_id, const uint16_t source)
+{
+    const pus_token_t* const token = &table->entries[index].token;
+    return table->entries[index].is_used && (table->entries[index].apid == apid) &&
+           (token->request_id == request_id) && (token->source == source);
+}
+
+/// Where a request goes: to the place of the refused one whose sequence count it has again, so that no report
+/// is taken for that one's; else to a free place, else to that of any refused one. PENDING_MAX: nowhere.
+static size_t place_for(const pending_table_t* const table, const uint16_t apid,
+                        const pus_token_t* const token)
+{
+    size_t free    = PENDING_MAX;
+    size_t refused = PENDING_MAX;
+    for (size_t next = PENDING_MAX; next > 0U; next--) {
+        const size_t i = next - 1U;
+        if (!table->entries[i].is_used) {
+            free = i;
+        } else if (table->entries[i].stage == PENDING_REFUSED) {
+            refused = i;
+            if (is_of(table, i, apid, token->request_id, token->source)) {
+                return i;
+            }
+        } else {
+            // Under way.
+        }
+    }
+    return (free < PENDING_MAX) ? free : refused;
+}
+
 status_t pending_add(pending_table_t* const table, const uint16_t apid, const pus_token_t* const token,
                      const uint64_t now_ns)
 {
@@ -20,19 +51,20 @@ status_t pending_add(pending_table_t* const table, const uint16_t apid, const pu
     if ((token->ack & PUS_ACK_ALL) == 0U) {
         return STATUS_OK;
     }
-    for (size_t i = 0U; i < PENDING_MAX; i++) {
-        if (!table->entries[i].is_used) {
-            table->entries[i].is_used     = true;
-            table->entries[i].is_answered = (token->ack & PUS_ACK_ACCEPTANCE) == 0U;
-            table->entries[i].apid        = apid;
-            table->entries[i].since_ns    = now_ns;
-            table->entries[i].token       = *token;
-            table->count++;
-            return STATUS_OK;
-        }
+    const size_t i = place_for(table, apid, token);
+    if (i == PENDING_MAX) {
+        table->refused++;
+        return STATUS_EXHAUSTED;
     }
-    table->refused++;
-    return STATUS_EXHAUSTED;
+    if (!table->entries[i].is_used) {
+        table->count++;
+    }
+    table->entries[i].is_used  = true;
+    table->entries[i].stage    = ((token->ack & PUS_ACK_ACCEPTANCE) == 0U) ? PENDING_ANSWERED : PENDING_ASKED;
+    table->entries[i].apid     = apid;
+    table->entries[i].since_ns = now_ns;
+    table->entries[i].token    = *token;
+    return STATUS_OK;
 }
 
 /// The last report that a request with these flags gets when all goes well.
@@ -44,23 +76,34 @@ static uint8_t last_success(const uint8_t ack)
     return ((ack & (PUS_ACK_START | PUS_ACK_PROGRESS)) != 0U) ? 3U : 1U;
 }
 
+/// After a report that does not end the request.
+static pending_stage_t next_stage(const pending_stage_t stage, const uint8_t subtype)
+{
+    if (stage == PENDING_STARTED) {
+        return stage;
+    }
+    if (subtype == 4U) {
+        return PENDING_REFUSED;
+    }
+    return (subtype == 1U) ? PENDING_ANSWERED : PENDING_STARTED;
+}
+
 void pending_report(pending_table_t* const table, const uint16_t apid, const uint16_t destination,
                     const pus_verification_t* const verification)
 {
     FSW_ASSERT((table != NULL) && (verification != NULL));
+    const bool is_part  = (verification->subtype == 4U) && (verification->failure.instruction != 0U);
+    const bool is_final = !is_part && pus_verification_is_final(verification);
     for (size_t i = 0U; i < PENDING_MAX; i++) {
-        const pus_token_t* const token = &table->entries[i].token;
-        const bool is_it               = table->entries[i].is_used && (table->entries[i].apid == apid) &&
-                           (token->request_id == verification->request_id) && (token->source == destination);
-        table->entries[i].is_answered |= is_it;
-        const bool is_part = (verification->subtype == 4U) && (verification->failure.instruction != 0U);
-        if (is_it && !is_part &&
-            (pus_verification_is_final(verification) ||
-             (verification->subtype == last_success(token->ack)))) {
+        if (!is_of(table, i, apid, verification->request_id, destination)) {
+            continue;
+        }
+        if (is_final || (verification->subtype == last_success(table->entries[i].token.ack))) {
             table->entries[i].is_used = false;
             table->count--;
             return;
         }
+        table->entries[i].stage = next_stage(table->entries[i].stage, verification->subtype);
     }
 }
 
@@ -68,9 +111,7 @@ bool pending_is_open(const pending_table_t* const table, const uint16_t apid, co
 {
     FSW_ASSERT(table != NULL);
     for (size_t i = 0U; i < PENDING_MAX; i++) {
-        const pus_token_t* const token = &table->entries[i].token;
-        if (table->entries[i].is_used && (table->entries[i].apid == apid) &&
-            (token->request_id == request_id) && (token->source == PENDING_SUPERVISOR)) {
+        if (is_of(table, i, apid, request_id, PENDING_SUPERVISOR)) {
             return true;
         }
     }
@@ -90,7 +131,9 @@ bool pending_take(pending_table_t* const table, const uint16_t apid, pus_token_t
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         if (table->entries[i].is_used && (table->entries[i].apid == apid)) {
             take_out(table, i, out_token);
-            return true;
+            if (table->entries[i].stage != PENDING_REFUSED) {
+                return true;
+            }
         }
     }
     return false;
@@ -101,7 +144,7 @@ bool pending_take_unanswered(pending_table_t* const table, const uint64_t since_
 {
     FSW_ASSERT((table != NULL) && (out_token != NULL));
     for (size_t i = 0U; i < PENDING_MAX; i++) {
-        if (table->entries[i].is_used && !table->entries[i].is_answered &&
+        if (table->entries[i].is_used && (table->entries[i].stage == PENDING_ASKED) &&
             (table->entries[i].since_ns < since_ns)) {
             take_out(table, i, out_token);
             return true;

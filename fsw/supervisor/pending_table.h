@@ -2,7 +2,9 @@
 /// Requests that have been passed to an addressee and whose verification is not over: when the addressee
 /// dies, or does not even accept what it was asked to acknowledge, each is ended with TM[1,8], so that no
 /// request stays open.
-/// Ownership: the caller places the table. Context: one loop. Time: O(PENDING_MAX).
+/// A request of several instructions that were all refused has one TM[1,4] for each and no end of its own.
+/// While nothing but refused instructions is known of a request, it is therefore not told to be lost, and
+/// makes room. Ownership: the caller places the table. Context: one loop. Time: O(PENDING_MAX).
 #ifndef FSW_SUPERVISOR_PENDING_TABLE_H
 #define FSW_SUPERVISOR_PENDING_TABLE_H
 
@@ -15,10 +17,17 @@
 
 #define PENDING_MAX 128U
 
+typedef enum {
+    PENDING_ASKED,    ///< No report yet, and one is due.
+    PENDING_ANSWERED, ///< Some report has come; or none is due before the work is done.
+    PENDING_REFUSED,  ///< Instructions were refused, and none has started.
+    PENDING_STARTED,
+} pending_stage_t;
+
 typedef struct { // Private, except `count` and `refused`.
     struct {
         bool is_used;
-        bool is_answered; // Some report has come; or none is due before the work is done.
+        pending_stage_t stage;
         uint16_t apid;
         uint64_t since_ns;
         pus_token_t token;

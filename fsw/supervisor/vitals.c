@@ -283,7 +283,8 @@ static bool are_requests_sound(const vitals_request_t* const requests, const uin
 {
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         const vitals_request_t* const request = &requests[i];
-        const bool is_sound = is_member(limits, request->apid) && is_truth(request->is_answered) &&
+        const bool is_sound                   = is_member(limits, request->apid) &&
+                              (request->stage <= (uint16_t)PENDING_STARTED) &&
                               (request->since_ns <= now_ns) && is_token_sound(&request->token);
         if ((request->apid != 0U) && !is_sound) {
             return false;

@@ -101,8 +101,8 @@ typedef struct { // A recovery plan under way.
 typedef struct { // A request whose verification is not over.
     uint64_t since_ns;
     vitals_token_t token;
-    uint16_t apid; ///< 0: free.
-    uint16_t is_answered;
+    uint16_t apid;  ///< 0: free.
+    uint16_t stage; ///< pending_stage_t.
 } vitals_request_t;
 
 typedef struct {   // What waited in an octet ring.

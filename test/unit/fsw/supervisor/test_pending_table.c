@@ -74,6 +74,67 @@ static void a_refused_instruction_is_not_the_end(void)
     TEST_ASSERT_EQUAL(0U, table.count);
 }
 
+// All instructions were refused: that was told, and the loss of the subsystem much later tells nothing more.
+static void a_request_of_which_only_refusals_are_known_is_not_told_lost(void)
+{
+    pus_token_t taken;
+    pending_init(&table);
+    add(16U, 5U, 1U, 0xFU);
+    report(16U, 1U, 5U, 1U, 0U);
+    report(16U, 1U, 5U, 4U, 1U);
+    add(16U, 6U, 1U, 0xFU);
+    TEST_ASSERT_TRUE(pending_take(&table, 16U, &taken));
+    TEST_ASSERT_EQUAL(6U, taken.request_id);
+    TEST_ASSERT_FALSE(pending_take(&table, 16U, &taken));
+    TEST_ASSERT_EQUAL(0U, table.count);
+}
+
+static void a_request_of_which_a_part_was_refused_and_the_rest_has_started_is_told_lost(void)
+{
+    pus_token_t taken;
+    static const uint8_t started[][2] = {{4U, 3U}, {3U, 4U}, {5U, 4U}};
+    for (unsigned i = 0U; i < 3U; i++) {
+        pending_init(&table);
+        add(16U, 5U, 1U, 0xFU);
+        report(16U, 1U, 5U, started[i][0], 1U);
+        report(16U, 1U, 5U, started[i][1], 1U);
+        TEST_ASSERT_TRUE(pending_take(&table, 16U, &taken));
+    }
+}
+
+static void requests_of_which_only_refusals_are_known_make_room(void)
+{
+    pus_token_t taken;
+    pending_init(&table);
+    for (uint32_t i = 0U; i < PENDING_MAX; i++) {
+        add(16U, i, 1U, 0xFU);
+    }
+    report(16U, 1U, 7U, 4U, 1U);
+    add(17U, 500U, 1U, 0xFU);
+    TEST_ASSERT_EQUAL(PENDING_MAX, table.count);
+    TEST_ASSERT_EQUAL(0U, table.refused);
+    TEST_ASSERT_TRUE(pending_take(&table, 17U, &taken));
+    TEST_ASSERT_EQUAL(500U, taken.request_id);
+    const pus_token_t one = token(501U, 1U, 0xFU);
+    add(17U, 502U, 1U, 0xFU);
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pending_add(&table, 17U, &one, 100U));
+}
+
+// The ground's sequence count has come round.
+static void a_request_that_is_like_a_refused_one_takes_its_place(void)
+{
+    pending_init(&table);
+    add(16U, 4U, 1U, 0xFU);
+    add(16U, 5U, 1U, 0xFU);
+    add(16U, 6U, 1U, 0xFU);
+    report(16U, 1U, 4U, 4U, 1U);
+    report(16U, 1U, 5U, 4U, 1U);
+    add(16U, 5U, 1U, 0xFU);
+    TEST_ASSERT_EQUAL(3U, table.count);
+    report(16U, 1U, 5U, 7U, 0U);
+    TEST_ASSERT_EQUAL(2U, table.count);
+}
+
 static void reports_of_others_change_nothing(void)
 {
     pending_init(&table);
@@ -174,6 +235,10 @@ int main(void)
     RUN_TEST(the_last_report_asked_for_ends_a_request);
     RUN_TEST(every_failure_but_of_a_step_ends_a_request);
     RUN_TEST(a_refused_instruction_is_not_the_end);
+    RUN_TEST(a_request_of_which_only_refusals_are_known_is_not_told_lost);
+    RUN_TEST(a_request_of_which_a_part_was_refused_and_the_rest_has_started_is_told_lost);
+    RUN_TEST(requests_of_which_only_refusals_are_known_make_room);
+    RUN_TEST(a_request_that_is_like_a_refused_one_takes_its_place);
     RUN_TEST(reports_of_others_change_nothing);
     RUN_TEST(equal_requests_end_one_by_one);
     RUN_TEST(what_a_lost_subsystem_owes_is_taken_out);

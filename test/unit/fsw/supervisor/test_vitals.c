@@ -313,7 +313,7 @@ static void what_numbers_packets_is_checked(void)
 {
     REFUSED(VITALS_REQUEST, passed[0].apid, 99U);
     REFUSED(VITALS_REQUEST, passed[0].since_ns, NOW);
-    REFUSED(VITALS_REQUEST, passed[0].is_answered, 2U);
+    REFUSED(VITALS_REQUEST, passed[0].stage, 4U);
     REFUSED(VITALS_REQUEST, own[3].token.ack, 16U);
     REFUSED(VITALS_NUMBERS, counts.sequence, 16384U);
     REFUSED(VITALS_NUMBERS, counts.requests[0].apid, 2047U);

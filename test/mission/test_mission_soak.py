@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hours of simulated time with random traffic (soak.py): nothing grows, drifts or stalls. The judge sees each of them."""
+
+import os
+
+import pytest
+
+import soak
+
+HOURS = float(os.environ.get("SOAK_HOURS", "2"))
+SEED = int(os.environ.get("SOAK_SEED", "1"))
+ENTRY = {"VmRSS": 10_000, "VmData": 5_000, "RssAnon": 4_000, "descriptors": 39}
+
+
+def test_ten_minutes_of_random_traffic(folder):
+    flight, _, judge, problems = soak.fly(folder, SEED, 1 / 6, sample_s=0.1)
+    assert not problems, problems
+    assert judge.lines > 1000 and flight.facts["reproducible"]
+
+
+@pytest.mark.long
+@pytest.mark.timeout(24 * soak.HOUR_S)
+@pytest.mark.parametrize("form", ["image", "processes"])
+def test_hours_of_random_traffic(folder, form):
+    """SOAK_HOURS and SOAK_SEED say how long, and which."""
+    _, _, _, problems = soak.fly(folder, SEED, HOURS if form == "image" else min(HOURS, 1.0), form)
+    assert not problems, problems
+
+
+def test_a_seed_gives_one_scenario():
+    assert soak.scenario(7, 0.5) == soak.scenario(7, 0.5) != soak.scenario(8, 0.5)
+
+
+def _samples(**grows):
+    """Forty samples in which the image has more of what is named, the later the more."""
+    return [
+        {"processes": {"image": {word: value + grows.get(word, 0) * i for word, value in ENTRY.items()}}, "names": 8 + grows.get("names", 0) * i}
+        for i in range(40)
+    ]
+
+
+@pytest.mark.parametrize("word", ["VmRSS", "VmData", "RssAnon", "descriptors", "names"])
+def test_growth_is_seen(word):
+    assert not list(soak.judge_samples(_samples()))
+    assert len(list(soak.judge_samples(_samples(**{word: 100})))) == 1
+
+
+def test_a_process_that_is_not_there_is_seen():
+    assert list(soak.judge_samples(_samples(), "processes"))
+    assert list(soak.judge_samples(_samples()[:4]))
+
+
+def _tm(time_ns, count, message, data, destination=0):
+    return time_ns, "TM", bytes((8, 1)) + (0xC000 | count).to_bytes(2, "big") + bytes((0, 0, 0x20, *message, 0, 0)) + destination.to_bytes(
+        2, "big"
+    ) + bytes(8) + data + bytes(2)
+
+
+def _alive(second, count, late_ns=0):
+    return _tm(second * soak.NS_PER_S + late_ns, count, (129, 5), bytes((5, 0)))
+
+
+ASKED = (500_000, "TC", bytes((0x18, 1, 0xC0, 7, 0, 6, 0x2F, 17, 1, 0, 1, 0, 0)))
+DONE = _tm(1_000_000, 1, (1, 7), ASKED[2][:4], 1)
+
+
+def _judged(*records):
+    judge = soak.Judge()
+    for record in records:
+        judge.take(*record)
+    return judge.end()
+
+
+def test_packets_as_they_should_be():
+    assert not _judged(_alive(0, 0), ASKED, DONE, *(_alive(second, second + 1) for second in range(1, 20)))
+
+
+@pytest.mark.parametrize(
+    "records",
+    [
+        [ASKED],
+        [ASKED, DONE, _tm(2_000_000, 2, (1, 8), ASKED[2][:4] + bytes(8), 1)],
+        [DONE],
+        [_alive(1, 1), _alive(2, 3)],
+        [_alive(1, 1), _alive(4, 2)],
+        [_alive(second, second, second * 50_000_000) for second in range(20)],
+    ],
+    ids=["open", "ended twice", "never asked", "a number is missing", "a report is missing", "drift"],
+)
+def test_packets_that_are_wrong_are_seen(records):
+    assert len(_judged(*records)) >= 1
