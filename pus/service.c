@@ -253,11 +253,14 @@ static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_
     request->reader       = octet_reader(data, size);
     pus_reply_t reply     = subtype->execute(service->self, request);
     const status_t status = (persistence != NULL) ? persistence->commit(persistence->context) : STATUS_OK;
-    if ((status != STATUS_OK) && (reply.kind != PUS_REFUSED) && (reply.kind != PUS_FAILED)) {
-        reply = pus_failed(PUS_FAILURE_IO, (uint32_t)status);
-    } else if (request->is_unfinished) {
+    // Who goes on tells the end of it, and what was refused has been told: a second end would follow.
+    const bool is_performed =
+        (reply.kind == PUS_DONE) && ((request->performed > 0U) || (request->refused == 0U));
+    if (request->is_unfinished) {
         start(request);
         reply = pus_started();
+    } else if ((status != STATUS_OK) && is_performed) {
+        reply = pus_failed(PUS_FAILURE_IO, (uint32_t)status);
     } else if ((request->packets_lost > 0U) && (reply.kind == PUS_DONE)) {
         reply = pus_failed(PUS_FAILURE_SOME_FAILED, request->packets_lost);
     } else {

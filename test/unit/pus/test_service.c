@@ -15,6 +15,7 @@ static struct {
     unsigned steps;
     unsigned instructions; // Instructions of a request; bit i of `faulty` refuses instruction i + 1.
     unsigned faulty;
+    bool is_unfinished;
     pus_token_t token;
 } served;
 
@@ -31,6 +32,7 @@ static pus_reply_t execute(void* const self, pus_request_t* const request)
             pus_request_perform(request);
         }
     }
+    request->is_unfinished = served.is_unfinished;
     return served.reply;
 }
 
@@ -350,6 +352,37 @@ static void what_is_not_kept_is_not_completed(void)
     expect_failure(2U, 8U, PUS_FAILURE_DEVICE, 0U, 4U);
 }
 
+/// What goes on is ended by who performs it, and what was refused in all its parts has ended.
+static void what_is_not_kept_ends_once(void)
+{
+    static const pus_persistence_t persistence = {.commit = fail_to_keep};
+    pus_dispatcher_persist(&bench.dispatcher, &persistence);
+    served.reply = pus_later();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3);
+    bench_clear();
+    served.reply        = pus_done();
+    served.instructions = 2U;
+    served.faulty       = 3U;
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 4, 1, 4);
+    bench_clear();
+    served.faulty = 2U;
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 8);
+    expect_failure(3U, 8U, PUS_FAILURE_IO, 0U, (uint32_t)STATUS_IO);
+    bench_clear();
+    served.instructions  = 0U;
+    served.is_unfinished = true;
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3);
+    TEST_ASSERT_TRUE(pus_dispatcher_is_answering(&bench.dispatcher));
+    bench_clear();
+    served.is_unfinished = false;
+    TEST_ASSERT_FALSE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
+    EXPECT_MESSAGES(1, 7);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -367,5 +400,6 @@ int main(void)
     RUN_TEST(a_request_that_is_taken_is_performed_later);
     RUN_TEST(a_performer_may_have_no_room_or_no_business);
     RUN_TEST(what_is_not_kept_is_not_completed);
+    RUN_TEST(what_is_not_kept_ends_once);
     return UNITY_END();
 }
