@@ -16,6 +16,7 @@ import os
 import pathlib
 import random
 import shutil
+import statistics
 import sys
 import tempfile
 import time
@@ -34,6 +35,7 @@ UNLOGGED = ("truth.lcm", *(f"can-{bus}.{kind}" for bus in ("robot", "joystick", 
 HANDS = 200  # Movements of the hand, spread over the flight.
 SAMPLE_S = 1.0
 GROWTH_KIB = 256  # Of what a process has, from the second quarter of the flight to the last.
+GROWTH_OPEN = 4  # Names, descriptors, sockets: how many there are depends on the moment, by a bus or a process that begins.
 REPORTS = {(129, 5): 1, (3, 25): 5}  # Periodic reports: period [s].
 PERIODIC = {1, 2}  # APIDs of those who live all the time.
 ON_BOARD = 0x8000
@@ -128,7 +130,8 @@ def _sample(flight, began):
     for name, pid in {**flight.children(), "launcher": flight.process.pid}.items():
         try:
             entry = _kib(pid, ("VmRSS", "VmData", "RssAnon"))
-            entry["descriptors"] = len(os.listdir(f"/proc/{pid}/fd"))
+            kept = [os.readlink(path) for path in pathlib.Path(f"/proc/{pid}/fd").iterdir()]
+            entry["descriptors"], entry["sockets"] = len(kept), sum(name.startswith("socket:") for name in kept)
         except (OSError, KeyError):
             continue  # It ends just now.
         found["processes"][name] = entry
@@ -137,26 +140,29 @@ def _sample(flight, began):
     return found
 
 
-def _most(samples, name, word):
-    """The most that a process has had in these samples; 0 if it was in none."""
-    return max((sample["processes"][name][word] for sample in samples if name in sample["processes"]), default=0)
+def _usual(samples, name, word):
+    """What a process has in the middle one of these samples by size; 0 if it was in none."""
+    values = [sample["processes"][name][word] for sample in samples if name in sample["processes"]]
+    return statistics.median_low(values) if values else 0
 
 
 def judge_samples(samples, form="image"):
     """Growth from the second quarter, when all is warm, to the last one, in words."""
+    there = {"image"} if form == "image" else {"supervisor", "communication", "simulator"}
+    samples = [sample for sample in samples if there <= sample["processes"].keys()]  # Not of the end, when logs are merged.
     quarter = len(samples) // 4
     warm, last = samples[quarter : 2 * quarter], samples[3 * quarter :]
     if quarter < 2:
         yield f"{len(samples)} samples show no growth: fly longer"
         return
     names = {name for sample in samples for name in sample["processes"]} - {"operator"}  # The ground is no part of the spacecraft.
-    for name in sorted(names | ({"image"} if form == "image" else {"supervisor", "communication", "simulator"})):
-        for word, may in (("VmRSS", GROWTH_KIB), ("VmData", GROWTH_KIB), ("RssAnon", GROWTH_KIB), ("descriptors", 0)):
-            before, after = _most(warm, name, word), _most(last, name, word)
-            if before == 0 or after > before + may:
+    for name in sorted(names):
+        for word, may in (("VmRSS", GROWTH_KIB), ("VmData", GROWTH_KIB), ("RssAnon", GROWTH_KIB), ("descriptors", GROWTH_OPEN), ("sockets", GROWTH_OPEN)):
+            before, after = _usual(warm, name, word), _usual(last, name, word)
+            if after > before + may:
                 yield f"{name}: {word} grew from {before} to {after}"
-    before, after = (max(sample["names"] for sample in part) for part in (warm, last))
-    if after > before:
+    before, after = (statistics.median_low(sample["names"] for sample in part) for part in (warm, last))
+    if after > before + GROWTH_OPEN:
         yield f"names in /dev/shm grew from {before} to {after}"
 
 
@@ -229,20 +235,26 @@ def _numbers_are_whole(folder):
     return None
 
 
+def watch(flight, sample_s=SAMPLE_S):
+    """Samples of a flight until it ends, which are kept in its folder, too."""
+    began, samples = time.monotonic(), []
+    with (flight.folder / "soak.jsonl").open("w", encoding="ascii") as log:
+        while flight.process.poll() is None:
+            samples.append(_sample(flight, began))
+            print(json.dumps(samples[-1]), file=log, flush=True)
+            time.sleep(sample_s)
+    flight.wait()
+    return samples
+
+
 def fly(folder, seed, hours, form="image", sample_s=SAMPLE_S):
     """One flight; (flight, samples, judge, problems)."""
     folder.mkdir(parents=True)
     for name in UNLOGGED:
         (folder / name).symlink_to("/dev/null")
     path = flying.write_scenario(folder / "soak.scn", *scenario(seed, hours))
-    began, samples = time.monotonic(), []
     flight = flying.start(folder, "--scenario", path, "--form", form)
-    with (folder / "soak.jsonl").open("w", encoding="ascii") as log:
-        while flight.process.poll() is None:
-            samples.append(_sample(flight, began))
-            print(json.dumps(samples[-1]), file=log, flush=True)
-            time.sleep(sample_s)
-    flight.wait()
+    samples = watch(flight, sample_s)
     judge = judge_packets(folder)
     problems = [f"the launcher ended with {flight.code}: {flight.output[-500:]}"] if flight.code != 0 else []
     if not flight.facts["reproducible"]:

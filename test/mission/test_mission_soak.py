@@ -9,7 +9,7 @@ import soak
 
 HOURS = float(os.environ.get("SOAK_HOURS", "2"))
 SEED = int(os.environ.get("SOAK_SEED", "1"))
-ENTRY = {"VmRSS": 10_000, "VmData": 5_000, "RssAnon": 4_000, "descriptors": 39}
+ENTRY = {"VmRSS": 10_000, "VmData": 5_000, "RssAnon": 4_000, "descriptors": 39, "sockets": 12}
 
 
 def test_ten_minutes_of_random_traffic(folder):
@@ -39,7 +39,7 @@ def _samples(**grows):
     ]
 
 
-@pytest.mark.parametrize("word", ["VmRSS", "VmData", "RssAnon", "descriptors", "names"])
+@pytest.mark.parametrize("word", ["VmRSS", "VmData", "RssAnon", "descriptors", "sockets", "names"])
 def test_growth_is_seen(word):
     assert not list(soak.judge_samples(_samples()))
     assert len(list(soak.judge_samples(_samples(**{word: 100})))) == 1
