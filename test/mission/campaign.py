@@ -1,207 +1,197 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Fault campaign: flights with faults drawn from a seed, judged by invariants only.
+"""Fault campaign: flights with faults drawn from a seed (campaign_faults.py), judged by invariants only (campaign_rules.py).
 
-A seed gives one scenario: the mission is brought up, pinged and flown, and one or two faults (or as many as asked)
-happen at any moment. What may be said of every flight is judged, not what the faults lead to. Again, by hand:
+Again, by hand:
 
-    test/mission/campaign.py SEED [--faults 1|2] [--form processes|image]
+    test/mission/campaign.py SEED [--faults 1|2] [--form image|processes]
 """
 
 import argparse
+import collections
+import contextlib
+import json
+import os
 import pathlib
-import random
 import shutil
+import signal
+import sqlite3
+import subprocess
 import sys
 import tempfile
 
 sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).parents[1] / "support")]
 
+import campaign_faults as faults
+import campaign_rules as rules
 import flying
 from hirosco_gse import run as runs
 
-NS_PER_S = 1_000_000_000
-END_S = 8.0
-MEMBERS = ("JOYSTICK", "MANIPULATOR")
-APIDS = {"JOYSTICK": 17, "MANIPULATOR": 16}
-DEVICES = (("robot", "JOINT1"), ("robot", "JOINT2"), ("joystick", "STICK"))
-SERVICE_1 = 1
-TERMINAL = {2, 4, 7, 8, 10}  # Subtypes of ST[01] after which nothing more is told of a request.
-ON_BOARD = 0x8000  # Users from here on are on board.
-CUT_S = 0.2  # Before the end: the mission may go down before what was sent last is answered.
-MOVING = (0x27, 0x07)  # Statuswords of CiA 402: operation enabled, quick stop active.
-REACTION_NS = 10_000_000  # Stale link, its cycle and the report of it.
+SAME_IN = 10  # One flight of so many flies in another form as well, and both have the same octets.
+TRACED = (*flying.TRACED, "can-robot-b.log", "can-joystick-b.log")
+LASTING = (
+    "0.1 operator try schedule enable",
+    "0.1 operator try at 100 ping MANIPULATOR",
+    "0.1 operator try action add JOYSTICK OPERATOR_NOTE ping MANIPULATOR",
+    "0.1 operator try store create KEPT 65536",
+    "0.1 operator try store keep KEPT MANIPULATOR",
+    "0.1 operator try store enable KEPT",
+    "0.2 operator try monitor limit MANIPULATOR 2 LINK_AGE 0 100000 0 OPERATOR_NOTE",
+    "0.2 operator try monitor limit JOYSTICK 2 LINK_AGE 0 100000 0 OPERATOR_NOTE",
+    "0.3 operator try state MANIPULATOR PRE_OPERATIONAL",
+    "1.0 operator try event disable JOYSTICK OPERATOR_NOTE",
+    "1.5 operator try shutdown",
+)
 
 
-def _moment(rng):
-    """Any grant of the calendar between the bring-up and the end."""
-    return rng.randrange(int(0.3e6), int((END_S - 1.5) * 1e6), 500) / 1e6
+class Ground:
+    """What all flights of a campaign need: the probe, a record store to begin from, a mission with a member on each node."""
+
+    def __init__(self, place):
+        self.place = place
+        place.mkdir(parents=True, exist_ok=True)
+
+    def _made(self, name, make):
+        path = self.place / name
+        if not path.exists():
+            make(path)
+        return path
+
+    @property
+    def probe(self):
+        """The library of campaign_probe.c."""
+        source = pathlib.Path(__file__).with_name("campaign_probe.c")
+        return self._made("probe.so", lambda path: subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", path, source, "-ldl"], check=True))
+
+    @property
+    def records(self):
+        """The record store that an earlier flight has left."""
+
+        def make(path):
+            scenario = flying.write_scenario(self.place / "records.scn", *LASTING)
+            flight = flying.fly(self.place / "records-flight", "--scenario", scenario, "--form", "image", "--storage", path, "--port", flying.free_port())
+            assert flight.code == 0, flight.told()
+
+        return self._made("records", make)
+
+    @property
+    def split(self):
+        """A tree like this one, but for its mission: JOYSTICK is on node 1, so that the links go between the nodes."""
+
+        def make(tree):
+            (tree / "descriptors").mkdir(parents=True)
+            for name in ("build", "gse", "sim"):
+                (tree / name).symlink_to(flying.ROOT / name)
+            shutil.copytree(flying.ROOT / "descriptors", tree / "descriptors", dirs_exist_ok=True)
+            path = tree / "descriptors" / "missions" / "rokviss.xml"
+            head, tail = path.read_text(encoding="utf-8").split('<Subsystem name="JOYSTICK"')
+            path.write_text(head + '<Subsystem name="JOYSTICK"' + tail.replace('node="2"', 'node="1"', 1), encoding="utf-8")
+
+        return self._made("split", make)
 
 
-def _process_fault(rng):
-    at, name = _moment(rng), rng.choice(MEMBERS)
-    kind = rng.choice(("kill", "hang", "stop", "blink"))
-    if kind == "kill":
-        return [f"{at:.6f} fault kill {name}"]
-    if kind == "hang":
-        return [f"{at:.6f} fault hang {name}"]
-    if kind == "blink":
-        return [f"{at:.6f} fault hang {name}", f"{at + rng.choice((0.0005, 0.004, 0.015, 0.05, 0.6)):.6f} fault resume {name}"]
-    again = at + rng.choice((0.0, 0.001, 0.03, 0.5))
-    return [f"{at:.6f} operator try process stop {name}", f"{again:.6f} operator try process start {name}"]
+def _damage(path, how, where):
+    """Damage a file at a part of its length."""
+    octets = bytearray(path.read_bytes())
+    at = int(where * len(octets))
+    if how == "flip" and octets:
+        octets[at] ^= 1 << int(where * 1000) % 8
+    elif how == "noise" and octets:
+        octets[at : at + 64] = bytes(int(where * 1e6 + number * 37) % 256 for number in range(min(64, len(octets) - at)))
+    elif how == "zero":
+        octets[:] = bytes(len(octets))
+    elif how == "cut":
+        del octets[at:]
+    elif how == "empty":
+        octets.clear()
+    path.write_bytes(octets)
 
 
-def _plug_fault(rng):
-    at, (bus, node) = _moment(rng), rng.choice(DEVICES)
-    verb, back = rng.choice((("unplug", "plug"), ("cut", "mend")))
-    return [f"{at:.6f} fault {verb} {bus} {node}", f"{at + rng.choice((0.001, 0.05, 0.9)):.6f} fault {back} {bus} {node}"]
+def _time_of(flight):
+    """Simulated time that the operator has reached."""
+    path = flight.folder / "operator.log"
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    with contextlib.suppress(ValueError, IndexError, KeyError):
+        return json.loads(lines[-1])["end"]
+    return 0.0
 
 
-def _wire_fault(rng):
-    at, bus = _moment(rng), rng.choice(("robot", "joystick", "robot-b", "joystick-b"))
-    kind = rng.choice(("loss", "corruption", "duplication", "stuck"))
-    until = at + rng.choice((0.002, 0.05, 0.4))
-    if kind == "stuck":
-        return [f"{at:.6f} fault stuck {bus} on", f"{until:.6f} fault stuck {bus} off"]
-    return [f"{at:.6f} fault {kind} {bus} {rng.choice((0.01, 0.2, 0.9))}", f"{until:.6f} fault {kind} {bus} 0"]
+def _set_way(flight, state):
+    """Cut or mend the way between the nodes while simulated time stands still."""
+    simulator = flight.children().get("simulator")
+    with contextlib.suppress(ProcessLookupError, TypeError):
+        os.kill(simulator, signal.SIGSTOP)
+    subprocess.run(["ip", "-n", f"{flight.identity}.node1", "link", "set", "node1", state], check=False, capture_output=True)
+    with contextlib.suppress(ProcessLookupError, TypeError):
+        os.kill(simulator, signal.SIGCONT)
 
 
-def _device_fault(rng):
-    at, (bus, node) = _moment(rng), rng.choice(DEVICES)
-    if rng.random() < 0.5:
-        return [f"{at:.6f} fault reset {bus} {node}"]
-    return [f"{at:.6f} fault error {bus} {node} 0x4310 on", f"{at + 0.3:.6f} fault error {bus} {node} 0x4310 off"]
+def _cut_way(flight, cuts):
+    for begin_s, end_s in cuts:
+        for at_s, state in ((begin_s, "down"), (end_s, "up")):
+            flying.wait_until(lambda at_s=at_s: flight.process.poll() is not None or _time_of(flight) >= at_s, f"no {at_s} s of the flight", flying.FLIGHT_LIMIT_S)
+            _set_way(flight, state)
 
 
-def _storm(rng):
-    at = _moment(rng)
-    target = rng.choice((*MEMBERS, "SUPERVISOR", "all"))
-    return [f"{at:.6f} operator try nowait ping {target}" for _ in range(rng.choice((20, 100)))]
+def _options(ground, drawn, folder):
+    options = ["--form", "image" if drawn.form == "image" else "processes", "--port", flying.free_port()]
+    if drawn.form == "nodes":
+        options += ["--nodes", 2] + ([] if drawn.is_split else ["--links", "udp"])
+    if drawn.damages:
+        storage = folder / "storage"
+        shutil.copytree(ground.records, storage)
+        for name, how, where in drawn.damages:
+            _damage(storage / name, how, where)
+        options += ["--storage", storage]
+    return options
 
 
-FAULTS = (_process_fault, _process_fault, _process_fault, _plug_fault, _wire_fault, _device_fault, _storm)
+def fly(ground, folder, drawn):
+    """A flight that was drawn; the flight and what of the rules it violates."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (folder / "count").write_bytes(bytes(4))
+    path = flying.write_scenario(folder / "flight.scn", *drawn.lines)
+    environment = {"LD_PRELOAD": str(ground.probe), "CAMPAIGN_ENDS": str(folder / "ends"), "CAMPAIGN_COUNT": str(folder / "count")}
+    environment |= {"CAMPAIGN_DISK": drawn.disk} if drawn.disk else {}
+    how = {"root": ground.split} if drawn.is_split else {}
+    flight = flying.start(folder / "run", "--scenario", path, *_options(ground, drawn, folder), environment=environment, **how)
+    try:
+        _cut_way(flight, drawn.cuts)
+        flight.wait()
+    finally:
+        flight.abandon()
+    ends = folder / "ends"
+    seen = rules.Seen(
+        flight, drawn.lines, drawn.end_s, runs.load(flight.folder).truth["DRIVE"], drawn.is_determined, bool(drawn.cuts), drawn.loses_operator,
+        ends.read_text(encoding="utf-8") if ends.exists() else "",
+    )  # fmt: skip
+    return flight, rules.violations(seen)
 
 
-def scenario(seed, count):
-    """Lines of the scenario of a seed with so many faults."""
-    rng = random.Random(f"{seed}/{count}")
-    lines = ["0.0 hand rest", "2.0 hand circle 0.1 0.5 1 4 1"]
-    lines += [line.replace("operator ", "operator try ", 1) for line in flying.bring_up(0.2) if "wait-event" not in line]
-    lines += [f"{at / 10:.1f} operator try ping {rng.choice((*MEMBERS, 'SUPERVISOR'))}" for at in range(15, int(END_S * 10), 5)]
-    for _ in range(count):
-        lines += rng.choice(FAULTS)(rng)
-    lines += [f"{END_S} operator try shutdown"]
-    return sorted(lines, key=lambda line: float(line.split()[0]))
+def differences(one, other):
+    """Logs that are not the same in two flights."""
+    return [f"{name} is not the same in another form" for name in TRACED if one.octets(name) != other.octets(name)]
 
 
-def _requests(flight):
-    """Requests of the ground, by (APID, sequence count): time of each, in order."""
-    found = {}
-    for time_ns, direction, raw in flight.packets:
-        if direction == "TC" and int.from_bytes(raw[9:11], "big") < ON_BOARD:
-            key = int.from_bytes(raw[:2], "big") & 0x7FF, int.from_bytes(raw[2:4], "big") & 0x3FFF
-            found.setdefault(key, []).append(time_ns)
+def judge(ground, folder, drawn, in_both=None):
+    """What a flight violates; one of SAME_IN flies in another form as well, and in_both says of this one whether."""
+    flight, found = fly(ground, folder, drawn)
+    if in_both is None:
+        in_both = drawn.seed % SAME_IN == 0
+    if in_both and drawn.is_determined and drawn.form != "nodes":
+        again = faults.draw(drawn.seed, drawn.count, "image" if drawn.form == "processes" else "processes")
+        other, more = fly(ground, folder.with_name(folder.name + "-again"), again)
+        found = found + more + differences(flight, other)
+    if not found:
+        shutil.rmtree(folder)
+        shutil.rmtree(folder.with_name(folder.name + "-again"), ignore_errors=True)
     return found
 
 
-def _endings(flight):
-    """(APID, sequence count) of requests -> subtypes of ST[01] that ended them."""
-    found = {}
-    for _, direction, raw in flight.packets:
-        if direction == "TM" and raw[7] == SERVICE_1 and raw[8] in TERMINAL:
-            key = int.from_bytes(raw[21:23], "big") & 0x7FF, int.from_bytes(raw[23:25], "big") & 0x3FFF
-            destination = int.from_bytes(raw[11:13], "big")
-            if destination < ON_BOARD:
-                found.setdefault(key, []).append(raw[8])
-    return found
-
-
-def _every_request_ends_once(flight):
-    requests, endings, last_ns = _requests(flight), _endings(flight), int((END_S - CUT_S) * NS_PER_S)
-    for key in endings.keys() - requests.keys():
-        yield f"{key} ended by {endings[key]} and was never asked"
-    for key, times in requests.items():
-        found = endings.get(key, [])
-        due = sum(time_ns < last_ns for time_ns in times)
-        if not due <= len(found) <= len(times):
-            yield f"request {key} of {[time_ns / NS_PER_S for time_ns in times]} s ended by {found}"
-
-
-def _log_is_whole(flight):
-    """Each number of the packet log once, and all of them in packets.log."""
-    numbers = sorted(int(line.split(" ", 1)[0]) for line in flight.read("packets.ascii").splitlines())
-    if numbers != list(range(1, len(numbers) + 1)):
-        yield "the numbers of packets.ascii are not whole"
-    if len(flight.packets) != len(numbers):
-        yield f"packets.log has {len(flight.packets)} records of {len(numbers)}"
-
-
-def _brakes_hold(drives):
-    """A joint that neither operates nor comes to rest under control is braked; drives as the truth tells them."""
-    for entry in drives:
-        if entry["bus"] == "robot" and entry["statusword"] & 0x6F not in MOVING and not entry["brake_engaged"]:
-            yield f"joint {entry['node']} at {entry['time_us'] / 1e6} s without its brake in {entry['statusword']:#06x}"
-
-
-def _states(flight):
-    """(time, APID, state) of every TM[129,2]."""
-    for time_ns, direction, raw in flight.packets:
-        if direction == "TM" and raw[7:9] == b"\x81\x02":
-            yield time_ns, int.from_bytes(raw[:2], "big") & 0x7FF, raw[22]
-
-
-def _state_at(flight, apid, at_ns):
-    state = 0
-    for time_ns, of, found in _states(flight):
-        if of == apid and time_ns <= at_ns:
-            state = found
-    return state
-
-
-def _partner_secures_itself(flight, lines):
-    """The member whose partner in an open network is killed in operation reaches ERROR_OPERATIONAL by itself."""
-    for line in lines:
-        words = line.split()
-        if words[1:3] != ["fault", "kill"]:
-            continue
-        at_ns = round(float(words[0]) * NS_PER_S)
-        partner = APIDS[MEMBERS[1 - MEMBERS.index(words[3])]]
-        if all(_state_at(flight, apid, at_ns) == 5 for apid in APIDS.values()) and not any(
-            other is not line and abs(float(other.split()[0]) * NS_PER_S - at_ns) < NS_PER_S and other.split()[1] == "fault" for other in lines
-        ):
-            came = [time_ns for time_ns, apid, state in _states(flight) if apid == partner and state == 6 and time_ns >= at_ns]
-            if not came or came[0] > at_ns + REACTION_NS:
-                yield f"{line}: its partner did not reach ERROR_OPERATIONAL within {REACTION_NS / 1e6} ms"
-
-
-def violations(flight, lines, drives=()):
-    """What of the invariants does not hold, in words; drives as the truth of the flight tells them."""
-    found = []
-    if flight.code is None or flight.code < 0:
-        found.append(f"the launcher ended with {flight.code}")
-    facts = flight.facts
-    if facts["simulated_s"] < END_S:
-        found.append(f"the flight ended at {facts['simulated_s']} s: {facts['exit_reason']}")
-    if not facts["reproducible"]:
-        found.append("the flight is not reproducible")
-    for word in ("assertion", "missing", "doubled", "runtime error", "sanitizer"):
-        if word in flight.console.lower() or word in flight.output.lower():
-            found.append(f"somebody said '{word}'")
-    found += _every_request_ends_once(flight)
-    found += _log_is_whole(flight)
-    found += _brakes_hold(drives)
-    found += _partner_secures_itself(flight, lines)
-    found += [f"left: {entry}" for entry in flight.leftovers()]
-    return found
-
-
-def fly(folder, seed, count, form="image"):
-    """One flight of a seed; the flight and what was violated."""
-    folder.mkdir(parents=True, exist_ok=True)
-    lines = scenario(seed, count)
-    path = flying.write_scenario(folder / f"{seed}-{count}.scn", *lines)
-    flight = flying.fly(folder / f"{seed}-{count}-{form}", "--scenario", path, "--form", form)
-    return flight, violations(flight, lines, runs.load(flight.folder).truth["DRIVE"])
+def command(drawn):
+    """How the flight flies again."""
+    return f"test/mission/campaign.py {drawn.seed} --faults {drawn.count} --form {drawn.form}"
 
 
 def main():
@@ -210,21 +200,28 @@ def main():
     parser.add_argument("seed", type=int, help="first seed")
     parser.add_argument("--count", type=int, default=1, help="number of seeds")
     parser.add_argument("--faults", type=int, default=1, help="faults in each flight")
-    parser.add_argument("--form", choices=("image", "processes"), default="image")
+    parser.add_argument("--form", choices=("image", "processes", "nodes"), help="as drawn where nothing is said")
+    parser.add_argument("--kind", help="only seeds with this kind of fault")
     arguments = parser.parse_args()
     place = pathlib.Path(tempfile.mkdtemp(prefix="campaign-"))
-    failed = 0
+    ground = Ground(place / "ground")
+    flown, failed = collections.Counter(), 0
     for seed in range(arguments.seed, arguments.seed + arguments.count):
-        _, found = fly(place, seed, arguments.faults, arguments.form)
-        folder = place / f"{seed}-{arguments.faults}-{arguments.form}"
+        drawn = faults.draw(seed, arguments.faults, arguments.form)
+        if arguments.kind and arguments.kind not in drawn.kinds:
+            continue
+        folder = place / f"{seed}-{arguments.faults}"
+        try:
+            found = judge(ground, folder, drawn)
+        except (AssertionError, OSError, ValueError, LookupError, sqlite3.Error) as problem:
+            found = [f"cannot be judged: {problem!r}"]
+        flown.update([*drawn.kinds, f"in {drawn.form}", "all"])
         if found:
             failed += 1
-            print(f"seed {seed}: {folder}")
-            for what in found:
-                print(f"    {what}")
-        else:
-            shutil.rmtree(folder)
-    print(f"{arguments.count} flights, {failed} with a violated invariant")
+            print(f"{command(drawn)}: {' + '.join(drawn.kinds)}: {folder}", *found[:12], sep="\n    ", flush=True)
+    print(f"{flown['all']} flights, {failed} with a violated invariant: {dict(flown)}", flush=True)
+    if not failed:
+        shutil.rmtree(place)
     return 1 if failed else 0
 
 

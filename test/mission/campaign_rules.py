@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What holds of every flight of the fault campaign, whatever happened in it."""
+
+import contextlib
+import re
+import sqlite3
+from dataclasses import dataclass, field
+
+from campaign_faults import OUTAGE_S
+
+NS_PER_S = 1_000_000_000
+SLOT_NS = 500_000
+ROUNDING_NS = 1000  # Of the time field of a packet.
+APIDS = {"JOYSTICK": 17, "MANIPULATOR": 16, "SUPERVISOR": 1, "COMMUNICATION": 2}
+PARTNER = {17: 16, 16: 17}
+SERVICE_1 = 1
+TERMINAL = {2, 4, 7, 8, 10}  # Subtypes of ST[01] after which nothing more is told of a request.
+ON_BOARD = 0x8000  # Users from here on are on board.
+CUT_S = 0.2  # Before the end: the mission may go down before what was sent last is answered.
+MOVING = (0x27, 0x07)  # Statuswords of CiA 402: operation enabled, quick stop active.
+REACTION_NS = 2 * SLOT_NS
+SILENCE_NS = 10_000_000  # Stale link, its cycle and the report of it.
+OPERATIONAL, ERROR_OPERATIONAL = 5, 6
+DEVICE_BUS = {"robot": 16, "joystick": 17}  # Whose devices.
+EMERGENCY = re.compile(r"^\((\d+)\.(\d{6})\) (?:robot|joystick) 0(?:91|92|A1)#5082", re.MULTILINE)  # 0x8250: no orders any more.
+COMPLAINTS = re.compile(r"assertion|[0-9]+ missing|[1-9][0-9]* doubled|runtime error|Sanitizer", re.IGNORECASE)
+DESCRIPTORS = {"hirosco": 10, "packet-archive-sqlite": 4, "simulator": 4}  # That a program may have open at its end.
+COMPONENT_DESCRIPTORS = 9  # Of which two are links that sockets carry.
+
+
+@dataclass
+class Seen:
+    """A flight, and what was drawn for it."""
+
+    flight: object
+    lines: list
+    end_s: float
+    drives: tuple = ()  # As the truth of the flight tells them.
+    is_determined: bool = True
+    has_cut: bool = False  # The way between nodes: datagrams are lost.
+    loses_operator: bool = False
+    ends: str = ""  # What the probe has written.
+    memo: dict = field(default_factory=dict)
+
+    def of(self, name, make):
+        """What is computed once."""
+        if name not in self.memo:
+            self.memo[name] = make()
+        return self.memo[name]
+
+    @property
+    def packets(self):
+        """(time_ns, direction, octets) of packets.log."""
+        return self.of("packets", lambda: self.flight.packets)
+
+    @property
+    def numbers(self):
+        """Of the records of packets.db, in order."""
+
+        def found():
+            with contextlib.closing(sqlite3.connect(f"file:{self.flight.folder}/packets.db?mode=ro", uri=True)) as database:
+                return [number for (number,) in database.execute("SELECT number FROM packet ORDER BY number")]
+
+        return self.of("numbers", found)
+
+    @property
+    def flown_s(self):
+        """Until when the flight has to answer."""
+        return min(self.end_s, self.flight.facts["simulated_s"]) if self.loses_operator else self.end_s
+
+    def faults(self):
+        """(time_ns, words) of what happens to processes and buses, by scenario or operator."""
+        for line in self.lines:
+            words = line.split()
+            if words[1] == "fault" or words[2:4] == ["try", "process"]:
+                yield round(float(words[0]) * NS_PER_S), words
+
+    def ends_of_lives(self):
+        """(time_ns, APID) of each time a process is killed, stopped or hangs."""
+        for time_ns, words in self.faults():
+            if words[2] in ("kill", "hang"):
+                yield time_ns, APIDS[words[3]]
+            elif words[3:5] == ["process", "stop"]:
+                yield time_ns, APIDS[words[5]]
+
+    def is_alone(self, at_ns):
+        """Whether a process is killed at an instant and nothing else happens within a second."""
+        near = [words for time_ns, words in self.faults() if abs(time_ns - at_ns) < NS_PER_S]
+        return len(near) == 1 and near[0][2] == "kill"
+
+    def transitions(self):
+        """(time of the transition, APID, state before, state) of every TM[129,2], by the member's clock."""
+
+        def found():
+            return [(_stamp(time_ns, raw), _apid(raw), raw[21], raw[22]) for time_ns, direction, raw in self.packets if direction == "TM" and raw[7:9] == b"\x81\x02"]
+
+        return self.of("transitions", found)
+
+    def told_state(self, apid, at_ns):
+        """(time, state) that a member told last before; (-1, 0): none."""
+        found = [(time_ns, state) for time_ns, of, _, state in self.transitions() if of == apid and time_ns < at_ns]
+        return found[-1] if found else (-1, 0)
+
+    def state_at(self, apid, at_ns, until_ns):
+        """State of a member that lives on until then; 0: it does not, or has told none."""
+        last, state = self.told_state(apid, at_ns)
+        return 0 if any(of == apid and last <= time_ns <= until_ns for time_ns, of in self.ends_of_lives()) else state
+
+    def is_secured(self, apid, from_ns, until_ns):
+        """Whether a member reaches ERROR_OPERATIONAL in time."""
+        return any(of == apid and state == ERROR_OPERATIONAL and from_ns <= time_ns <= until_ns + ROUNDING_NS for time_ns, of, _, state in self.transitions())
+
+
+def _apid(raw):
+    return int.from_bytes(raw[:2], "big") & 0x7FF
+
+
+def _stamp(log_ns, raw):
+    """Time in a report's header, in ns of the flight: that of the log is at most some seconds later."""
+    fraction = int.from_bytes(raw[18:21], "big") * NS_PER_S // (1 << 24)
+    second = log_ns // NS_PER_S
+    while second * NS_PER_S + fraction > log_ns + ROUNDING_NS:
+        second -= 1
+    return second * NS_PER_S + fraction
+
+
+def _requests(seen):
+    """Requests of the ground, by (APID, sequence count): time of each, in order."""
+    found = {}
+    for time_ns, direction, raw in seen.packets:
+        if direction == "TC" and int.from_bytes(raw[9:11], "big") < ON_BOARD:
+            found.setdefault((_apid(raw), int.from_bytes(raw[2:4], "big") & 0x3FFF), []).append(time_ns)
+    return found
+
+
+def _endings(seen):
+    """(APID, sequence count) of requests -> subtypes of ST[01] that ended them."""
+    found = {}
+    for _, direction, raw in seen.packets:
+        if direction == "TM" and raw[7] == SERVICE_1 and raw[8] in TERMINAL and int.from_bytes(raw[11:13], "big") < ON_BOARD:
+            found.setdefault((int.from_bytes(raw[21:23], "big") & 0x7FF, int.from_bytes(raw[23:25], "big") & 0x3FFF), []).append(raw[8])
+    return found
+
+
+def every_request_ends_once(seen):
+    requests, endings, last_ns = _requests(seen), _endings(seen), int((seen.flown_s - CUT_S) * NS_PER_S)
+    for key in endings.keys() - requests.keys():
+        yield f"{key} ended by {endings[key]} and was never asked"
+    for key, times in requests.items():
+        found = endings.get(key, [])
+        due = sum(time_ns < last_ns for time_ns in times)
+        if not due <= len(found) <= len(times):
+            yield f"request {key} of {[time_ns / NS_PER_S for time_ns in times]} s ended by {found}"
+
+
+def _log_is_whole(seen):
+    """Each number of the packet log once, and all of them in packets.log."""
+    numbers = seen.numbers
+    if numbers != list(range(1, len(numbers) + 1)):
+        yield "the numbers of packets.db are not whole"
+    if len(seen.packets) != len(numbers):
+        yield f"packets.log has {len(seen.packets)} records of {len(numbers)}"
+
+
+def _reports_are_whole(seen):
+    """The reports of an application process have consecutive numbers; those of its next life begin anew."""
+    counts = {}
+    for time_ns, direction, raw in seen.packets:
+        if direction == "TM" and not seen.has_cut:
+            apid, count = _apid(raw), int.from_bytes(raw[2:4], "big") & 0x3FFF
+            if count not in (0, (counts.get(apid, -1) + 1) & 0x3FFF):
+                yield f"APID {apid}: report {count} at {time_ns / NS_PER_S} s follows {counts.get(apid)}"
+            counts[apid] = count
+
+
+def _brakes_hold(seen):
+    """A joint that neither operates nor comes to rest under control is braked."""
+    for entry in seen.drives:
+        if entry["bus"] == "robot" and entry["statusword"] & 0x6F not in MOVING and not entry["brake_engaged"]:
+            yield f"joint {entry['node']} at {entry['time_us'] / 1e6} s without its brake in {entry['statusword']:#06x}"
+
+
+def _is_supervisor_away(seen, at_ns):
+    return any(apid == APIDS["SUPERVISOR"] and time_ns <= at_ns + SLOT_NS and at_ns <= time_ns + OUTAGE_S * NS_PER_S for time_ns, apid in seen.ends_of_lives())
+
+
+def _high_comes_in_its_cycle(seen):
+    """To the supervisor; its member and the member's partner in operation are in ERROR_OPERATIONAL then, or a cycle later."""
+    for time_ns, direction, raw in seen.packets:
+        if direction != "TM" or raw[7:9] != b"\x05\x04":
+            continue
+        apid, at_ns = _apid(raw), _stamp(time_ns, raw)
+        what = f"HIGH event {int.from_bytes(raw[21:23], 'big')} of APID {apid} at {at_ns / NS_PER_S} s"
+        if time_ns > at_ns + SLOT_NS + ROUNDING_NS and not seen.has_cut and not _is_supervisor_away(seen, at_ns):
+            yield f"{what} reported at {time_ns / NS_PER_S} s"
+        if apid not in PARTNER or seen.has_cut:
+            continue
+        before_ns, until_ns = at_ns - ROUNDING_NS, at_ns + REACTION_NS
+        if seen.state_at(apid, before_ns, at_ns + SLOT_NS) != OPERATIONAL:
+            continue
+        if not seen.is_secured(apid, before_ns, at_ns + SLOT_NS):
+            yield f"{what}: the member itself is not in ERROR_OPERATIONAL in its cycle"
+        if seen.state_at(PARTNER[apid], before_ns, until_ns) == OPERATIONAL and not seen.is_secured(PARTNER[apid], before_ns, until_ns):
+            yield f"{what}: APID {PARTNER[apid]} is not in ERROR_OPERATIONAL two cycles later"
+
+
+def failure_on_the_bus_is_seen(seen):
+    """The drives of a member that is gone stop and say so on the bus: two cycles later its partner in operation is secured."""
+    for time_ns, apid in seen.ends_of_lives():
+        if apid not in PARTNER or seen.has_cut:
+            continue
+        is_operating = seen.told_state(apid, time_ns)[1] == seen.state_at(PARTNER[apid], time_ns, time_ns + SILENCE_NS) == OPERATIONAL
+        if not is_operating:
+            continue
+        bus = next(name for name, of in DEVICE_BUS.items() if of == apid)
+        told = [int(second) * NS_PER_S + int(rest) * 1000 for second, rest in EMERGENCY.findall(seen.flight.read(f"can-{bus}.log"))]
+        first = next((at_ns for at_ns in told if time_ns < at_ns < time_ns + SILENCE_NS), None)
+        if first is None and not seen.is_alone(time_ns):
+            continue
+        if not seen.is_secured(PARTNER[apid], time_ns, first + REACTION_NS if first else time_ns + SILENCE_NS):
+            where = f"seen on the bus at {first / NS_PER_S} s" if first else "not seen on the bus"
+            yield f"APID {apid} fails at {time_ns / NS_PER_S} s, {where}: APID {PARTNER[apid]} is not in ERROR_OPERATIONAL in time"
+
+
+def _nothing_is_left(seen):
+    """No process, no name, no descriptor."""
+    yield from (f"left: {entry}" for entry in seen.flight.leftovers())
+    for line in seen.ends.splitlines():
+        name, number = line.rsplit(" ", 1)
+        if not name.startswith("python") and int(number) > DESCRIPTORS.get(name, COMPONENT_DESCRIPTORS):
+            yield f"{name} ended with {number} descriptors"
+
+
+def _ends_as_it_should(seen):
+    flight, facts = seen.flight, seen.flight.facts
+    if flight.code is None or flight.code < 0:
+        yield f"the launcher ended with {flight.code}"
+    if facts["simulated_s"] < seen.flown_s:
+        yield f"the flight ended at {facts['simulated_s']} s: {facts['exit_reason']}"
+    if seen.is_determined and not facts["reproducible"]:
+        yield "the flight is not reproducible"
+    said = "\n".join(line for line in flight.console.splitlines() if not line.startswith("[")) + flight.output  # Those are the operator's.
+    yield from (f"somebody said '{found[0]}'" for found in COMPLAINTS.finditer(said))
+
+
+RULES = (
+    _ends_as_it_should,
+    every_request_ends_once,
+    _log_is_whole,
+    _reports_are_whole,
+    _brakes_hold,
+    _high_comes_in_its_cycle,
+    failure_on_the_bus_is_seen,
+    _nothing_is_left,
+)
+
+
+def violations(seen):
+    """What of the invariants does not hold, in words."""
+    return [what for rule in RULES for what in rule(seen)]
