@@ -9,6 +9,7 @@ import pytest
 import campaign
 import campaign_faults as faults
 import campaign_rules as rules
+from hirosco_gse import run as runs
 
 JOYSTICK, MANIPULATOR, SUPERVISOR = 17, 16, 1
 USER = 2
@@ -317,6 +318,7 @@ def test_each_end_and_the_reaction_of_a_real_flight_count(folder):
     drawn = _drawn_with_a_kill()
     flight, found = campaign.fly(campaign.Ground(folder / "ground"), folder / "flight", drawn)
     assert found == []
+    assert campaign.drives(flight.folder / "truth.lcm") == runs.load(flight.folder).truth["DRIVE"]
     whole = flight.packets
 
     def broken(packets):
