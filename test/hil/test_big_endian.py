@@ -16,6 +16,7 @@ sys.path.insert(0, str(places.ROOT / "test" / "mission"))
 sys.path.insert(0, str(places.ROOT / "gse"))
 
 import flying
+import lives
 from hirosco_gse import run as runs
 
 FOREIGN = places.ROOT / "build" / "s390x"
@@ -197,6 +198,18 @@ def _assert_safe(flight):
     assert len(drives) == 4
     assert not [drive for drive, entry in drives.items() if entry["statusword"] & 0x6F == 0x27]
     flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize("name", MEMBERS)
+def test_lives_are_those_of_a_native_program(folder, name):
+    """Stops, kills, hangs and restarts of the program of another byte order and of its partner: the same buses, the same packets but for
+    the byte order in what is told of its link."""
+    path = lives.scenario(folder / f"lives-{name}.scn")
+    native = lives.fly(folder / f"lives-native-{name}", path, "--links", "udp")
+    flights = [lives.fly(folder / f"lives-{name}-{number}", path, "--foreign", name) for number in range(2)]
+    assert lives.digest(flights[0]) == lives.digest(native)
+    assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
+    assert _differing(native, flights[0]) == 4
 
 
 # ---- What is refused ----

@@ -1,62 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lives of processes: stop, start, kill, hang and restart are operations of simulated time, the same in every form."""
 
-import hashlib
 import itertools
 import os
+import shutil
 import signal
 
 import pytest
 
 import flying
-
-SLOT_NS = 500_000
-BUS_LOGS = ("can-robot.log", "can-joystick.log", "can-robot-b.log", "can-joystick-b.log")
-PING = b"\x11\x01"
-ALIVE = b"\x11\x02"
-PINGS = 20  # after each change of a life
-
-
-def _pings(begin_s, count=PINGS, step_s=0.01):
-    return [f"{begin_s + i * step_s:.3f} operator ping MANIPULATOR" for i in range(count)]
-
-
-def _scenario(path):
-    """Every kind of end and start, at rest and in operation, some of them within one tick of the supervisor."""
-    lines = ["0.0 hand rest"]
-    lines += flying.bring_up(0.2)
-    lines += ["7.0 hand circle 0.1 0.5 1 3 1"]
-    lines += ["3.0 fault kill manipulator"] + _pings(3.2)
-    lines += ["3.6 operator process stop MANIPULATOR", "3.601 operator process start MANIPULATOR"] + _pings(3.7)
-    lines += ["4.0 operator process stop MANIPULATOR", "6.0 operator process start MANIPULATOR"] + _pings(6.1)
-    lines += ["6.5 fault hang JOYSTICK", "6.51 fault resume JOYSTICK"] + _pings(6.6, 3)
-    lines += ["7.0 fault hang manipulator", "7.3 fault resume manipulator"] + _pings(8.2)
-    lines += ["8.6 fault kill joystick", "8.6 operator expect-refusal 0x0408 ping JOYSTICK", "9.0 operator ping all", "9.1 operator shutdown"]
-    return flying.write_scenario(path, *sorted(lines, key=lambda line: float(line.split()[0])))
-
-
-def _fly(folder, name, path, *options):
-    flight = flying.fly(folder / name, "--scenario", path, *options)
-    assert flight.facts["reproducible"], flight.told()
-    flying.assert_clean(flight)
-    return flight
-
-
-def _digest(flight, names):
-    return {name: hashlib.sha256(flight.octets(name)).hexdigest() for name in names}
-
-
-def _answers(flight):
-    """Nanoseconds from each ping of the arm that was answered to its answer, in order."""
-    asked = []
-    for time_ns, direction, raw in flight.packets:
-        if int.from_bytes(raw[:2], "big") & 0x7FF != 16:
-            continue
-        if direction == "TC" and raw[7:9] == PING:
-            asked.append(time_ns)
-        elif direction == "TM" and raw[7:9] == ALIVE:
-            yield time_ns - asked.pop(0)
-
+import lives
 
 FORMS = {
     "processes": (),
@@ -67,20 +20,38 @@ FORMS = {
 }
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces of two nodes need root")
+SAME = (("processes", "image"), ("processes-udp", "image-udp", "nodes-udp"))
+REPEATS = 20
+needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces of two nodes need root")
+
+
+@needs_root
 def test_lives_are_the_same_in_every_form_and_repeat(folder):
     folder.mkdir()
-    path = _scenario(folder / "lives.scn")
-    flights = {name: _fly(folder, name, path, *options) for name, options in FORMS.items()}
-    flights["again"] = _fly(folder, "again", path)
-    buses = [_digest(flight, BUS_LOGS) for flight in flights.values()]
+    path = lives.scenario(folder / "lives.scn")
+    flights = {name: lives.fly(folder / name, path, *options) for name, options in FORMS.items()}
+    flights["again"] = lives.fly(folder / "again", path)
+    buses = [lives.digest(flight) for flight in flights.values()]
     assert all(bus == buses[0] for bus in buses), list(flights)
-    for same in (("processes", "image", "again"), ("processes-udp", "image-udp", "nodes-udp")):
+    for same in ((*SAME[0], "again"), SAME[1]):
         for one, other in itertools.pairwise(same):
             assert flights[one].octets("packets.log") == flights[other].octets("packets.log"), (one, other)
-    answers = list(_answers(flights["processes"]))
-    assert len(answers) >= 3 * PINGS
-    assert max(answers) <= 2 * SLOT_NS
+
+
+@needs_root
+@pytest.mark.long
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize("forms", SAME, ids=["shm", "udp"])
+def test_twenty_repeats_give_one_sum(folder, forms):
+    """Stops, kills, hangs and restarts, twenty times in each form: one sum of each log."""
+    folder.mkdir()
+    path, sums = lives.scenario(folder / "lives.scn"), set()
+    for name in forms:
+        for number in range(REPEATS):
+            flight = lives.fly(folder / f"{name}-{number}", path, *FORMS[name])
+            sums.add(tuple(lives.digest(flight, ("packets.log", *lives.BUS_LOGS)).values()))
+            shutil.rmtree(flight.folder)
+            assert len(sums) == 1, (name, number)
 
 
 HUNG = (30).to_bytes(2, "big")

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A flight in which processes are stopped, killed, hang and come again, for tests that fly it in every form."""
+
+import hashlib
+
+import flying
+
+SLOT_NS = 500_000
+BUS_LOGS = ("can-robot.log", "can-joystick.log", "can-robot-b.log", "can-joystick-b.log")
+MANIPULATOR = 16
+PING = b"\x11\x01"
+ALIVE = b"\x11\x02"
+PINGS = 20  # after each change of a life
+FEW = 3  # after a hang that is over before it is found
+ASKED = 4 * PINGS + FEW + 1  # of the arm, all told
+
+
+def pings(begin_s, count=PINGS, step_s=0.01):
+    return [f"{begin_s + i * step_s:.3f} operator ping MANIPULATOR" for i in range(count)]
+
+
+def scenario(path):
+    """Every kind of end and start, at rest and in operation, some of them within one tick of the supervisor."""
+    lines = ["0.0 hand rest"]
+    lines += flying.bring_up(0.2)
+    lines += ["7.0 hand circle 0.1 0.5 1 3 1"]
+    lines += ["3.0 fault kill manipulator"] + pings(3.2)
+    lines += ["3.6 operator process stop MANIPULATOR", "3.601 operator process start MANIPULATOR"] + pings(3.7)
+    lines += ["4.0 operator process stop MANIPULATOR", "6.0 operator process start MANIPULATOR"] + pings(6.1)
+    lines += ["6.5 fault hang JOYSTICK", "6.51 fault resume JOYSTICK"] + pings(6.6, FEW)
+    lines += ["7.0 fault hang manipulator", "7.3 fault resume manipulator"] + pings(8.2)
+    lines += ["8.6 fault kill joystick", "8.6 operator expect-refusal 0x0408 ping JOYSTICK", "9.0 operator ping all", "9.1 operator shutdown"]
+    return flying.write_scenario(path, *sorted(lines, key=lambda line: float(line.split()[0])))
+
+
+def assert_in_order(flight):
+    """It came to its end; every ping was answered within two slots, and no step of the operator failed."""
+    assert flight.facts["reproducible"], flight.told()
+    assert "FAILED" not in flight.console, flight.told()
+    answers = list(_answers(flight))
+    assert len(answers) == ASKED
+    assert max(answers) <= 2 * SLOT_NS
+    flying.assert_clean(flight)
+
+
+def fly(folder, path, *options, **how):
+    """The flight with these options, in order."""
+    flight = flying.fly(folder, "--scenario", path, *options, **how)
+    assert_in_order(flight)
+    return flight
+
+
+def digest(flight, names=BUS_LOGS):
+    """Sums of some of its logs."""
+    return {name: hashlib.sha256(flight.octets(name)).hexdigest() for name in names}
+
+
+def _answers(flight):
+    """Nanoseconds from each ping of the arm that was answered to its answer, in order."""
+    asked = []
+    for time_ns, direction, raw in flight.packets:
+        if int.from_bytes(raw[:2], "big") & 0x7FF != MANIPULATOR:
+            continue
+        if direction == "TC" and raw[7:9] == PING:
+            asked.append(time_ns)
+        elif direction == "TM" and raw[7:9] == ALIVE:
+            yield time_ns - asked.pop(0)
