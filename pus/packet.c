@@ -1,33 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pus/packet.h"
+#include "pus/packet_internal.h"
 
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/crc.h"
 
-#define TYPE_TC 0x1000U
-#define SECONDARY_HEADER 0x0800U
-#define APID_MASK 0x07FFU
-#define SEQUENCE_MASK 0x3FFFU
-#define FLAGS_MASK 0x0FU
-#define COMMON_SIZE 9U // Of what requests and reports begin with [octets].
-#define LENGTH_FIELD 4U
-#define LENGTH_OFFSET 7U // A packet is its length field plus this long.
 #define NS_PER_S 1000000000ULL
 #define TIME_FRACTIONS ((uint64_t)PUS_TIME_TICKS_PER_S)
 #define SECONDS_SHIFT 24U // Of fields in the time on the wire [bits].
 #define P_FIELD_SHIFT 56U
 #define RELATIVE_TIME_SIGN (1ULL << 55U)
 
-/// Fields that requests and reports begin with.
-typedef struct {
-    uint16_t word0;
-    uint16_t word1;
-    uint8_t flags; ///< PUS version, and four bits that are the direction's own.
-    uint8_t service;
-    uint8_t subtype;
-} header_t;
-
-static void header_read(octet_reader_t* const reader, header_t* const out_header)
+void packet_header_read(octet_reader_t* const reader, packet_header_t* const out_header)
 {
     out_header->word0 = octet_read_u16(reader);
     out_header->word1 = octet_read_u16(reader);
@@ -37,25 +20,10 @@ static void header_read(octet_reader_t* const reader, header_t* const out_header
     out_header->subtype = octet_read_u8(reader);
 }
 
-/// Begin a packet of `size` octets. False: there is no room.
-static bool header_write(octet_writer_t* const writer, const header_t* const header, const size_t size)
-{
-    uint8_t* const octets = octet_write_space(writer, COMMON_SIZE);
-    if (octets != NULL) {
-        octets_put_u16(octets, (uint16_t)(header->word0 | SECONDARY_HEADER));
-        octets_put_u16(&octets[2], (uint16_t)((PUS_UNSEGMENTED << 14U) | (header->word1 & SEQUENCE_MASK)));
-        octets_put_u16(&octets[LENGTH_FIELD], (uint16_t)(size - LENGTH_OFFSET));
-        octets[6] = (uint8_t)((PUS_VERSION << 4U) | (header->flags & FLAGS_MASK));
-        octets[7] = header->service;
-        octets[8] = header->subtype;
-    }
-    return octets != NULL;
-}
-
 /// Size of a packet by its length field.
 static size_t size_told(const uint8_t* const octets)
 {
-    return (size_t)octets_u16_at(&octets[LENGTH_FIELD]) + LENGTH_OFFSET;
+    return (size_t)octets_u16_at(&octets[PACKET_LENGTH_FIELD]) + PACKET_LENGTH_OFFSET;
 }
 
 status_t pus_packet_frame(const uint8_t* const octets, const size_t size, size_t* const out_size)
@@ -74,7 +42,7 @@ status_t pus_packet_frame(const uint8_t* const octets, const size_t size, size_t
 
 bool pus_packet_is_tc(const uint8_t* const octets, const size_t size)
 {
-    return (size > 0U) && ((octets[0] & (TYPE_TC >> 8U)) != 0U);
+    return (size > 0U) && ((octets[0] & (PACKET_TYPE_TC >> 8U)) != 0U);
 }
 
 pus_failure_t pus_failure(const uint16_t code, const uint32_t detail)
@@ -98,7 +66,7 @@ pus_failure_t pus_failure_read(octet_reader_t* const reader)
     return failure;
 }
 
-/// Checks common to both directions that need no header field to be right but the length.
+/// Checks that need no header field to be right but the length.
 static status_t check_frame(const uint8_t* const octets, const size_t size, const size_t least,
                             const size_t most, pus_failure_t* const out_failure)
 {
@@ -116,24 +84,23 @@ static status_t check_frame(const uint8_t* const octets, const size_t size, cons
         *out_failure = pus_failure(PUS_FAILURE_CHECKSUM, crc16_ccitt(octets, size - PUS_CRC_SIZE));
         return STATUS_CHECKSUM;
     }
-    *out_failure = pus_failure(PUS_FAILURE_NONE, 0U);
     return STATUS_OK;
 }
 
 /// Checks of the header fields.
-static pus_failure_t check_header(const header_t* const header, const uint16_t type)
+static pus_failure_t check_header(const packet_header_t* const header, const uint16_t type)
 {
     const uint32_t packet_version = (uint32_t)header->word0 >> 13U;
     const uint32_t sequence_flags = (uint32_t)header->word1 >> 14U;
     const uint32_t version        = (uint32_t)header->flags >> 4U;
-    const uint32_t type_bit       = (header->word0 & TYPE_TC) != 0U ? 1U : 0U;
+    const uint32_t type_bit       = (header->word0 & PACKET_TYPE_TC) != 0U ? 1U : 0U;
     if (packet_version != PUS_PACKET_VERSION) {
         return pus_failure(PUS_FAILURE_PACKET_VERSION, packet_version);
     }
-    if ((header->word0 & TYPE_TC) != type) {
+    if ((header->word0 & PACKET_TYPE_TC) != type) {
         return pus_failure(PUS_FAILURE_PACKET_TYPE, type_bit);
     }
-    if ((header->word0 & SECONDARY_HEADER) == 0U) {
+    if ((header->word0 & PACKET_SECONDARY_HEADER) == 0U) {
         return pus_failure(PUS_FAILURE_SECONDARY_HEADER, 0U);
     }
     if (sequence_flags != PUS_UNSEGMENTED) {
@@ -145,16 +112,27 @@ static pus_failure_t check_header(const header_t* const header, const uint16_t t
     return pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
+status_t packet_check(const uint8_t* const octets, const size_t size, const packet_form_t* const form,
+                      const packet_header_t* const header, pus_failure_t* const out_failure)
+{
+    const status_t status = check_frame(octets, size, form->least, form->most, out_failure);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    *out_failure = check_header(header, form->type);
+    return (out_failure->code == PUS_FAILURE_NONE) ? STATUS_OK : STATUS_INVALID;
+}
+
 /// Decode a request of at most `most` octets.
 static status_t decode_tc(const uint8_t* const octets, const size_t size, const size_t most,
                           pus_tc_t* const out_tc, pus_failure_t* const out_failure)
 {
     FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_tc != NULL) && (out_failure != NULL));
     octet_reader_t reader = octet_reader(octets, size);
-    header_t header;
-    header_read(&reader, &header);
-    out_tc->apid       = (uint16_t)(header.word0 & APID_MASK);
-    out_tc->sequence   = (uint16_t)(header.word1 & SEQUENCE_MASK);
+    packet_header_t header;
+    packet_header_read(&reader, &header);
+    out_tc->apid       = (uint16_t)(header.word0 & PACKET_APID_MASK);
+    out_tc->sequence   = (uint16_t)(header.word1 & PACKET_SEQUENCE_MASK);
     out_tc->ack        = (uint8_t)(header.flags & PUS_ACK_ALL);
     out_tc->service    = header.service;
     out_tc->subtype    = header.subtype;
@@ -163,17 +141,13 @@ static status_t decode_tc(const uint8_t* const octets, const size_t size, const 
     out_tc->data       = NULL;
     out_tc->size       = 0U;
 
-    const status_t status = check_frame(octets, size, PUS_TC_MIN, most, out_failure);
-    if (status != STATUS_OK) {
-        return status;
+    const packet_form_t form = {.least = PUS_TC_MIN, .most = most, .type = PACKET_TYPE_TC};
+    const status_t status    = packet_check(octets, size, &form, &header, out_failure);
+    if (status == STATUS_OK) {
+        out_tc->size = size - PUS_TC_MIN;
+        out_tc->data = octet_read_octets(&reader, out_tc->size);
     }
-    *out_failure = check_header(&header, TYPE_TC);
-    if (out_failure->code != PUS_FAILURE_NONE) {
-        return STATUS_INVALID;
-    }
-    out_tc->size = size - PUS_TC_MIN;
-    out_tc->data = octet_read_octets(&reader, out_tc->size);
-    return STATUS_OK;
+    return status;
 }
 
 status_t pus_tc_decode(const uint8_t* const octets, const size_t size, pus_tc_t* const out_tc,
@@ -186,90 +160,6 @@ status_t pus_tc_decode_large(const uint8_t* const octets, const size_t size, pus
                              pus_failure_t* const out_failure)
 {
     return decode_tc(octets, size, PUS_LARGE_MAX, out_tc, out_failure);
-}
-
-status_t pus_tm_decode(const uint8_t* const octets, const size_t size, pus_tm_t* const out_tm,
-                       pus_failure_t* const out_failure)
-{
-    FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_tm != NULL) && (out_failure != NULL));
-    octet_reader_t reader = octet_reader(octets, size);
-    header_t header;
-    header_read(&reader, &header);
-    out_tm->apid               = (uint16_t)(header.word0 & APID_MASK);
-    out_tm->sequence           = (uint16_t)(header.word1 & SEQUENCE_MASK);
-    out_tm->time_status        = (uint8_t)(header.flags & FLAGS_MASK);
-    out_tm->service            = header.service;
-    out_tm->subtype            = header.subtype;
-    out_tm->counter            = octet_read_u16(&reader);
-    out_tm->destination        = octet_read_u16(&reader);
-    const status_t time_status = pus_time_read(&reader, &out_tm->time_ns);
-    out_tm->data               = NULL;
-    out_tm->size               = 0U;
-
-    const status_t status = check_frame(octets, size, PUS_TM_MIN, PUS_PACKET_MAX, out_failure);
-    if (status != STATUS_OK) {
-        return status;
-    }
-    *out_failure = check_header(&header, 0U);
-    if ((out_failure->code == PUS_FAILURE_NONE) && (time_status != STATUS_OK)) {
-        *out_failure = pus_failure(PUS_FAILURE_DATA, PUS_TM_HEADER_SIZE - PUS_TIME_SIZE);
-    }
-    if (out_failure->code != PUS_FAILURE_NONE) {
-        return STATUS_INVALID;
-    }
-    out_tm->size = size - PUS_TM_MIN;
-    out_tm->data = octet_read_octets(&reader, out_tm->size);
-    return STATUS_OK;
-}
-
-/// Append data and checksum to a packet whose headers are written.
-static status_t finish(octet_writer_t* const writer, const uint8_t* const data, const size_t size,
-                       size_t* const out_size)
-{
-    if (size > 0U) {
-        octet_write_octets(writer, data, size);
-    }
-    octet_write_u16(writer, crc16_ccitt(writer->octets, writer->position));
-    *out_size = writer->failed ? 0U : writer->position;
-    return writer->failed ? STATUS_TOO_LARGE : STATUS_OK;
-}
-
-status_t pus_tc_encode(const pus_tc_t* const tc, uint8_t* const octets, const size_t capacity,
-                       size_t* const out_size)
-{
-    FSW_ASSERT((tc != NULL) && (octets != NULL) && (out_size != NULL));
-    const header_t header = {.word0   = (uint16_t)(TYPE_TC | (tc->apid & APID_MASK)),
-                             .word1   = tc->sequence,
-                             .flags   = tc->ack,
-                             .service = tc->service,
-                             .subtype = tc->subtype};
-    octet_writer_t writer = octet_writer(octets, capacity);
-    *out_size             = 0U;
-    if ((tc->size > PUS_TC_DATA_MAX) || !header_write(&writer, &header, tc->size + PUS_TC_MIN)) {
-        return STATUS_TOO_LARGE;
-    }
-    octet_write_u16(&writer, tc->source);
-    return finish(&writer, tc->data, tc->size, out_size);
-}
-
-status_t pus_tm_encode(const pus_tm_t* const tm, uint8_t* const octets, const size_t capacity,
-                       size_t* const out_size)
-{
-    FSW_ASSERT((tm != NULL) && (octets != NULL) && (out_size != NULL));
-    const header_t header = {.word0   = (uint16_t)(tm->apid & APID_MASK),
-                             .word1   = tm->sequence,
-                             .flags   = tm->time_status,
-                             .service = tm->service,
-                             .subtype = tm->subtype};
-    octet_writer_t writer = octet_writer(octets, capacity);
-    *out_size             = 0U;
-    if ((tm->size > PUS_TM_DATA_MAX) || !header_write(&writer, &header, tm->size + PUS_TM_MIN)) {
-        return STATUS_TOO_LARGE;
-    }
-    octet_write_u16(&writer, tm->counter);
-    octet_write_u16(&writer, tm->destination);
-    pus_time_write(&writer, tm->time_ns);
-    return finish(&writer, tm->data, tm->size, out_size);
 }
 
 pus_token_t pus_token_of(const pus_tc_t* const tc)

@@ -35,7 +35,7 @@ static bool write_offer(const pus_rtlink_port_t* const port, const uint16_t inde
         return false;
     }
     *out_id = offer.port;
-    link_offer_write(writer, &offer);
+    pus_fields_write(writer, link_offer_fields, &offer);
     return true;
 }
 
@@ -47,7 +47,7 @@ static bool write_status(const pus_rtlink_port_t* const port, const uint16_t ind
         return false;
     }
     *out_id = status.link;
-    link_status_write(writer, &status);
+    pus_fields_write(writer, link_status_fields, &status);
     return true;
 }
 

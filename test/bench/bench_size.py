@@ -43,8 +43,9 @@ OPTIONAL = {
     "control": re.compile(r"fsw/framework/control/"),
     "resource_governor": re.compile(r"fsw/framework/resource/(resource|quota)\.c"),
     "sdls": re.compile(r"fsw/framework/sdls/"),
-    "takeover_of_channels": re.compile(r"fsw/framework/message/message_positions\.c"),
-    "whole_mission": re.compile(r"fsw/framework/descriptor/mission_(rules|whole)\.c"),
+    "peer_of_subsystems": re.compile(r"pus/(packet_report|st05_occurrence|st130_peer)\.c"),
+    "takeover_of_channels": re.compile(r"fsw/framework/message/(message_positions|octet_ring_refill)\.c"),
+    "whole_mission": re.compile(r"fsw/framework/descriptor/mission_(checks|lookup|rules|whole)\.c"),
 }
 # Only with what needs them: connection of an optional service to a component, what is kept; framing and records of flows.
 NEEDED = re.compile(r"fsw/framework/(subsystem/(\w+_service|endnode_name)\.c|journal/|dataflow/(framing|record)\.c)")

@@ -5,8 +5,6 @@
 
 #include "fsw/framework/parameter/parameter.h"
 
-#include <string.h>
-
 #define PARAMETER_LIST_BROKEN UINT16_MAX
 
 /// Entries in the list at one place, none of them twice; PARAMETER_LIST_BROKEN if it leads astray.
@@ -28,25 +26,7 @@ static inline uint16_t parameters_of_id(const parameter_dictionary_t* dictionary
     return length;
 }
 
-static inline uint16_t parameters_of_name(const parameter_dictionary_t* dictionary, uint16_t place)
-{
-    const parameter_entry_t* const entries = dictionary->entries;
-    uint16_t length                        = 0U;
-    for (uint16_t i = entries[place].first_of_name; i != UINT16_MAX; i = entries[i].next_of_name) {
-        if ((i >= dictionary->count) || (length >= dictionary->count)) {
-            return PARAMETER_LIST_BROKEN;
-        }
-        for (uint16_t k = entries[place].first_of_name; k != i; k = entries[k].next_of_name) {
-            if (strcmp(entries[k].definition->name, entries[i].definition->name) == 0) {
-                return PARAMETER_LIST_BROKEN;
-            }
-        }
-        length++;
-    }
-    return length;
-}
-
-/// Every entry has its definition and storage, and stands in one list of ids and one of names.
+/// Every entry has its definition and storage, and stands in one list of ids.
 static inline bool parameter_is_consistent(const parameter_dictionary_t* dictionary)
 {
     const parameter_entry_t* const entries = dictionary->entries;
@@ -58,13 +38,11 @@ static inline bool parameter_is_consistent(const parameter_dictionary_t* diction
             return false;
         }
     }
-    uint32_t ids   = 0U;
-    uint32_t names = 0U;
+    uint32_t ids = 0U;
     for (uint16_t i = 0U; i < dictionary->capacity; i++) {
         ids += parameters_of_id(dictionary, i);
-        names += parameters_of_name(dictionary, i);
     }
-    return (ids == dictionary->count) && (names == dictionary->count);
+    return ids == dictionary->count;
 }
 
 #endif // TEST_SUPPORT_CONSISTENT_PARAMETER_H

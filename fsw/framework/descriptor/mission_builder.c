@@ -66,71 +66,11 @@ void mission_builder_mission(source_t* const source)
     mission->epoch_s                    = read_epoch(source);
 }
 
-void mission_builder_listed(source_t* const source)
-{
-    mission_builder_of(source)->power_seen = 0U;
-}
-
-void mission_builder_power(source_t* const source)
-{
-    mission_builder_t* const builder     = source->builder;
-    mission_subsystem_t* const subsystem = source->item;
-    uint8_t state                        = 0U;
-    if (descriptor_state_of(source_raw(source, "state"), &state) != STATUS_OK) {
-        source_wrong(source, "state", "the name of a state");
-    } else if ((((uint32_t)builder->power_seen >> state) & 1U) != 0U) {
-        source_wrong(source, "state", "each state once");
-    } else {
-        builder->power_seen       = (uint16_t)(builder->power_seen | (1U << state));
-        subsystem->power_w[state] = source_value(source, 1U);
-    }
-}
-
-void mission_builder_modes_end(source_t* const source)
-{
-    mission_descriptor_t* const mission = source->item;
-    uint32_t initial                    = 0U;
-    for (uint16_t i = 0U; i < mission->mode_count; i++) {
-        if (mission->modes[i].is_initial) {
-            mission->initial_mode = mission->modes[i].id;
-            initial++;
-        }
-    }
-    if (initial != 1U) {
-        source_fail(source, source->line, "exactly one <Mode> must have initial=\"true\"");
-    }
-}
-
-void mission_builder_lists(source_t* const source)
-{
-    const mission_descriptor_t* const mission = source->item;
-    if ((mission->subsystem_count == 0U) || (mission->mode_count == 0U)) {
-        source_refuse(source, source->line, "expected <Subsystems> and <Modes>, not empty, before <%>",
-                      source->open[source->depth - 1U]->name, NULL, 0U);
-    }
-}
-
-void mission_builder_allow(source_t* const source)
+void mission_builder_whole(source_t* const source)
 {
     const mission_scope_t* const scope = mission_builder_of(source)->scope;
     if (scope != NULL) {
-        scope->allow(source);
-    }
-}
-
-void mission_builder_plan(source_t* const source)
-{
-    const mission_scope_t* const scope = mission_builder_of(source)->scope;
-    if (scope != NULL) {
-        scope->plan(source);
-    }
-}
-
-void mission_builder_action(source_t* const source)
-{
-    const mission_scope_t* const scope = mission_builder_of(source)->scope;
-    if (scope != NULL) {
-        scope->action(source);
+        scope->element(source);
     }
 }
 

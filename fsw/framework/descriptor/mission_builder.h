@@ -10,14 +10,36 @@
 
 typedef struct mission_builder mission_builder_t;
 
-struct mission_scope {               // What a reader of the whole mission does beside.
-    void (*allow)(source_t* source); ///< Handlers of permissions and plans,
-    void (*plan)(source_t* source);
-    void (*action)(source_t* source);
-    /// the names in them that this descriptor has,
-    void (*take)(mission_builder_t* builder, const mission_subsystem_t* subsystem,
+struct mission_scope { // What a reader of the whole mission does beside.
+    /// Handler of elements that only such a reader looks at: power, modes, permissions, plans, buses, ground.
+    void (*element)(source_t* source);
+    /// A descriptor, read from `path`, has been taken in.
+    void (*take)(mission_builder_t* builder, mission_subsystem_t* subsystem, const char* path,
                  const subsystem_descriptor_t* descriptor);
-    void (*resolve)(mission_builder_t* builder); ///< and what is to be told when all are taken in.
+    void (*resolve)(mission_builder_t* builder); ///< All have been.
+};
+
+enum { // Kinds of elements.
+    MISSION_KIND_MISSION = 1,
+    MISSION_KIND_SUBSYSTEMS,
+    MISSION_KIND_LISTED,
+    MISSION_KIND_POWER,
+    MISSION_KIND_MODES,
+    MISSION_KIND_MODE,
+    MISSION_KIND_USERS,
+    MISSION_KIND_USER,
+    MISSION_KIND_PERMISSIONS,
+    MISSION_KIND_ALLOW,
+    MISSION_KIND_LINKS,
+    MISSION_KIND_LINK,
+    MISSION_KIND_PLANS,
+    MISSION_KIND_PLAN,
+    MISSION_KIND_ACTION,
+    MISSION_KIND_PACKET_LOG,
+    MISSION_KIND_BUSES,
+    MISSION_KIND_BUS,
+    MISSION_KIND_TRANSPORTS,
+    MISSION_KIND_GROUND
 };
 
 struct mission_builder {
@@ -56,21 +78,21 @@ static inline mission_builder_t* mission_builder_of(const source_t* const source
 
 // Handlers: mission_builder.c
 void mission_builder_mission(source_t* source);
-void mission_builder_listed(source_t* source);
-void mission_builder_power(source_t* source);
-void mission_builder_modes_end(source_t* source);
-void mission_builder_lists(source_t* source); ///< What uses subsystems and modes stands behind them.
-void mission_builder_allow(source_t* source); ///< This and the next two: the scope's, if there is one.
-void mission_builder_plan(source_t* source);
-void mission_builder_action(source_t* source);
+void mission_builder_whole(source_t* source); ///< The scope's handler, if there is a scope.
 void mission_builder_end(source_t* source);
-// Of the ground, buses and links: mission_resolver.c
-void mission_builder_ground(source_t* source);
-void mission_builder_buses_end(source_t* source);
-void mission_builder_link(source_t* source);
+void mission_builder_link(source_t* source); // mission_resolver.c
 /// The words of an attribute name nothing of the kind expected; `expected` begins with the element's name.
 void mission_builder_refuse(source_t* source, uint32_t line, const char* attribute, const char* words,
                             const char* expected);
+// Of the whole mission: mission_checks.c
+void mission_check_element(source_t* source);
+void mission_copy_ports(source_t* source, mission_subsystem_t* subsystem,
+                        const subsystem_descriptor_t* descriptor);
+/// Every bus that an endnode names is a bus of the mission, and its redundant bus is channel B of that.
+void mission_check_buses(mission_builder_t* builder, const mission_subsystem_t* subsystem, const char* path,
+                         const subsystem_descriptor_t* descriptor);
+/// Both ends of a link are ports that fit each other. The links before this one have been looked at.
+void mission_check_link(mission_builder_t* builder, uint16_t index);
 // Handlers of permissions and plans: mission_rules.c
 void mission_rules_allow(source_t* source);
 void mission_rules_plan(source_t* source);

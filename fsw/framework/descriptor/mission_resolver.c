@@ -3,140 +3,11 @@
 
 #include <string.h>
 
-// What a subsystem may have, its entry in a mission can hold.
-typedef char configurations_fit[(MISSION_CONFIGURATIONS_MAX >= DESCRIPTOR_CONFIGURATIONS_MAX) ? 1 : -1];
-typedef char ports_fit[(MISSION_PORTS_MAX >= DESCRIPTOR_PORTS_MAX) ? 1 : -1];
-
 void mission_builder_refuse(source_t* const source, const uint32_t line, const char* const attribute,
                             const char* const words, const char* const expected)
 {
     source_refuse(source, line, "%=\"%\" of <", attribute, words, 0U);
     source_say(source, "%", expected, NULL, 0U);
-}
-
-static uint8_t methods_of(const descriptor_port_t* const port)
-{
-    uint32_t methods = 0U;
-    for (uint8_t m = 0U; m < port->method_count; m++) {
-        methods |= (uint32_t)1U << port->methods[m];
-    }
-    return (uint8_t)methods;
-}
-
-static void copy_configurations(source_t* const source, mission_subsystem_t* const subsystem,
-                                const subsystem_descriptor_t* const descriptor)
-{
-    for (; subsystem->configuration_count < descriptor->configuration_count;
-         subsystem->configuration_count++) {
-        const descriptor_configuration_t* const configuration =
-            &descriptor->configurations[subsystem->configuration_count];
-        mission_configuration_t* const copy = &subsystem->configurations[subsystem->configuration_count];
-        copy->name                          = source_keep(source, configuration->name);
-        copy->id                            = configuration->id;
-        for (uint16_t i = 0U; i < configuration->port_count; i++) {
-            const descriptor_port_t* const port = &descriptor->ports[configuration->first_port + i];
-            mission_port_t* const port_copy     = &subsystem->ports[subsystem->port_count];
-            port_copy->name                     = source_keep(source, port->name);
-            port_copy->id                       = port->id;
-            port_copy->configuration            = configuration->id;
-            port_copy->is_provided              = port->is_provided;
-            port_copy->is_required              = port->is_required;
-            port_copy->layout_hash              = port->layout_hash;
-            port_copy->methods                  = methods_of(port);
-            subsystem->port_count++;
-        }
-    }
-}
-
-static const mission_bus_t* find_bus(const mission_descriptor_t* const mission, const char* const name)
-{
-    return descriptor_named(mission->buses, mission->bus_count, sizeof mission->buses[0], name);
-}
-
-/// Others than this machine may send telecommands only where a key tells who they are.
-void mission_builder_ground(source_t* const source)
-{
-    const mission_descriptor_t* const mission = source->item;
-    const bool has_key                        = source_has(source, "key");
-    if (has_key && (mission->ground_key[0] == '\0')) {
-        source_wrong(source, "key", "the path of a file, or no such attribute");
-    } else if ((mission->is_ground_open != 0U) && !has_key) {
-        source_fail(source, source->line,
-                    "<Ground address=\"0.0.0.0\"> needs a key: only this machine has none");
-    } else {
-        // As it should be.
-    }
-}
-
-/// Each redundant bus is the one redundant bus of another.
-void mission_builder_buses_end(source_t* const source)
-{
-    const mission_descriptor_t* const mission = source->item;
-    for (uint16_t i = 0U; i < mission->bus_count; i++) {
-        const mission_bus_t* const bus = &mission->buses[i];
-        if (bus->redundant_to[0] == '\0') {
-            continue;
-        }
-        const mission_bus_t* const other = find_bus(mission, bus->redundant_to);
-        bool is_good                     = (other != NULL) && (other->redundant_to[0] == '\0');
-        for (uint16_t k = 0U; k < i; k++) {
-            is_good = is_good && (strcmp(mission->buses[k].redundant_to, bus->redundant_to) != 0);
-        }
-        if (!is_good) {
-            mission_builder_refuse(
-                source, bus->line, "redundantTo", bus->redundant_to,
-                "Bus>: expected a bus of the mission that is not redundant itself and has one "
-                "redundant bus");
-        }
-    }
-}
-
-/// A bus has one master: SYNC and network management of two would act on each other's devices.
-static void take_bus(mission_builder_t* const builder, const mission_bus_t* const bus,
-                     const mission_subsystem_t* const subsystem, const char* const path, const uint32_t line,
-                     const char* const attribute)
-{
-    source_t* const source                  = &builder->source;
-    const mission_subsystem_t** const owner = &builder->bus_owners[bus - builder->mission->buses];
-    if ((*owner != NULL) && (*owner != subsystem)) {
-        source->path = path;
-        source_refuse(source, line, "%=\"%\" of <Endnode>: expected a bus of its own, ", attribute, bus->name,
-                      0U);
-        source_say(source, "it is that of %", (*owner)->name, NULL, 0U);
-    }
-    *owner = subsystem;
-}
-
-/// Every bus that an endnode names is a bus of the mission, and its redundant bus is channel B of that.
-static void check_buses(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
-                        const char* const path, const subsystem_descriptor_t* const descriptor)
-{
-    source_t* const source = &builder->source;
-    for (uint16_t i = 0U; i < descriptor->endnode_count; i++) {
-        const descriptor_endnode_t* const endnode = &descriptor->endnodes[i];
-        if (endnode->type != DESCRIPTOR_ENDNODE_CAN) {
-            continue;
-        }
-        const mission_bus_t* const bus = find_bus(builder->mission, endnode->bus);
-        if (bus == NULL) {
-            source->path = path;
-            mission_builder_refuse(source, endnode->line, "bus", endnode->bus,
-                                   "Endnode>: expected a bus of the mission");
-        } else {
-            take_bus(builder, bus, subsystem, path, endnode->line, "bus");
-        }
-        const mission_bus_t* const redundant = find_bus(builder->mission, endnode->redundant_bus);
-        const bool is_channel = (redundant != NULL) && (strcmp(redundant->redundant_to, endnode->bus) == 0);
-        if ((endnode->redundant_bus[0] != '\0') && !is_channel) {
-            source->path = path;
-            mission_builder_refuse(source, endnode->line, "redundantBus", endnode->redundant_bus,
-                                   "Endnode>: expected a bus of the mission that is redundantTo its bus");
-        } else if (redundant != NULL) {
-            take_bus(builder, redundant, subsystem, path, endnode->line, "redundantBus");
-        } else {
-            // One channel.
-        }
-    }
 }
 
 status_t mission_builder_take(mission_builder_t* const builder, const uint16_t index, const char* const path,
@@ -150,13 +21,9 @@ status_t mission_builder_take(mission_builder_t* const builder, const uint16_t i
                       descriptor->name, subsystem->apid);
         source_say(source, "#", NULL, NULL, descriptor->apid);
     }
-    subsystem->interface_hash     = descriptor->interface_hash;
-    subsystem->configuration_hash = descriptor->configuration_hash;
-    copy_configurations(source, subsystem, descriptor);
     if (builder->scope != NULL) {
-        builder->scope->take(builder, subsystem, descriptor);
+        builder->scope->take(builder, subsystem, path, descriptor);
     }
-    check_buses(builder, subsystem, path, descriptor);
     return source->status;
 }
 
@@ -169,97 +36,25 @@ void mission_builder_link(source_t* const source)
     words[1]                   = source_text(source, "to", SOURCE_TEXT, 2U * DESCRIPTOR_NAME_MAX);
 }
 
-/// Port of a subsystem that is not taken in.
-static const mission_port_t unknown_port = {.name = ""};
-
-/// Port of SUBSYSTEM.PORT on the side wanted, or NULL after an error.
-static const mission_port_t* resolve_end(mission_builder_t* const builder, const mission_link_t* const link,
-                                         const char* const words, const bool is_provided,
-                                         uint16_t* const out_apid)
+/// APID of the subsystem of SUBSYSTEM.PORT; 0 if there is none.
+static uint16_t apid_of_end(const mission_descriptor_t* const mission, const char* const words)
 {
-    const mission_descriptor_t* const mission = builder->mission;
-    const size_t length                       = strcspn(words, ".");
+    const size_t length = strcspn(words, ".");
     for (uint16_t s = 0U; (words[length] == '.') && (s < mission->subsystem_count); s++) {
         const mission_subsystem_t* const subsystem = &mission->subsystems[s];
-        if ((strncmp(subsystem->name, words, length) != 0) || (subsystem->name[length] != '\0')) {
-            continue;
-        }
-        if ((builder->scope == NULL) && (builder->only != subsystem->apid)) {
-            *out_apid = subsystem->apid;
-            return &unknown_port;
-        }
-        const mission_port_t* const port = descriptor_named(subsystem->ports, subsystem->port_count,
-                                                            sizeof subsystem->ports[0], &words[length + 1U]);
-        if ((port != NULL) && (port->is_provided == is_provided)) { // So in all configurations.
-            *out_apid = subsystem->apid;
-            return port;
+        if ((strncmp(subsystem->name, words, length) == 0) && (subsystem->name[length] == '\0')) {
+            return subsystem->apid;
         }
     }
-    mission_builder_refuse(&builder->source, link->line, is_provided ? "from" : "to", words,
-                           is_provided ? "Link>: expected SUBSYSTEM.PORT that it provides"
-                                       : "Link>: expected SUBSYSTEM.PORT that it requires");
-    return NULL;
-}
-
-/// Links among the first `count` whose end names the same port.
-static uint16_t links_of_port(const mission_builder_t* const builder, const uint16_t count,
-                              const unsigned end, const char* const words)
-{
-    uint16_t found = 0U;
-    for (uint16_t i = 0U; i < count; i++) {
-        found = (uint16_t)(found + ((strcmp(builder->link_words[i][end], words) == 0) ? 1U : 0U));
-    }
-    return found;
-}
-
-/// One writer, any readers, and no more of them than the ends can hold. The links before this one are
-/// resolved.
-static void check_room(mission_builder_t* const builder, const uint16_t index)
-{
-    source_t* const source           = &builder->source;
-    const mission_link_t* const link = &builder->mission->links[index];
-    const char* const* const words   = builder->link_words[index];
-    if (link->producer_apid == link->consumer_apid) {
-        mission_builder_refuse(source, link->line, "to", words[1],
-                               "Link>: expected a port of another subsystem");
-    }
-    if (links_of_port(builder, index, 1U, words[1]) > 0U) {
-        mission_builder_refuse(source, link->line, "to", words[1],
-                               "Link>: expected a port that no other link leads to");
-    }
-    if (links_of_port(builder, index, 0U, words[0]) >= MISSION_PORT_LINKS_MAX) {
-        mission_builder_refuse(source, link->line, "from", words[0],
-                               "Link>: expected a port with at most 4 links");
-    }
-}
-
-static void resolve_link(mission_builder_t* const builder, const uint16_t index)
-{
-    source_t* const source               = &builder->source;
-    mission_link_t* const link           = &builder->mission->links[index];
-    const char* const* const words       = builder->link_words[index];
-    const mission_port_t* const producer = resolve_end(builder, link, words[0], true, &link->producer_apid);
-    const mission_port_t* const consumer = resolve_end(builder, link, words[1], false, &link->consumer_apid);
-    if ((producer == NULL) || (consumer == NULL)) {
-        return;
-    }
-    link->producer_port   = producer->id;
-    link->consumer_port   = consumer->id;
-    link->is_required     = consumer->is_required;
-    const bool is_unknown = (producer == &unknown_port) || (consumer == &unknown_port);
-    if (!is_unknown && (producer->layout_hash != consumer->layout_hash)) {
-        source_fail(source, link->line, "the layouts of the two ports differ");
-    } else if (!is_unknown && ((producer->methods & consumer->methods) == 0U)) {
-        source_fail(source, link->line, "the two ports share no transfer method");
-    } else {
-        check_room(builder, index);
-    }
+    return 0U;
 }
 
 status_t mission_builder_resolve(mission_builder_t* const builder)
 {
     for (uint16_t i = 0U; i < builder->mission->link_count; i++) {
-        resolve_link(builder, i);
+        mission_link_t* const link = &builder->mission->links[i];
+        link->producer_apid        = apid_of_end(builder->mission, builder->link_words[i][0]);
+        link->consumer_apid        = apid_of_end(builder->mission, builder->link_words[i][1]);
     }
     if (builder->scope != NULL) {
         builder->scope->resolve(builder);

@@ -58,9 +58,13 @@ static void find_plan_names(mission_builder_t* const builder, const mission_subs
     }
 }
 
-static void take(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
-                 const subsystem_descriptor_t* const descriptor)
+static void take(mission_builder_t* const builder, mission_subsystem_t* const subsystem,
+                 const char* const path, const subsystem_descriptor_t* const descriptor)
 {
+    subsystem->interface_hash     = descriptor->interface_hash;
+    subsystem->configuration_hash = descriptor->configuration_hash;
+    mission_copy_ports(&builder->source, subsystem, descriptor);
+    mission_check_buses(builder, subsystem, path, descriptor);
     find_rule_names(builder, subsystem, descriptor);
     find_plan_names(builder, subsystem, descriptor);
 }
@@ -124,6 +128,9 @@ static uint64_t hash_subsystems(uint64_t hash, const mission_descriptor_t* const
 static void resolve(mission_builder_t* const builder)
 {
     mission_descriptor_t* const mission = builder->mission;
+    for (uint16_t i = 0U; i < mission->link_count; i++) {
+        mission_check_link(builder, i);
+    }
     for (uint16_t i = 0U; (i < mission->link_count) && (builder->source.status == STATUS_OK); i++) {
         check_room(builder, i, mission->links[i].producer_apid);
         check_room(builder, i, mission->links[i].consumer_apid);
@@ -141,8 +148,4 @@ static void resolve(mission_builder_t* const builder)
     mission->configuration_hash = hash_subsystems(mission->configuration_hash, mission, false);
 }
 
-const mission_scope_t mission_whole = {.allow   = mission_rules_allow,
-                                       .plan    = mission_rules_plan,
-                                       .action  = mission_rules_action,
-                                       .take    = take,
-                                       .resolve = resolve};
+const mission_scope_t mission_whole = {.element = mission_check_element, .take = take, .resolve = resolve};

@@ -12,7 +12,7 @@
 #define LOST_AT_ONCE_MAX 4096U ///< A larger gap is no loss: one of both numbers was forged or damaged.
 #define FIRST_LIFE 1U
 
-static message_channel_t* channel_of(message_endpoint_t* const endpoint, const uint16_t peer)
+static message_channel_t* channel_of(const message_endpoint_t* const endpoint, const uint16_t peer)
 {
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
         if (endpoint->places[i].channel.peer == peer) {
@@ -139,13 +139,8 @@ static uint32_t credit_to(const message_endpoint_t* const endpoint, const uint16
                           const uint32_t blocks, const uint32_t octets)
 {
     FSW_ASSERT(endpoint != NULL);
-    for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        const message_channel_t* const channel = &endpoint->places[i].channel;
-        if (channel->peer == peer) {
-            return credit_of(channel, blocks, octets);
-        }
-    }
-    return 0U;
+    const message_channel_t* const channel = channel_of(endpoint, peer);
+    return (channel != NULL) ? credit_of(channel, blocks, octets) : 0U;
 }
 
 uint32_t message_credit(const message_endpoint_t* const endpoint, const uint16_t peer)
@@ -198,22 +193,31 @@ status_t message_send_plain(message_endpoint_t* const endpoint, const uint16_t t
     return send_leaving(endpoint, to, octets, size, MESSAGE_RESERVE, MESSAGE_RESERVE_OCTETS);
 }
 
-status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
+/// Channel of the peer that a frame says it is from; null if there is none, or the frame is none.
+static message_channel_t* channel_of_frame(const message_endpoint_t* const endpoint,
+                                           const uint8_t* const frame, const size_t size)
 {
     FSW_ASSERT((endpoint != NULL) && ((frame != NULL) || (size == 0U)));
-    message_channel_t* const channel = message_frame_is_well_made(frame, size, endpoint->self)
-                                           ? channel_of(endpoint, message_frame_from(frame))
-                                           : NULL;
+    return message_frame_is_well_made(frame, size, endpoint->self)
+               ? channel_of(endpoint, message_frame_from(frame))
+               : NULL;
+}
+
+status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
+{
+    message_channel_t* const channel = channel_of_frame(endpoint, frame, size);
     if (channel == NULL) {
         endpoint->counters.malformed++;
         return STATUS_OK;
     }
     const uint32_t life = message_frame_life(frame);
-    status_t status =
-        message_inbox_put(&channel->inbox, frame[MESSAGE_AT_KIND], endpoint->stamp, frame, size);
-    while ((status == STATUS_FULL) && message_inbox_forget(&channel->inbox, life)) {
-        endpoint->counters.stale++; // Nobody has taken the last words of an earlier life, and now they go.
-        status = message_inbox_put(&channel->inbox, frame[MESSAGE_AT_KIND], endpoint->stamp, frame, size);
+    status_t status     = STATUS_FULL;
+    bool has_room       = true;
+    while ((status == STATUS_FULL) && has_room) {
+        status   = message_inbox_put(&channel->inbox, frame[MESSAGE_AT_KIND], endpoint->stamp, frame, size);
+        has_room = (status == STATUS_FULL) && message_inbox_forget(&channel->inbox, life);
+        // Nobody has taken the last words of an earlier life, and now they go.
+        endpoint->counters.stale += has_room ? 1U : 0U;
     }
     if (status != STATUS_OK) { // No true sender sends beyond its window.
         endpoint->counters.overruns++;
@@ -334,16 +338,32 @@ static bool is_own_life(const message_endpoint_t* const endpoint, const uint32_t
     return (life == endpoint->life) || ((life == 0U) && (endpoint->life == FIRST_LIFE));
 }
 
-bool message_is_of_past(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
+/// A frame to another life of this endpoint.
+static bool is_of_past(message_endpoint_t* const endpoint, const uint8_t* const frame, const size_t size)
 {
-    FSW_ASSERT((endpoint != NULL) && (frame != NULL));
-    const message_channel_t* const channel = message_frame_is_well_made(frame, size, endpoint->self)
-                                                 ? channel_of(endpoint, message_frame_from(frame))
-                                                 : NULL;
-    const bool is_of_past                  = (channel != NULL) && channel->is_life_said &&
-                            !is_own_life(endpoint, message_frame_read(frame, MESSAGE_DATA, size).to_life);
-    endpoint->counters.stale += is_of_past ? 1U : 0U;
-    return is_of_past;
+    const message_channel_t* const channel = channel_of_frame(endpoint, frame, size);
+    const bool is_past                     = (channel != NULL) && channel->is_life_said &&
+                         !is_own_life(endpoint, message_frame_read(frame, MESSAGE_DATA, size).to_life);
+    endpoint->counters.stale += is_past ? 1U : 0U;
+    return is_past;
+}
+
+status_t message_accept(message_endpoint_t* const endpoint, const status_t received, const size_t size)
+{
+    FSW_ASSERT(endpoint != NULL);
+    if (received == STATUS_TOO_LARGE) {
+        endpoint->counters.malformed++;
+        return STATUS_NOT_OURS;
+    }
+    if (received != STATUS_OK) {
+        return received;
+    }
+    if (is_of_past(endpoint, endpoint->frame, size)) {
+        return STATUS_NOT_OURS;
+    }
+    const status_t delivered = message_deliver(endpoint, endpoint->frame, size);
+    (void)delivered; // What is beyond the window of its sender is counted.
+    return STATUS_OK;
 }
 
 /// Bring the channel up to date with a frame of its peer. False if the frame is to be dropped.

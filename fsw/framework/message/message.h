@@ -148,9 +148,11 @@ MUST_USE status_t message_receive_if(message_endpoint_t* endpoint, const message
                                      uint16_t* out_from, uint8_t* octets, size_t capacity, size_t* out_size);
 /// The connection to a peer works again: exchange SYNC with it. No effect if nothing was under way.
 void message_probe(message_endpoint_t* endpoint, uint16_t peer);
-/// True for a frame to another life of this endpoint, from a peer with a life set by message_set_life: the
-/// calendar did not announce it to this life, and the carrier drops it. Counted as stale.
-bool message_is_of_past(message_endpoint_t* endpoint, const uint8_t* frame, size_t size);
+/// For carriers: `received` is the outcome of receiving `size` octets into endpoint->frame. A frame is
+/// delivered; what is beyond the window of its sender is counted. STATUS_OK; STATUS_NOT_OURS (too large; or
+/// to another life of this endpoint from a peer with a life set by message_set_life, which the calendar did
+/// not announce to this one: dropped and counted); or `received`.
+MUST_USE status_t message_accept(message_endpoint_t* endpoint, status_t received, size_t size);
 /// Frames of other lives or outside of the window that were dropped so far [wraps].
 uint32_t message_stale_frames(const message_endpoint_t* endpoint);
 /// Blocks that may be sent to a peer now, as long as their octets fit. If this is not 0, the next block fits,

@@ -129,10 +129,7 @@ status_t octet_ring_peek(const octet_ring_t* const ring, uint8_t* const octets, 
     if (ring->blocks == 0U) {
         return STATUS_EMPTY;
     }
-    uint32_t length    = 0U;
-    const size_t place = read_at(ring, ring->head, (uint8_t*)&length, LENGTH_OCTETS);
-    (void)read_at(ring, place, octets, (length < capacity) ? length : capacity);
-    *out_size = length;
+    (void)octet_ring_look(ring, 0U, octets, capacity, out_size);
     return STATUS_OK;
 }
 
@@ -162,25 +159,4 @@ size_t octet_ring_copy(const octet_ring_t* const ring, uint8_t* const octets, co
     }
     (void)read_at(ring, ring->head, octets, ring->used);
     return ring->used;
-}
-
-void octet_ring_refill(octet_ring_t* const ring, const uint8_t* const octets, const size_t size)
-{
-    FSW_ASSERT((ring != NULL) && (octets != NULL));
-    size_t place = 0U;
-    while (place < size) {
-        uint32_t length   = 0U;
-        const size_t left = size - place;
-        if (left >= LENGTH_OCTETS) {
-            (void)memcpy(&length, &octets[place], LENGTH_OCTETS);
-        }
-        if ((left < LENGTH_OCTETS) || (length > BLOCK_MAX) || (length > (left - LENGTH_OCTETS))) {
-            ring->refused++;
-            return;
-        }
-        if (octet_ring_put(ring, &octets[place + LENGTH_OCTETS], length) != STATUS_OK) {
-            return; // In order or not at all.
-        }
-        place += LENGTH_OCTETS + length;
-    }
 }

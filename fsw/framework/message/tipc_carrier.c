@@ -62,23 +62,14 @@ status_t tipc_carrier_pump(tipc_carrier_t* const carrier, message_endpoint_t* co
         status = osal_tipc_receive(carrier->socket, &from, endpoint->frame, sizeof endpoint->frame, &size);
         carrier->returned += (status == STATUS_FORBIDDEN) ? 1U : 0U;
     }
-    if (status == STATUS_TOO_LARGE) {
-        endpoint->counters.malformed++;
-        return STATUS_NOT_OURS;
-    }
     if (status != STATUS_OK) {
-        return status;
+        return message_accept(endpoint, status, 0U);
     }
     if (!is_peer(carrier, from)) {
         carrier->foreign++;
         return STATUS_NOT_OURS;
     }
-    if (message_is_of_past(endpoint, endpoint->frame, size)) {
-        return STATUS_NOT_OURS;
-    }
-    const status_t delivered = message_deliver(endpoint, endpoint->frame, size);
-    (void)delivered; // What is beyond the window of its sender is counted.
-    return STATUS_OK;
+    return message_accept(endpoint, STATUS_OK, size);
 }
 
 void tipc_carrier_take_hints(tipc_carrier_t* const carrier, message_endpoint_t* const endpoint)

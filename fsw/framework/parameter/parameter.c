@@ -49,15 +49,6 @@ static uint16_t place_of(const parameter_dictionary_t* const dictionary, const u
     return (uint16_t)(((uint64_t)spread * dictionary->capacity) >> 32U);
 }
 
-static uint16_t place_of_name(const parameter_dictionary_t* const dictionary, const char* const name)
-{
-    uint32_t key = 0U;
-    for (const char* at = name; *at != '\0'; at++) {
-        key = (key ^ (uint8_t)*at) * SPREAD;
-    }
-    return place_of(dictionary, key ^ (key >> 16U));
-}
-
 static parameter_entry_t* entry_of_id(const parameter_dictionary_t* const dictionary, const uint32_t id)
 {
     uint16_t index = dictionary->entries[place_of(dictionary, id)].first_of_id;
@@ -67,21 +58,20 @@ static parameter_entry_t* entry_of_id(const parameter_dictionary_t* const dictio
     return (index != NO_ENTRY) ? &dictionary->entries[index] : NULL;
 }
 
-static parameter_entry_t* entry_of_name(const parameter_dictionary_t* const dictionary,
-                                        const char* const name)
+/// Looked at only when a parameter is published: nobody finds one by its name afterwards.
+static bool is_name_taken(const parameter_dictionary_t* const dictionary, const char* const name)
 {
-    uint16_t index = dictionary->entries[place_of_name(dictionary, name)].first_of_name;
-    while ((index != NO_ENTRY) && (strcmp(dictionary->entries[index].definition->name, name) != 0)) {
-        index = dictionary->entries[index].next_of_name;
+    bool is_taken = false;
+    for (uint16_t i = 0U; i < dictionary->count; i++) {
+        is_taken = is_taken || (strcmp(dictionary->entries[i].definition->name, name) == 0);
     }
-    return (index != NO_ENTRY) ? &dictionary->entries[index] : NULL;
+    return is_taken;
 }
 
 static void forget_all(parameter_dictionary_t* const dictionary)
 {
     for (uint16_t i = 0U; i < dictionary->capacity; i++) {
-        dictionary->entries[i].first_of_id   = NO_ENTRY;
-        dictionary->entries[i].first_of_name = NO_ENTRY;
+        dictionary->entries[i].first_of_id = NO_ENTRY;
     }
 }
 
@@ -96,16 +86,12 @@ status_t parameter_init(parameter_dictionary_t* const dictionary, parameter_entr
     return osal_mutex_create(&dictionary->mutex, false);
 }
 
-/// Put the new last entry first at the places of its id and its name.
+/// Put the new last entry first at the place of its id.
 static void enter(parameter_dictionary_t* const dictionary, parameter_entry_t* const entry)
 {
     parameter_entry_t* const of_id = &dictionary->entries[place_of(dictionary, entry->definition->id)];
-    parameter_entry_t* const of_name =
-        &dictionary->entries[place_of_name(dictionary, entry->definition->name)];
-    entry->next_of_id      = of_id->first_of_id;
-    entry->next_of_name    = of_name->first_of_name;
-    of_id->first_of_id     = dictionary->count;
-    of_name->first_of_name = dictionary->count;
+    entry->next_of_id              = of_id->first_of_id;
+    of_id->first_of_id             = dictionary->count;
     __atomic_store_n(&dictionary->count, (uint16_t)(dictionary->count + 1U), __ATOMIC_RELAXED);
 }
 
@@ -130,8 +116,7 @@ status_t parameter_publish(parameter_dictionary_t* const dictionary,
     FSW_ASSERT(is_well_defined(definition));
     lock(dictionary);
     status_t status = STATUS_OK;
-    if ((entry_of_id(dictionary, definition->id) != NULL) ||
-        (entry_of_name(dictionary, definition->name) != NULL)) {
+    if ((entry_of_id(dictionary, definition->id) != NULL) || is_name_taken(dictionary, definition->name)) {
         status = STATUS_EXISTS;
     } else if ((dictionary->count >= dictionary->capacity) ||
                ((dictionary->bounds_capacity - dictionary->bounds_used) < definition->field_count)) {
@@ -164,30 +149,15 @@ void parameter_withdraw_all(parameter_dictionary_t* const dictionary)
     unlock(dictionary);
 }
 
-/// End of a search: counts a failure and unlocks.
-static status_t found(parameter_dictionary_t* const dictionary, const parameter_entry_t* const entry,
-                      const parameter_entry_t** const out_entry)
-{
-    *out_entry = entry;
-    dictionary->refusals.unknown += (entry == NULL) ? 1U : 0U;
-    unlock(dictionary);
-    return (entry != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
-}
-
 status_t parameter_find(parameter_dictionary_t* const dictionary, const uint32_t id,
                         const parameter_entry_t** const out_entry)
 {
     FSW_ASSERT((dictionary != NULL) && (out_entry != NULL));
     lock(dictionary);
-    return found(dictionary, entry_of_id(dictionary, id), out_entry);
-}
-
-status_t parameter_find_name(parameter_dictionary_t* const dictionary, const char* const name,
-                             const parameter_entry_t** const out_entry)
-{
-    FSW_ASSERT((dictionary != NULL) && (name != NULL) && (out_entry != NULL));
-    lock(dictionary);
-    return found(dictionary, entry_of_name(dictionary, name), out_entry);
+    *out_entry = entry_of_id(dictionary, id);
+    dictionary->refusals.unknown += (*out_entry == NULL) ? 1U : 0U;
+    unlock(dictionary);
+    return (*out_entry != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
 }
 
 status_t parameter_set_settable(parameter_dictionary_t* const dictionary, const uint32_t id,
@@ -440,29 +410,6 @@ status_t parameter_write(parameter_dictionary_t* const dictionary, const uint32_
     const status_t status          = check_write(entry, &trial);
     if (status == STATUS_OK) {
         store(entry, reader);
-    }
-    count_refusal(&dictionary->refusals, status);
-    unlock_values(dictionary);
-    return status;
-}
-
-status_t parameter_write_group(parameter_dictionary_t* const dictionary, octet_reader_t* const reader,
-                               const uint16_t count, uint16_t* const out_index, uint32_t* const out_id,
-                               size_t* const out_offset)
-{
-    FSW_ASSERT((dictionary != NULL) && (reader != NULL));
-    FSW_ASSERT((out_index != NULL) && (out_id != NULL) && (out_offset != NULL));
-    lock_values(dictionary);
-    octet_reader_t trial = *reader;
-    status_t status      = STATUS_OK;
-    for (uint16_t i = 0U; (i < count) && (status == STATUS_OK); i++) {
-        *out_index  = i;
-        *out_offset = trial.position;
-        *out_id     = octet_read_u32(&trial);
-        status      = trial.failed ? STATUS_TRUNCATED : check_write(entry_of_id(dictionary, *out_id), &trial);
-    }
-    for (uint16_t i = 0U; (i < count) && (status == STATUS_OK); i++) {
-        store(entry_of_id(dictionary, octet_read_u32(reader)), reader);
     }
     count_refusal(&dictionary->refusals, status);
     unlock_values(dictionary);

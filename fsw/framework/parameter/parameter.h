@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The parameter dictionary: data structures a subsystem shares with the framework, found by id or name.
+/// The parameter dictionary: data structures a subsystem shares with the framework, found by their ids.
 ///
 /// Names, ids and layouts are the compiled interface: parameter_definition_t tables of the generated header.
 /// Bounds, settable flags and initial values are configuration: pushed in from the descriptor after
@@ -11,7 +11,8 @@
 ///            structure in place between parameter_lock and parameter_unlock. The lock is not recursive: no
 ///            other function of this header may be called in between. An entry found before is read without
 ///            the lock unless values change meanwhile (docs/decisions/0023).
-/// Time       Finding O(1), by a hash of the id or name; reading, writing and publishing O(size).
+/// Time       Finding O(1), by a hash of the id; reading and writing O(size); publishing O(size + count),
+///            because it compares names.
 /// Errors     Each function lists every status. What comes from a wire is refused by status and counted.
 ///
 ///     static parameter_entry_t  entries[MANIPULATOR_PARAMETER_COUNT];
@@ -65,16 +66,14 @@ typedef struct { // Placed by the caller. Fields may be read, written only here.
     parameter_bounds_t* bounds; ///< One per field.
     bool is_settable;
     uint32_t writes; ///< Successful writes from the wire [calls, wraps]: the owner sees that it changed.
-    // Private: entries with the id or name of one hash are a list. This is where the list of the hash with
-    // the index of this entry begins, and which entry comes after this one in its list; UINT16_MAX: none.
+    // Private: entries with ids of one hash are a list. This is where the list of the hash with the index of
+    // this entry begins, and which entry comes after this one in its list; UINT16_MAX: none.
     uint16_t first_of_id;
     uint16_t next_of_id;
-    uint16_t first_of_name;
-    uint16_t next_of_name;
 } parameter_entry_t;
 
 typedef struct {           // Refusals [calls, wraps], for telemetry.
-    uint32_t unknown;      ///< No such id or name.
+    uint32_t unknown;      ///< No such id.
     uint32_t read_only;    ///< Write to a parameter that may not be set.
     uint32_t out_of_range; ///< Write outside the bounds, or not a finite number.
     uint32_t malformed;    ///< Write with too few octets, or a BOOL other than 0 and 1.
@@ -105,11 +104,9 @@ MUST_USE status_t parameter_publish(parameter_dictionary_t* dictionary,
 /// Withdraw every parameter (SOFTWARE_DEINIT); entries found before become invalid. Counters stay.
 void parameter_withdraw_all(parameter_dictionary_t* dictionary);
 
-/// Entry of an id or a name; stays valid until parameter_withdraw_all. STATUS_OK, STATUS_NOT_FOUND.
+/// Entry of an id; stays valid until parameter_withdraw_all. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t parameter_find(parameter_dictionary_t* dictionary, uint32_t id,
                                  const parameter_entry_t** out_entry);
-MUST_USE status_t parameter_find_name(parameter_dictionary_t* dictionary, const char* name,
-                                      const parameter_entry_t** out_entry);
 
 /// Configuration, from the descriptor. STATUS_OK, STATUS_NOT_FOUND (id or field name).
 MUST_USE status_t parameter_set_settable(parameter_dictionary_t* dictionary, uint32_t id, bool is_settable);
@@ -130,12 +127,6 @@ MUST_USE status_t parameter_read_entry(parameter_dictionary_t* dictionary, const
 /// Whole parameter from the wire: all fields or none; the reader ends behind it only on success.
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_READ_ONLY, STATUS_TRUNCATED, STATUS_INVALID, STATUS_OUT_OF_RANGE.
 MUST_USE status_t parameter_write(parameter_dictionary_t* dictionary, uint32_t id, octet_reader_t* reader);
-/// `count` times {id u32, value} as in TC[20,3]: all are checked, then all are written, in one lock; or none.
-/// On refusal *out_index (0-based) and *out_id name the first bad one, *out_offset its position in the
-/// reader. Statuses as parameter_write.
-MUST_USE status_t parameter_write_group(parameter_dictionary_t* dictionary, octet_reader_t* reader,
-                                        uint16_t count, uint16_t* out_index, uint32_t* out_id,
-                                        size_t* out_offset);
 
 /// Hold the content steady while its owner updates or a peer in the same component reads in place.
 void parameter_lock(parameter_dictionary_t* dictionary);

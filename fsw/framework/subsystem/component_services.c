@@ -314,17 +314,15 @@ static void tabulate_functions(component_t* const component)
         for (size_t k = 0U; (k < PUS_NAME_SIZE) && (function->name[k] != '\0'); k++) {
             entry->name[k] = function->name[k];
         }
-        size_t offset = 0U;
+        FSW_ASSERT(function->memory_size <= sizeof component->argument_area);
         for (uint16_t k = 0U; k < function->argument_count; k++) {
             const descriptor_field_t* const field = &descriptor->fields[function->first_argument + k];
-            const size_t size                     = value_size(field->type);
-            offset                                = ((offset + size - 1U) / size) * size;
-            component->arguments[used]            = (pus_argument_t){
-                           .id = field->id, .type = field->type, .count = field->count, .offset = (uint16_t)offset};
-            offset += size * field->count;
+            component->arguments[used]            = (pus_argument_t){.id     = field->id,
+                                                                     .type   = field->type,
+                                                                     .count  = field->count,
+                                                                     .offset = (uint16_t)field->offset};
             used++;
         }
-        FSW_ASSERT(offset <= sizeof component->argument_area);
     }
 }
 

@@ -27,19 +27,6 @@ static bool services_fit(const subsystem_descriptor_t* const descriptor,
     return true;
 }
 
-/// Octets of a function's arguments as a C compiler lays out the generated structure.
-static size_t argument_octets(const subsystem_descriptor_t* const descriptor,
-                              const descriptor_function_t* const function)
-{
-    size_t octets = 0U;
-    for (uint16_t i = 0U; i < function->argument_count; i++) {
-        const descriptor_field_t* const field = &descriptor->fields[function->first_argument + i];
-        const size_t size                     = value_size(field->type);
-        octets = (((octets + size - 1U) / size) * size) + (size * field->count);
-    }
-    return octets;
-}
-
 static bool functions_fit(const subsystem_descriptor_t* const descriptor,
                           subsystem_misfit_t* const out_misfit)
 {
@@ -50,7 +37,7 @@ static bool functions_fit(const subsystem_descriptor_t* const descriptor,
         if (count > COMPONENT_ARGUMENTS) {
             return refuse(out_misfit, function->line, "too many <Argument> in one descriptor, at most 96");
         }
-        if (argument_octets(descriptor, function) > (COMPONENT_ARGUMENT_WORDS * sizeof(uint64_t))) {
+        if (function->memory_size > (COMPONENT_ARGUMENT_WORDS * sizeof(uint64_t))) {
             return refuse(out_misfit, function->line, "too many octets of arguments in memory, at most 512");
         }
     }

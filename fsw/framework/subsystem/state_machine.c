@@ -384,11 +384,3 @@ void state_machine_outcome(state_machine_t* const machine, const state_outcome_t
         follow_failed(machine);
     }
 }
-
-const char* state_name(const state_t state)
-{
-    static const char* const names[STATE_COUNT] = {
-        "OFFLINE",     "SOFTWARE_INIT",     "HARDWARE_INIT",    "PRE_OPERATIONAL", "SAFE_OPERATIONAL",
-        "OPERATIONAL", "ERROR_OPERATIONAL", "POST_OPERATIONAL", "HARDWARE_DEINIT", "SOFTWARE_DEINIT"};
-    return ((unsigned)state < (unsigned)STATE_COUNT) ? names[state] : "?";
-}

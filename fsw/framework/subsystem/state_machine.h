@@ -124,7 +124,4 @@ bool state_machine_event(state_machine_t* machine, state_event_t event, state_ca
 /// The running action has ended. The next action, if any, is in machine->action.
 void state_machine_outcome(state_machine_t* machine, state_outcome_t outcome);
 
-/// "OFFLINE", ...; "?" outside the range.
-const char* state_name(state_t state);
-
 #endif // FSW_FRAMEWORK_SUBSYSTEM_STATE_MACHINE_H

@@ -85,20 +85,15 @@ static void reads_a_structure_big_endian_without_padding(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, octets, sizeof expected);
 }
 
-static void finds_by_id_and_by_name(void)
+static void finds_by_id(void)
 {
-    const parameter_entry_t* by_id   = NULL;
-    const parameter_entry_t* by_name = NULL;
+    const parameter_entry_t* by_id = NULL;
     for (size_t i = 0U; i < 3U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, definitions[i].id, &by_id));
-        TEST_ASSERT_EQUAL(STATUS_OK, parameter_find_name(&dictionary, definitions[i].name, &by_name));
-        TEST_ASSERT_EQUAL_PTR(by_id, by_name);
         TEST_ASSERT_EQUAL_PTR(&definitions[i], by_id->definition);
     }
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find(&dictionary, UNKNOWN, &by_id));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find_name(&dictionary, "TARGETS", &by_name));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find_name(&dictionary, "", &by_name));
-    TEST_ASSERT_EQUAL_UINT32(3U, dictionary.refusals.unknown);
+    TEST_ASSERT_EQUAL_UINT32(1U, dictionary.refusals.unknown);
 }
 
 static void refuses_what_is_published_already_or_does_not_fit(void)
@@ -197,6 +192,8 @@ static octet_reader_t target_value(const double first, const double second)
 static void writes_only_what_is_settable(void)
 {
     octet_reader_t reader = target_value(-0.5, 1.0);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_write(&dictionary, UNKNOWN, &reader));
+    TEST_ASSERT_EQUAL_UINT32(1U, dictionary.refusals.unknown);
     TEST_ASSERT_EQUAL(STATUS_READ_ONLY, parameter_write(&dictionary, TARGET, &reader));
     TEST_ASSERT_EQUAL_DOUBLE(0.25, target[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, TARGET, true));
@@ -273,53 +270,6 @@ static void a_read_written_back_reads_the_same(void)
     }
 }
 
-static octet_reader_t group_of_two(const double first, const float second, const uint32_t second_id)
-{
-    octet_writer_t writer = octet_writer(octets, sizeof octets);
-    octet_write_u32(&writer, TARGET);
-    octet_write_f64(&writer, first);
-    octet_write_f64(&writer, first);
-    octet_write_u32(&writer, second_id);
-    octet_write_f32(&writer, second);
-    return octet_reader(octets, writer.position);
-}
-
-static void a_group_is_written_whole_or_not_at_all(void)
-{
-    uint16_t index = 99U;
-    uint32_t id    = 0U;
-    size_t offset  = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, TARGET, true));
-    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_bounds(&dictionary, RATE, "RATE", 0.0, 2.0));
-    octet_reader_t reader = group_of_two(0.1, 1.5F, RATE);
-    TEST_ASSERT_EQUAL(STATUS_READ_ONLY,
-                      parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset));
-    TEST_ASSERT_EQUAL_UINT16(1U, index);
-    TEST_ASSERT_EQUAL_HEX32(RATE, id);
-    TEST_ASSERT_EQUAL_UINT64(20U, offset);
-    TEST_ASSERT_EQUAL_DOUBLE(0.25, target[0]);
-    TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, RATE, true));
-    reader = group_of_two(0.1, 2.5F, RATE);
-    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE,
-                      parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset));
-    reader = group_of_two(0.1, 1.5F, UNKNOWN);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
-                      parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset));
-    for (size_t size = 0U; size < 28U; size++) {
-        reader      = group_of_two(0.1, 1.5F, RATE);
-        reader.size = size;
-        TEST_ASSERT_EQUAL(STATUS_TRUNCATED,
-                          parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset));
-        TEST_ASSERT_EQUAL_DOUBLE(0.25, target[0]);
-        TEST_ASSERT_EQUAL_FLOAT(1.0F, rate);
-    }
-    reader = group_of_two(0.1, 1.5F, RATE);
-    TEST_ASSERT_EQUAL(STATUS_OK, parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset));
-    TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
-    TEST_ASSERT_EQUAL_DOUBLE(0.1, target[1]);
-    TEST_ASSERT_EQUAL_FLOAT(1.5F, rate);
-}
-
 static void sets_initial_values_from_text(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_initial(&dictionary, TARGET, "TARGET", "-1.5 2e-3"));
@@ -366,24 +316,20 @@ static void finds_all_of_many_in_any_order(void)
         for (unsigned i = 0U; i < 64U; i++) {
             TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, many[i].id, &entry));
             TEST_ASSERT_EQUAL_PTR(&many[i], entry->definition);
-            TEST_ASSERT_EQUAL(STATUS_OK, parameter_find_name(&dictionary, names[i], &entry));
-            TEST_ASSERT_EQUAL_PTR(&many[i], entry->definition);
         }
         TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
     }
 }
 
-/// Entries looked at to find each of those published once, by id and by name.
-static void count_looks(uint32_t* const out_looks_of_ids, uint32_t* const out_looks_of_names)
+/// Entries looked at to find each of those published once.
+static uint32_t count_looks(void)
 {
-    *out_looks_of_ids   = 0U;
-    *out_looks_of_names = 0U;
+    uint32_t looks = 0U;
     for (uint16_t i = 0U; i < dictionary.capacity; i++) {
-        const uint32_t ids   = parameters_of_id(&dictionary, i);
-        const uint32_t names = parameters_of_name(&dictionary, i);
-        *out_looks_of_ids += (ids * (ids + 1U)) / 2U;
-        *out_looks_of_names += (names * (names + 1U)) / 2U;
+        const uint32_t ids = parameters_of_id(&dictionary, i);
+        looks += (ids * (ids + 1U)) / 2U;
     }
+    return looks;
 }
 
 /// However many there are, one is found with two looks at most, on average, though the dictionary is full.
@@ -396,8 +342,6 @@ static void finding_one_of_more_does_not_take_longer(void)
     static double storage;
     osal_mutex_destroy(&dictionary.mutex);
     for (uint16_t number = 1U; number <= MANY; number = (uint16_t)((number * 3U / 2U) + 1U)) {
-        uint32_t of_ids   = 0U;
-        uint32_t of_names = 0U;
         TEST_ASSERT_EQUAL(STATUS_OK, parameter_init(&dictionary, many_entries, number, many_bounds, number));
         for (uint16_t i = 0U; i < number; i++) {
             (void)snprintf(names[i], sizeof names[i], "JOINT%u.V%u", i / 4U, i % 4U);
@@ -406,9 +350,7 @@ static void finding_one_of_more_does_not_take_longer(void)
             TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &many[i], &storage));
         }
         TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
-        count_looks(&of_ids, &of_names);
-        TEST_ASSERT_TRUE(of_ids <= (2U * number));
-        TEST_ASSERT_TRUE(of_names <= (2U * number));
+        TEST_ASSERT_TRUE(count_looks() <= (2U * number));
         osal_mutex_destroy(&dictionary.mutex);
     }
     setUp();
@@ -446,7 +388,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(id_holds_apid_layout_and_number);
     RUN_TEST(reads_a_structure_big_endian_without_padding);
-    RUN_TEST(finds_by_id_and_by_name);
+    RUN_TEST(finds_by_id);
     RUN_TEST(refuses_what_is_published_already_or_does_not_fit);
     RUN_TEST(a_read_that_does_not_fit_writes_nothing);
     RUN_TEST(an_entry_is_read_without_the_lock);
@@ -456,7 +398,6 @@ int main(void)
     RUN_TEST(a_write_changes_all_fields_or_none);
     RUN_TEST(refuses_what_is_no_value_of_the_type);
     RUN_TEST(a_read_written_back_reads_the_same);
-    RUN_TEST(a_group_is_written_whole_or_not_at_all);
     RUN_TEST(sets_initial_values_from_text);
     RUN_TEST(finds_all_of_many_in_any_order);
     RUN_TEST(finding_one_of_more_does_not_take_longer);

@@ -60,7 +60,7 @@ static values_t command;
 static double scale;
 static party_t readers[READERS];
 static party_t commander;
-static party_t group_commander;
+static party_t scalar_commander;
 static uint32_t is_over;
 
 static void fill(values_t* structure, uint32_t number)
@@ -124,9 +124,7 @@ static void read_all(void* context)
         if ((self->rounds % 3U) == 0U) {
             status = parameter_read(&dictionary, id, &writer);
         } else {
-            status = ((self->rounds % 3U) == 1U)
-                         ? parameter_find(&dictionary, id, &entry)
-                         : parameter_find_name(&dictionary, (id == VALUES) ? "VALUES" : "COMMAND", &entry);
+            status = parameter_find(&dictionary, id, &entry);
             status = (status == STATUS_OK) ? parameter_read_entry(&dictionary, entry, &writer) : status;
         }
         self->refused += (status != STATUS_OK) ? 1U : 0U;
@@ -149,22 +147,16 @@ static void command_all(void* context)
     }
 }
 
-/// Groups of a structure and a scalar; every other one is refused for the scalar, which comes last.
-static void command_groups(void* context)
+/// A scalar; every other value is refused.
+static void command_scalar(void* context)
 {
     party_t* const self = context;
     while (__atomic_load_n(&is_over, __ATOMIC_ACQUIRE) == 0U) {
-        uint8_t octets[WIRE_OCTETS + 16U];
-        uint16_t index        = 0U;
-        uint32_t id           = 0U;
-        size_t offset         = 0U;
+        uint8_t octets[sizeof(double)];
         octet_writer_t writer = octet_writer(octets, sizeof octets);
-        octet_write_u32(&writer, COMMAND);
-        encode(&writer, UINT32_MAX - self->rounds);
-        octet_write_u32(&writer, SCALE);
         octet_write_f64(&writer, ((self->rounds % 2U) == 0U) ? 0.5 : 1.5);
         octet_reader_t reader = octet_reader(octets, writer.position);
-        const status_t status = parameter_write_group(&dictionary, &reader, 2U, &index, &id, &offset);
+        const status_t status = parameter_write(&dictionary, SCALE, &reader);
         const status_t wanted = ((self->rounds % 2U) == 0U) ? STATUS_OK : STATUS_OUT_OF_RANGE;
         self->refused += (status != wanted) ? 1U : 0U;
         __atomic_fetch_add(&self->rounds, 1U, __ATOMIC_RELAXED);
@@ -191,7 +183,7 @@ static bool has_taken_part(const party_t* party)
 
 static bool have_all_taken_part(void)
 {
-    bool all = has_taken_part(&commander) && has_taken_part(&group_commander);
+    bool all = has_taken_part(&commander) && has_taken_part(&scalar_commander);
     for (unsigned i = 0U; i < READERS; i++) {
         all = all && has_taken_part(&readers[i]);
     }
@@ -204,7 +196,7 @@ static void no_reader_sees_half_a_structure(void)
         start(&readers[i], read_all);
     }
     start(&commander, command_all);
-    start(&group_commander, command_groups);
+    start(&scalar_commander, command_scalar);
     for (uint32_t round = 0U; (round < ROUNDS) || !have_all_taken_part(); round++) {
         uint8_t octets[WIRE_OCTETS];
         values_t seen;
@@ -223,8 +215,8 @@ static void no_reader_sees_half_a_structure(void)
         finish(&readers[i]);
     }
     finish(&commander);
-    finish(&group_commander);
-    TEST_ASSERT_EQUAL_UINT32(group_commander.rounds / 2U, dictionary.refusals.out_of_range);
+    finish(&scalar_commander);
+    TEST_ASSERT_EQUAL_UINT32(scalar_commander.rounds / 2U, dictionary.refusals.out_of_range);
     TEST_ASSERT_EQUAL_UINT32(0U, dictionary.refusals.unknown + dictionary.refusals.malformed);
 }
 

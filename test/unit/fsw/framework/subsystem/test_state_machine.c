@@ -346,15 +346,6 @@ static void a_descriptor_may_come_later(void)
     TEST_ASSERT_EQUAL(0U, machine.transition_count);
 }
 
-static void names_are_those_of_the_states(void)
-{
-    TEST_ASSERT_EQUAL_STRING("OFFLINE", state_name(STATE_OFFLINE));
-    TEST_ASSERT_EQUAL_STRING("ERROR_OPERATIONAL", state_name(STATE_ERROR_OPERATIONAL));
-    TEST_ASSERT_EQUAL_STRING("SOFTWARE_DEINIT", state_name(STATE_SOFTWARE_DEINIT));
-    TEST_ASSERT_EQUAL_STRING("?", state_name(STATE_COUNT));
-    TEST_ASSERT_EQUAL_STRING("?", state_name((state_t)255));
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -373,6 +364,5 @@ int main(void)
     RUN_TEST(what_makes_safe_is_never_cut_short);
     RUN_TEST(who_is_being_secured_may_be_told_to_stay);
     RUN_TEST(a_descriptor_may_come_later);
-    RUN_TEST(names_are_those_of_the_states);
     return UNITY_END();
 }
