@@ -20,7 +20,7 @@ AGAIN_S = 2.5  # Where the operator brings all up again, so long after half of t
 OUTAGE_S = 0.052  # The supervisor is back after its boot time and three slots.
 STORM = "for i = 1, {0} do event(16) end"
 DAMAGES = ("flip", "zero", "cut", "empty", "noise")
-OPENED = 8  # Writes into a record store by which it is there.
+OPENED = 3  # Writes into a record store by which it is there.
 STORED = ("SUPERVISOR.journal.0", "SUPERVISOR.journal.1", "MANIPULATOR.journal.0", "MANIPULATOR.journal.1", "JOYSTICK.journal.0", "SUPERVISOR.store.0")
 
 
@@ -75,7 +75,7 @@ def _supervisor(rng, flight):
 
 def _communication(rng, flight):
     at = flight.moment(rng)
-    flight.lines.append(f"{at:.6f} " + rng.choice(("fault kill COMMUNICATION", "fault hang COMMUNICATION", "operator try process stop COMMUNICATION")))
+    flight.lines.append(f"{at:.6f} " + rng.choice(("fault kill COMMUNICATION", "fault hang COMMUNICATION")))
     flight.loses_operator = True
 
 
@@ -109,8 +109,8 @@ def _requests(rng, flight):
 
 
 def _events(rng, flight):
-    """Notes of a member as fast as it takes requests, a procedure that raises events, or a monitor at the noise of a sensor."""
-    at, name, kind = flight.moment(rng), rng.choice(MEMBERS), rng.choice(("notes", "procedure", "monitor", "high"))
+    """Notes of a member as fast as it takes requests, a procedure that raises events, or monitors that do, all at once."""
+    at, name, kind = flight.moment(rng), rng.choice(MEMBERS), rng.choice(("notes", "notes", "procedure", "procedure", "monitor", "high"))
     if kind == "notes":
         flight.lines += [f"{at:.6f} operator try nowait cmd {name}.RAISE EVENT=9"] * rng.choice((50, 300))
     elif kind == "procedure":
@@ -120,17 +120,18 @@ def _events(rng, flight):
         run = "nowait tc SUPERVISOR 18,3 obcp_id=STORM observability_level=0 n=[]"
         flight.lines += [f"{at:.6f} operator try {step}" for step in (load, run)] + [f"{at + 3:.6f} operator try procedure abort STORM"]
     else:
-        event = "OPERATOR_NOTE" if kind == "monitor" else "STATE_TIMEOUT"
-        limit = f"monitor limit {name} 1 LINK_AGE {rng.choice((0, 400))} {rng.choice((100, 600, 1200))} {event} {event}"
-        flight.lines += [f"{at:.6f} operator try {step}" for step in (limit, f"monitor enable {name} 1", f"monitor start {name}")]
+        event, low, high = ("OPERATOR_NOTE", 1, 100) if kind == "monitor" else ("STATE_TIMEOUT", *rng.choice(((1, 600), (0, 600), (600, 1000))))
+        limits = [f"monitor limit MANIPULATOR {number} LINK_AGE {low} {high} {event} {event}" for number in range(1, 9)]
+        steps = [*limits, *(f"monitor enable MANIPULATOR {number}" for number in range(1, 9)), "monitor start MANIPULATOR"]
+        flight.lines += [f"{at:.6f} operator try {step}" for step in steps]
 
 
 def _disk(rng, flight):
     """Some writes of the packet log or of a record store fail: the disk is full, or was mounted read-only."""
     text = rng.choice(("/packets.ascii", "/packets.ascii", "/storage/SUPERVISOR.", "/storage/MANIPULATOR."))
-    first = rng.choice((1, rng.randrange(1, 400), rng.randrange(1, 30)))
+    first = rng.choice((1, rng.randrange(1, 300), rng.randrange(1, 30)))
     if "storage" in text:  # A component that cannot begin its records does not fly: that is told before the flight.
-        first = rng.randrange(OPENED, 60)
+        first = OPENED + rng.randrange(1, 25)
     number = rng.choice((1, 2, 3, 6))
     flight.disk = f"{text}:{first}:{number}:{rng.choice((errno.ENOSPC, errno.EROFS, errno.EIO))}"
 
@@ -165,12 +166,23 @@ KINDS = {
 }  # fmt: skip
 
 
+BEGIN = (
+    "mode NOMINAL",  # After damage to its records the mission is in SAFE.
+    "tc SUPERVISOR 11,22 'n=[{\"group_id\":1,\"group_status\":\"enabled\"}]'",
+    "at 100 ping MANIPULATOR",  # Makes the sub-schedule.
+    "tc SUPERVISOR 11,20 n=[1]",
+    "schedule enable",
+)
+
+
 def _routine(rng, until_s):
     """What an operator does all the time, with traces in the lasting records."""
     steps = [f"ping {name}" for name in (*MEMBERS, "SUPERVISOR")] * 2
     steps += ["at +0.7 ping MANIPULATOR", "at +1.3 ping JOYSTICK", "hk once MANIPULATOR 4711", "get MANIPULATOR.TORQUE_OFFSET", "status", "link list",
               "networks", "schedule list", "event disable MANIPULATOR OPERATOR_NOTE", "event enable MANIPULATOR OPERATOR_NOTE",
-              "action add JOYSTICK OPERATOR_NOTE ping MANIPULATOR", "action delete JOYSTICK OPERATOR_NOTE"]  # fmt: skip
+              "action add JOYSTICK OPERATOR_NOTE ping MANIPULATOR", "action delete JOYSTICK OPERATOR_NOTE",
+              "monitor limit MANIPULATOR 20 LINK_AGE 0 100000 0 OPERATOR_NOTE", "monitor delete MANIPULATOR 20",
+              "monitor limit MANIPULATOR 21 LINK_AGE 0 100000 0 OPERATOR_NOTE", "monitor delete MANIPULATOR 21"]  # fmt: skip
     at = 1.5
     while at < until_s:
         step = rng.choice(steps)
@@ -187,7 +199,7 @@ def draw(seed, count, form=None):
         kind = rng.choices(list(KINDS), list(KINDS.values()))[0]
         kind(rng, flight)
         flight.kinds.append(kind.__name__[1:])
-    lines = ["0.0 hand rest", "2.0 hand circle 0.1 0.5 1 4 1", "0.1 operator try mode NOMINAL"]
+    lines = ["0.0 hand rest", "2.0 hand circle 0.1 0.5 1 4 1", *(f"0.1 operator try {step}" for step in BEGIN)]
     bring_up = [flying.bring_up(0.2)] + ([flying.bring_up(flight.end_s / 2 + AGAIN_S)] if rng.random() < 0.4 else [])
     lines += [line.replace("operator ", "operator try ", 1) for part in bring_up for line in part if "wait-event" not in line]
     lines += _routine(rng, flight.end_s)
