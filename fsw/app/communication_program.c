@@ -37,29 +37,47 @@ static uint16_t participant_port(void* const context)
                : 0U;
 }
 
+static void served(void* const context, const uint16_t port)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    osal_calendar_serve_stream(seat->clock.calendar, run_operator(seat->run), port, seat->clock.participant);
+}
+
+static void cut(void* const context, const uint16_t port)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    osal_calendar_cut_stream(seat->clock.calendar, run_operator(seat->run), port);
+}
+
 static void intruded(void* const context)
 {
     const seat_t* const seat = (const seat_t*)context;
     __atomic_store_n(&seat->run->is_intruded, 1U, __ATOMIC_RELAXED);
 }
 
-/// Octets that were announced, or the end of the connection, may still be on their way through the kernel.
+/// A while of wall-clock time, or until there is something to take in.
+static void await(communication_program_t* const self)
+{
+    osal_socket_t* sockets[SEAT_SOCKETS_MAX];
+    const size_t count = communication_sockets(&self->communication, sockets, SEAT_SOCKETS_MAX);
+    for (size_t i = count; i > 0U; i--) { // The listener is the first.
+        if (osal_socket_wait_readable(sockets[i - 1U], OWED_PATIENCE_MS / (uint32_t)count) == STATUS_OK) {
+            break;
+        }
+    }
+}
+
+/// Octets that were announced, the connection, or its end may still be on their way through the kernel.
 static void take_in(communication_program_t* const self, const uint32_t octets_due)
 {
     bool is_missing = communication_take_in(&self->communication, octets_due);
     for (unsigned attempt = 0U; is_missing && (attempt < OWED_TRIES); attempt++) {
-        osal_socket_t* sockets[SEAT_SOCKETS_MAX];
-        const size_t count = communication_sockets(&self->communication, sockets, SEAT_SOCKETS_MAX);
-        for (size_t i = 1U; i < count; i++) { // The first is the listener.
-            if (osal_socket_wait_readable(sockets[i], OWED_PATIENCE_MS) == STATUS_OK) {
-                break;
-            }
-        }
+        await(self);
         is_missing = communication_take_in(&self->communication, 0U);
     }
     if (is_missing) {
         communication_let_go(&self->communication);
-        osal_console_complain("what the operator sent last has not arrived; the run is not reproducible");
+        osal_console_complain("what the operator did last has not arrived; the run is not reproducible");
     }
 }
 
@@ -104,7 +122,7 @@ static void close_it(void* const context)
 
 bool communication_open(seat_t* const seat, program_t* const out_program)
 {
-    const communication_hooks_t hooks = {seat, sent, participant_port, intruded};
+    const communication_hooks_t hooks = {seat, sent, participant_port, served, cut, intruded};
     if (!member_load(&storage.member, seat, COMMUNICATION_INTERFACE_HASH, communication_callbacks())) {
         return false;
     }

@@ -283,15 +283,9 @@ static void run_operator_turn(image_t* const self, const osal_grant_t* const gra
 {
     const unsigned order = run_operator(self->run);
     uint64_t wake_ns     = OSAL_CALENDAR_NEVER;
-    uint32_t octets      = 0U;
-    if (door_exchange(&self->door, grant, &wake_ns, &octets) != STATUS_OK) {
-        osal_calendar_end(self->calendar, order, OSAL_CALENDAR_ANY_LIFE);
-        return;
+    if (door_turn(&self->door, self->calendar, order, self->communication, grant, &wake_ns) == STATUS_OK) {
+        osal_calendar_done(self->calendar, order, wake_ns);
     }
-    if (octets > 0U) {
-        osal_calendar_deliver(self->calendar, order, self->communication, OSAL_CALENDAR_ANY_LIFE, 0U, octets);
-    }
-    osal_calendar_done(self->calendar, order, wake_ns);
 }
 
 static void run_component(image_t* const self, const unsigned participant, const osal_grant_t* const grant)

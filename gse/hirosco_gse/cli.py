@@ -17,7 +17,7 @@ import time
 from . import commands, gateway, link, sdls, telemetry
 from .commands import UsageError
 from .dictionary import STATES, Dictionary, DictionaryError
-from .script import Script, ScriptError, ScriptFailure
+from .script import Script, ScriptError, ScriptFailure, link_entry
 from .session import LinkLost, Session, SessionError, TimedOut
 
 SUCCESS, FAILED, USAGE, NO_LINK, TIMED_OUT = range(5)
@@ -122,12 +122,19 @@ class _Console:
         self.port = arguments.port or _default_port(self.run)
         self.key = arguments.key or _default_key(self.run, arguments.host, self.port)
         self.dictionary = Dictionary.load(arguments.dictionary or _default_dictionary(self.run))
+        self.sender = None
 
     def connect(self, first_sequence=None, patience_s=0.0):
         """(stream, session) of a new connection."""
-        protect = sdls.Sender(self.key) if self.key else bytes
+        self.sender = sdls.Sender(self.key) if self.key else None
         stream = link.connect(self.arguments.host, self.port, patience_s)
-        return stream, Session(self.dictionary, first_sequence, protect=protect)
+        return stream, Session(self.dictionary, first_sequence, protect=self.sender or bytes)
+
+    def reconnect(self):
+        """The next connection of the same session."""
+        if self.sender:
+            self.sender.begin_anew()
+        return link.connect(self.arguments.host, self.port)
 
     def gateway(self):
         """Serve until Ctrl-C."""
@@ -200,23 +207,23 @@ class _Console:
 
     def _fly(self, script, log):
         stream, session = self.connect(first_sequence=0, patience_s=PATIENCE_S)
+
+        def tell(entry):
+            nonlocal log
+            _try_to_say(json.dumps(entry, default=str) if self.arguments.json else entry["text"])
+            if log and not _append(log, json.dumps(entry, default=str) + "\n"):
+                log = None
+
         with stream:
             if self.arguments.door:
                 local_port = stream.getsockname()[1]
                 clock = link.StepClock(self.arguments.door, local_port, patience_s=PATIENCE_S)
-                driver = link.StepDriver(stream, session, clock)
+                driver = link.StepDriver(stream, session, clock, self.reconnect, lambda text: tell(link_entry(session, text)))
             else:
                 clock = None
                 driver = link.RealDriver(stream, session, self.dictionary.epoch_ns)
             if self.arguments.run:  # Who has started us and ends the run waits for our own end, the interpreter's included.
                 signal.signal(signal.SIGTERM, signal.SIG_IGN)
-
-            def tell(entry):
-                nonlocal log
-                _try_to_say(json.dumps(entry, default=str) if self.arguments.json else entry["text"])
-                if log and not _append(log, json.dumps(entry, default=str) + "\n"):
-                    log = None
-
             try:
                 driver.run(script.procedure(session, int(self.arguments.timeout * 1e9), tell))
             finally:

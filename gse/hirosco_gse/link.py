@@ -3,12 +3,17 @@
 
 Stepped time: the operator is a participant of the calendar and joins through its door, a UNIX stream socket
 with text lines. It acts only within its grant: it reads exactly the octets announced, resumes its procedure,
-sends telecommands, and gives the grant back with its next wake time and the octets it has sent.
+sends telecommands, and gives the grant back with its next wake time, the octets it has sent and the local port of
+its connection.
 
-    join operator <local tcp port>          ->
-                                            <- grant <time_ns> <messages> <octets>
-    done <wake_ns|never> <octets sent>      ->
-    leave                                   ->
+    join operator <local tcp port>                  ->
+                                                    <- grant <time_ns> <messages> <octets> <port that is served|0>
+    done <wake_ns|never> <octets sent> <local port> ->
+    leave                                           ->
+
+The calendar tells from when on `communication` serves a connection, and when it has ended; never the socket, which
+the kernel tells later. Telecommands wait until the connection is served. Where it has ended, what was under way on it
+is lost, and the operator connects again at once.
 """
 
 import select
@@ -130,6 +135,7 @@ class StepClock:
                     raise LinkLost(f"no calendar at {path}: {error.strerror}") from error
             time.sleep(CONNECT_PAUSE_S / 5)
         self._lines = self._socket.makefile("rb")
+        self._port = local_port
         self._write(f"join {role} {local_port}")
 
     def _write(self, line):
@@ -139,19 +145,23 @@ class StepClock:
             raise LinkLost(f"the calendar is gone: {error.strerror}") from error
 
     def grant(self):
-        """Wait for the grant: (time_ns, messages, octets). Raises LinkLost when the run is over."""
+        """Wait for the grant: (time_ns, octets, whether the connection is served). Raises LinkLost when the run is over."""
         try:
             line = self._lines.readline()
         except OSError as error:
             raise LinkLost(f"the calendar is gone: {error.strerror}") from error
         words = line.decode("ascii", "replace").split()
-        if len(words) != 4 or words[0] != "grant":
+        if len(words) != 5 or words[0] != "grant":
             raise LinkLost("the run has ended" if not line else f"unexpected word of the calendar: {line!r}")
-        return int(words[1]), int(words[2]), int(words[3])
+        return int(words[1]), int(words[3]), int(words[4]) == self._port != 0
+
+    def moved(self, local_port):
+        """From the end of this grant on there is another connection."""
+        self._port = local_port
 
     def done(self, wake_ns, sent):
         """Give the grant back."""
-        self._write(f"done {NEVER if wake_ns is None else wake_ns} {sent}")
+        self._write(f"done {NEVER if wake_ns is None else wake_ns} {sent} {self._port}")
 
     def leave(self):
         """Leave the calendar; time goes on without us. Once is enough."""
@@ -168,19 +178,50 @@ class StepClock:
 class StepDriver:
     """Runs procedures within the grants of a StepClock."""
 
-    def __init__(self, stream, session, clock):
+    def __init__(self, stream, session, clock, reconnect=None, tell=lambda text: None):
+        """reconnect(): another connection; None: a lost one ends the procedure. tell(text): what became of the connection."""
         self._stream, self._session, self._clock = stream, session, clock
+        self._reconnect, self._tell = reconnect, tell
+        self._is_served = self._was_lost = False
 
     def _receive(self, octets):
         while octets:
             try:
                 part = self._stream.recv(octets)
-            except OSError as error:
-                raise LinkLost(f"link lost: {error}") from error
-            if not part:
-                raise LinkLost(f"the spacecraft closed the link, {octets} octets short of what was announced")
+            except OSError:
+                part = b""
+            if not part:  # A process that was killed from outside, before the calendar knows.
+                self._lose()
+                return
             octets -= len(part)
             self._session.feed(part)
+
+    def _lose(self):
+        self._is_served, self._was_lost = False, True
+        self._stream.close()
+        lost = self._session.link_lost()
+        if self._reconnect is None:
+            raise LinkLost("the spacecraft closed the link")
+        self._tell(f"the link is lost; {lost} {'request has' if lost == 1 else 'requests have'} no end of verification")
+        self._stream = self._reconnect()
+        self._clock.moved(self._stream.getsockname()[1])
+
+    def _follow(self, is_served):
+        if self._is_served and not is_served:
+            self._lose()
+        if is_served and not self._is_served and self._was_lost:
+            self._tell("the link is open again")
+        self._is_served = is_served
+
+    def _send(self):
+        """Octets sent; while nobody serves the connection they wait."""
+        if not self._is_served:
+            return 0
+        try:
+            return _send(self._stream, self._session.outbox)
+        except LinkLost:
+            self._lose()
+            return 0
 
     def run(self, procedure):
         """Run to the end, then hang up and leave; the procedure's return value."""
@@ -189,35 +230,24 @@ class StepDriver:
     def _run(self, procedure):
         session = self._session
         while True:
-            session.now_ns, _, octets = self._clock.grant()
+            session.now_ns, octets, is_served = self._clock.grant()
+            self._follow(is_served)
             self._receive(octets)
             try:
                 wake = procedure.send(None)
                 while wake is not None and wake <= session.now_ns:
                     wake = procedure.send(None)
             except StopIteration as end:
-                self._clock.done(session.now_ns, _send(self._stream, session.outbox))
+                self._clock.done(session.now_ns, self._send())
                 self._leave()
                 return end.value
-            self._check_open()
-            self._clock.done(wake, _send(self._stream, session.outbox))
-
-    def _check_open(self):
-        """A spacecraft that has hung up takes no telecommand, though the first one sent to it seems to succeed."""
-        if not self._session.outbox:
-            return
-        try:
-            readable, _, _ = select.select([self._stream], [], [], 0)
-            is_closed = bool(readable) and self._stream.recv(1, socket.MSG_PEEK) == b""
-        except OSError as error:
-            raise LinkLost(f"link lost: {error.strerror}") from error
-        if is_closed:
-            raise LinkLost("the spacecraft closed the link")
+            self._clock.done(wake, self._send())
 
     def _leave(self):
         """Hang up and leave within one more grant, so that the spacecraft sees it at a defined time."""
+        self._reconnect = None
         try:
-            _, _, octets = self._clock.grant()
+            _, octets, _ = self._clock.grant()
             self._receive(octets)
         except LinkLost:
             pass  # the run was over first

@@ -7,7 +7,7 @@ unless it starts with `nowait`. Besides the commands of commands.py there are
     nowait COMMAND ...                     send and go on; a failure is found at the end of the script (not for commands
                                            whose first step is no request, such as `at +60`)
     try COMMAND ...                        as the command alone, but the script goes on where it is refused or fails, or
-                                           has no answer within 2 s; what came of it is in the log. After `try nowait`
+                                           has no answer within 2 s, or the link is lost; what came of it is in the log. After `try nowait`
                                            nobody asks what came of it
     expect-refusal CODE COMMAND ...        the command must be refused with this failure code
     wait-state SUBSYSTEM STATE SECONDS     until the subsystem has reported the state
@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from . import commands
 from .commands import Command, UsageError
 from .dictionary import STATES, DictionaryError
-from .session import LinkLost, Rejected, SessionError, TimedOut
+from .session import LinkLost, Rejected, RequestLost, SessionError, TimedOut
 
 ACTORS = ("operator", "hand", "fault")
 TRY_NS = 2_000_000_000  # Longest wait for an answer that need not come.
@@ -168,12 +168,12 @@ class Script:
                 start = session.now_ns
                 is_going_down = is_going_down or step.verb == "shutdown"
                 outcome = yield from self._run(step, session, timeout_ns)
-            except LinkLost:
-                if not is_going_down:
-                    raise
-                tell(_entry(step, start, session.now_ns, "the ground port went down with the mission"))
-                return
             except (SessionError, DictionaryError) as problem:
+                if is_going_down and isinstance(problem, (LinkLost, RequestLost)):
+                    tell(_entry(step, start, session.now_ns, "the ground port went down with the mission"))
+                    return
+                if isinstance(problem, LinkLost):
+                    raise
                 tell(_entry(step, start, session.now_ns, f"FAILED: {problem}"))
                 raise ScriptFailure(f"{step.place}: {problem}") from problem
             tell(_entry(step, start, session.now_ns, outcome))
@@ -183,6 +183,8 @@ class Script:
 
     def _check_open(self, session):
         for step, verification in self._open:
+            if verification.lost_ns is not None:
+                raise ScriptFailure(f"{step.place}: expected success of {verification.request.text}, the link was lost before its end")
             if verification.failure is not None:
                 words = verification.failure.words(session.dictionary)
                 raise ScriptFailure(f"{step.place}: expected success of {verification.request.text}, came: {words}")
@@ -218,6 +220,8 @@ class Script:
             answer = yield from step.command.procedure(session, timeout_ns)
         except LinkLost:
             raise
+        except RequestLost as problem:
+            return f"no answer: {problem}"
         except SessionError as problem:
             return f"not carried out: {problem}"
         return "\n".join(line["text"] for line in answer) if answer else "ok"
@@ -266,3 +270,9 @@ def _entry(step, start_ns, end_ns, outcome):
         "words": list(step.words),
         "outcome": outcome,
     }
+
+
+def link_entry(session, what):
+    """Entry of the operator's log about the connection; of no line of the scenario."""
+    now = session.now_ns / 1e9
+    return {"text": f"[{now:9.4f} s] {what}", "time": now, "end": now, "line": 0, "verb": "link", "words": [], "outcome": what}

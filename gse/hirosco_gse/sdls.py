@@ -149,6 +149,10 @@ class Sender:
         """Raises SecurityError."""
         self._path, key = path, read_key(path)
         self._check, self._cipher = key_check(key), _cipher(key)
+        self.begin_anew()
+
+    def begin_anew(self):
+        """The telecommands from here on go over another connection, in a session of its own."""
         self._session = None
         self._count = 0
 

@@ -40,6 +40,10 @@ class LinkLost(SessionError):
     """No connection to the ground port, or it was closed."""
 
 
+class RequestLost(SessionError):
+    """The connection ended before the end of verification came; the request may have been carried out."""
+
+
 @dataclass(frozen=True)
 class Request:
     """One telecommand before it gets its sequence count."""
@@ -62,6 +66,7 @@ class Verification:
     failure: Failure = None  # The last one.
     failures: list = field(default_factory=list)  # A request of several instructions may have several.
     is_finished: bool = False
+    lost_ns: int = None  # When the connection ended before the end of verification came.
     replies: list = field(default_factory=list)  # other reports addressed to us, since the request was sent
     whole: object = None  # The Verification of the long request that this one carries a part of.
 
@@ -127,6 +132,17 @@ class Session:
             self._open[part[:4]] = Verification(request, part[:4], self.now_ns, whole=whole)
             self.outbox += self._protect(part)
         self._transaction = (self._transaction + 1) & 0xFFFF
+
+    def link_lost(self):
+        """The connection has ended; another one follows. Returns how many requests have got no end of verification. What was
+        queued since waits for the next connection."""
+        lost = [verification for verification in self._open.values() if verification.whole is None]
+        for verification in self._open.values():
+            verification.lost_ns, verification.is_finished = self.now_ns, True
+        self._open.clear()
+        self._splitter = packets.Splitter()
+        self._assembler = large.Assembler()
+        return len(lost)
 
     def feed(self, octets):
         """Take in received octets."""
@@ -248,6 +264,11 @@ class Session:
         """Procedure: wait for the end of a request sent before."""
         text = verification.request.text or verification.request_id.hex()
         yield from self.wait_for(lambda: verification.is_finished, timeout_ns, f"{text}: end of verification")
+        if verification.lost_ns is not None:
+            raise RequestLost(
+                f"{text}: the link was lost at {verification.lost_ns / 1e9:.4f} s, before the end of verification came; "
+                "the spacecraft may have carried it out"
+            )
         if verification.failure is not None:
             raise Rejected(verification.request, verification.failure, self.dictionary)
         return verification

@@ -367,7 +367,45 @@ unsigned osal_calendar_holder(const osal_calendar_t* calendar, uint32_t* out_gra
 void osal_calendar_set_stream_port(osal_calendar_t* calendar, unsigned participant, uint16_t port)
 {
     FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
-    __atomic_store_n(&calendar->participants[participant].stream_port, port, __ATOMIC_RELEASE);
+    participant_t* const one = &calendar->participants[participant];
+    lock(calendar);
+    if (one->stream_port != port) {
+        one->stream_server = 0U;
+        __atomic_store_n(&one->stream_port, port, __ATOMIC_RELEASE);
+    }
+    unlock(calendar);
+}
+
+void osal_calendar_serve_stream(osal_calendar_t* calendar, unsigned participant, uint16_t port,
+                                unsigned server)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS) && (server < PARTICIPANTS));
+    participant_t* const one = &calendar->participants[participant];
+    lock(calendar);
+    if ((port != 0U) && (one->stream_port == port)) {
+        one->stream_server = server + 1U;
+        calendar_rouse(calendar, participant);
+    }
+    unlock(calendar);
+}
+
+void osal_calendar_cut_stream(osal_calendar_t* calendar, unsigned participant, uint16_t port)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    lock(calendar);
+    if ((port != 0U) && (calendar->participants[participant].stream_port == port)) {
+        calendar_cut_stream(calendar, participant);
+    }
+    unlock(calendar);
+}
+
+uint16_t osal_calendar_served_port(const osal_calendar_t* calendar, unsigned participant)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    const participant_t* const one = &calendar->participants[participant];
+    return (__atomic_load_n(&one->stream_server, __ATOMIC_ACQUIRE) != 0U)
+               ? osal_calendar_stream_port(calendar, participant)
+               : 0U;
 }
 
 uint16_t osal_calendar_stream_port(const osal_calendar_t* calendar, unsigned participant)

@@ -44,13 +44,37 @@ static void admit_new(osal_calendar_t* calendar)
     }
 }
 
+void calendar_rouse(osal_calendar_t* calendar, uint32_t participant)
+{
+    participant_t* const one = &calendar->participants[participant];
+    const uint64_t told_ns =
+        calendar_is_turn_to_come(calendar, participant) ? calendar->now_ns : calendar_next_slot_ns(calendar);
+    one->wake_ns = calendar_not_before_begin(
+        one, calendar_earlier(calendar_pending_wake_ns(calendar, participant), told_ns));
+}
+
+void calendar_cut_stream(osal_calendar_t* calendar, uint32_t participant)
+{
+    participant_t* const one = &calendar->participants[participant];
+    one->octets              = 0U; // Whatever the system still holds of them: simulated time decides.
+    one->stream_port         = 0U;
+    one->stream_server       = 0U;
+    calendar_rouse(calendar, participant);
+}
+
 void calendar_leave(osal_calendar_t* calendar, uint32_t participant)
 {
     participant_t* const self = &calendar->participants[participant];
     self->state               = OSAL_CALENDAR_ABSENT;
     self->incarnation++;
-    self->wake_ns     = OSAL_CALENDAR_NEVER;
-    self->stream_port = 0U;
+    self->wake_ns       = OSAL_CALENDAR_NEVER;
+    self->stream_port   = 0U;
+    self->stream_server = 0U;
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        if (calendar->participants[i].stream_server == (participant + 1U)) {
+            calendar_cut_stream(calendar, i);
+        }
+    }
     if (self->succession_ns != 0U) {
         self->life++;
         self->begin_ns = calendar->now_ns + self->succession_ns;

@@ -57,10 +57,11 @@ static bool parse_join(const char* line, const char* participant, uint16_t* out_
     return true;
 }
 
-static bool parse_done(const char* line, uint64_t* out_wake_ns, uint32_t* out_octets)
+static bool parse_done(const char* line, uint64_t* out_wake_ns, uint32_t* out_octets, uint16_t* out_port)
 {
     const char* at  = line;
     uint64_t octets = 0U;
+    uint64_t port   = 0U;
     if (!take_word(&at, "done ")) {
         return false;
     }
@@ -71,10 +72,11 @@ static bool parse_done(const char* line, uint64_t* out_wake_ns, uint32_t* out_oc
     } else {
         // A time.
     }
-    if (!take_number(&at, '\0', UINT32_MAX, &octets)) {
+    if (!take_number(&at, ' ', UINT32_MAX, &octets) || !take_number(&at, '\0', UINT16_MAX, &port)) {
         return false;
     }
     *out_octets = (uint32_t)octets;
+    *out_port   = (uint16_t)port;
     return true;
 }
 
@@ -239,13 +241,13 @@ status_t door_accept(door_t* door, uint32_t timeout_ms)
     }
 }
 
-status_t door_exchange(door_t* door, const osal_grant_t* grant, uint64_t* out_wake_ns,
+status_t door_exchange(door_t* door, const osal_grant_t* grant, uint16_t served_port, uint64_t* out_wake_ns,
                        uint32_t* out_octets_sent)
 {
     char line[DOOR_LINE_BYTES];
     size_t sent      = 0U;
-    const int length = snprintf(line, sizeof(line), "grant %" PRIu64 " %" PRIu32 " %" PRIu32 "\n",
-                                grant->now_ns, grant->messages, grant->octets);
+    const int length = snprintf(line, sizeof(line), "grant %" PRIu64 " %" PRIu32 " %" PRIu32 " %" PRIu16 "\n",
+                                grant->now_ns, grant->messages, grant->octets, served_port);
     if (!osal_socket_is_open(&door->client)) {
         return STATUS_CLOSED;
     }
@@ -262,9 +264,26 @@ status_t door_exchange(door_t* door, const osal_grant_t* grant, uint64_t* out_wa
         let_go(door, &door->count.left);
         return STATUS_CLOSED;
     }
-    if (!parse_done(line, out_wake_ns, out_octets_sent)) {
+    if (!parse_done(line, out_wake_ns, out_octets_sent, &door->stream_port)) {
         let_go(door, &door->count.malformed);
         return STATUS_CLOSED;
+    }
+    return STATUS_OK;
+}
+
+status_t door_turn(door_t* door, osal_calendar_t* calendar, unsigned order, unsigned receiver,
+                   const osal_grant_t* grant, uint64_t* out_wake_ns)
+{
+    uint32_t octets       = 0U;
+    const uint16_t served = osal_calendar_served_port(calendar, order);
+    if (door_exchange(door, grant, served, out_wake_ns, &octets) != STATUS_OK) {
+        const bool is_over = osal_calendar_is_closed(calendar);
+        osal_calendar_end(calendar, order, OSAL_CALENDAR_ANY_LIFE);
+        return is_over ? STATUS_CLOSED : STATUS_NOT_FOUND;
+    }
+    osal_calendar_set_stream_port(calendar, order, door->stream_port);
+    if (octets > 0U) {
+        osal_calendar_deliver(calendar, order, receiver, OSAL_CALENDAR_ANY_LIFE, 0U, octets);
     }
     return STATUS_OK;
 }
@@ -273,7 +292,6 @@ status_t door_serve(door_t* door, osal_calendar_t* calendar, unsigned order, uns
 {
     osal_grant_t grant;
     uint64_t wake_ns = 0U;
-    uint32_t octets  = 0U;
     status_t status  = STATUS_TIMEOUT;
     while (status == STATUS_TIMEOUT) {
         status = door_accept(door, ACCEPT_MS);
@@ -284,19 +302,14 @@ status_t door_serve(door_t* door, osal_calendar_t* calendar, unsigned order, uns
     osal_calendar_set_stream_port(calendar, order, door->stream_port);
     status = osal_calendar_wait(calendar, order, OSAL_CALENDAR_ANY_LIFE, 0U, &grant);
     while (status == STATUS_OK) {
-        if (door_exchange(door, &grant, &wake_ns, &octets) != STATUS_OK) {
-            status = osal_calendar_is_closed(calendar) ? STATUS_CLOSED : STATUS_OK;
-            osal_calendar_end(calendar, order, OSAL_CALENDAR_ANY_LIFE);
-            break;
+        status = door_turn(door, calendar, order, receiver, &grant, &wake_ns);
+        if (status == STATUS_OK) {
+            status = osal_calendar_wait(calendar, order, OSAL_CALENDAR_ANY_LIFE, wake_ns, &grant);
         }
-        if (octets > 0U) {
-            osal_calendar_deliver(calendar, order, receiver, OSAL_CALENDAR_ANY_LIFE, 0U, octets);
-        }
-        status = osal_calendar_wait(calendar, order, OSAL_CALENDAR_ANY_LIFE, wake_ns, &grant);
     }
     osal_socket_close(&door->client);
-    if ((status == STATUS_CLOSED) && !osal_calendar_is_closed(calendar)) {
-        status = STATUS_OK; // Its place was ended by somebody else.
-    }
-    return status;
+    // Its client is gone, or its place was ended by somebody else.
+    const bool is_ended =
+        (status == STATUS_NOT_FOUND) || ((status == STATUS_CLOSED) && !osal_calendar_is_closed(calendar));
+    return is_ended ? STATUS_OK : status;
 }

@@ -3,13 +3,15 @@
 /// order) takes part in stepped time. A local stream socket at a path, lines of text:
 ///
 ///     client: join <participant> <local TCP port of its stream, or 0>
-///     door:   grant <time_ns> <messages> <octets>
-///     client: done <wake_ns, or never> <octets sent to its stream>
+///     door:   grant <time_ns> <messages> <octets> <port of its stream if it is served, or 0>
+///     client: done <wake_ns, or never> <octets sent to its stream> <local TCP port of its stream, or 0>
 ///     client: leave                               (instead of done)
 ///
 /// `messages` and `octets` are what was delivered since the last grant: the client takes in exactly that
-/// before it runs. A client that vanishes, says what is no such line, or keeps silent for longer than the
-/// patience, loses its place; that is counted and never stops or fails the run.
+/// before it runs. The client sends only while its stream is served. A stream that was served and is not any
+/// more has ended, whatever the socket says: the client closes it, and may name the port of another one. A
+/// client that vanishes, says what is no such line, or keeps silent for longer than the patience, loses its
+/// place; that is counted and never stops or fails the run.
 ///
 /// Ownership  The caller places door_t; it borrows the calendar and the texts given to door_open.
 /// Context    One task (processes: a task that runs door_serve) or the loop of the image program.
@@ -56,14 +58,18 @@ void door_close(door_t* door);
 /// has come and not joined yet is waited for by the next call, as long as the door has patience. STATUS_OK,
 /// STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t door_accept(door_t* door, uint32_t timeout_ms);
-/// Tell the client of its grant and wait for its answer. STATUS_OK, STATUS_CLOSED (it left, was counted out,
-/// or the run ended; it is not inside any more).
-MUST_USE status_t door_exchange(door_t* door, const osal_grant_t* grant, uint64_t* out_wake_ns,
-                                uint32_t* out_octets_sent);
+/// Tell the client of its grant and wait for its answer; `served_port`: of osal_calendar_served_port.
+/// STATUS_OK, STATUS_CLOSED (it left, was counted out, or the run ended; it is not inside any more).
+MUST_USE status_t door_exchange(door_t* door, const osal_grant_t* grant, uint16_t served_port,
+                                uint64_t* out_wake_ns, uint32_t* out_octets_sent);
+/// The turn of the client, which is `order` of the calendar and has been granted: door_exchange, and what the
+/// client says it sent is delivered to `receiver`. If the client is gone, its place in the calendar is ended.
+/// STATUS_OK, STATUS_NOT_FOUND (the client is gone), STATUS_CLOSED (the run ended).
+MUST_USE status_t door_turn(door_t* door, osal_calendar_t* calendar, unsigned order, unsigned receiver,
+                            const osal_grant_t* grant, uint64_t* out_wake_ns);
 
-/// Process form: wait for a client, then stand in for it as `order` of the calendar; what it says it sent is
-/// delivered to `receiver`. When the client is gone its place in the calendar is ended. STATUS_OK (the client
-/// is gone; may be called again), STATUS_CLOSED (the run ended), STATUS_IO.
+/// Process form: wait for a client, then take its turns (door_turn). STATUS_OK (the client is gone; may be
+/// called again), STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t door_serve(door_t* door, osal_calendar_t* calendar, unsigned order, unsigned receiver);
 
 #endif // SIM_CLOCK_DOOR_H

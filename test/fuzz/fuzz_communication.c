@@ -102,6 +102,12 @@ static uint16_t participant_port(void* const context)
     return 0U;
 }
 
+static void of_participant(void* const context, const uint16_t port)
+{
+    (void)context;
+    FUZZ_CHECK(port != port); // There is none.
+}
+
 static void intruded(void* const context)
 {
     (void)context;
@@ -119,7 +125,8 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 
 static void begin(void)
 {
-    static const communication_hooks_t hooks = {NULL, sent, participant_port, intruded};
+    static const communication_hooks_t hooks = {NULL,           sent,           participant_port,
+                                                of_participant, of_participant, intruded};
     const pus_port_t uplink                  = {NULL, take_request};
     const component_config_t config          = {.descriptor          = &descriptor,
                                                 .is_descriptor_valid = true,

@@ -27,7 +27,7 @@ static void turn(door_t* const door)
         FUZZ_CHECK(door->count.joined == (before.count.joined + (is_inside ? 1U : 0U)));
         return;
     }
-    const status_t status = door_exchange(door, &grant, &wake_ns, &octets);
+    const status_t status = door_exchange(door, &grant, 0U, &wake_ns, &octets);
     FUZZ_CHECK((status == STATUS_OK) || (status == STATUS_CLOSED));
     FUZZ_CHECK((status == STATUS_OK) == osal_socket_is_open(&door->client));
     FUZZ_CHECK(gone(door) == (gone(&before) + ((status == STATUS_OK) ? 0U : 1U)));

@@ -201,7 +201,7 @@ def seeds_of_socketcand():
 
 def seeds_of_door():
     join = record(0, b"join operator 40001\n")
-    yield join + record(0, b"done 500000 12\n") + record(0, b"done never 0\n") + record(0, b"leave\n") + record(1, b"join x")
+    yield join + record(0, b"done 500000 12 40001\n") + record(0, b"done never 0 0\n") + record(0, b"leave\n") + record(1, b"join x")
 
 
 def seeds_of_text():

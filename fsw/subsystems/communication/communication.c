@@ -188,12 +188,7 @@ static flow_tcp_user_t user_of(communication_t* const self)
 /// leaves, but the kernel may tell us later, and what we report of it has its place in simulated time.
 static bool is_hanging_up(communication_t* const self)
 {
-    const uint16_t present = self->hooks.participant_port(self->hooks.context);
-    osal_address_t peer    = {0U, 0U};
-    if (present != 0U) {
-        self->participant = present;
-        return false;
-    }
+    osal_address_t peer = {0U, 0U};
     for (unsigned client = 0U; (self->participant != 0U) && (client < COMMUNICATION_CLIENTS); client++) {
         if (flow_tcp_is_connected(&self->flow, client) &&
             (flow_tcp_peer(&self->flow, client, &peer) == STATUS_OK) && (peer.port == self->participant)) {
@@ -204,10 +199,26 @@ static bool is_hanging_up(communication_t* const self)
     return false;
 }
 
+/// The participant has named `port` and has connected before; the kernel may tell us later. Returns whether
+/// that connection is still on its way.
+static bool is_coming(communication_t* const self, const uint16_t port, const bool is_connected)
+{
+    if (is_connected && (self->participant != port)) {
+        self->participant = port;
+        self->hooks.served(self->hooks.context, port);
+    } else if (!is_connected && (self->participant == port)) {
+        self->owed = 0U;
+        self->hooks.cut(self->hooks.context, port);
+    } else {
+        // As before.
+    }
+    return !is_connected && (self->participant != port);
+}
+
 void communication_let_go(communication_t* const self)
 {
     FSW_ASSERT(self != NULL);
-    self->participant = 0U;
+    self->participant = self->hooks.participant_port(self->hooks.context);
 }
 
 bool communication_take_in(communication_t* const self, const uint32_t octets_due)
@@ -225,10 +236,11 @@ bool communication_take_in(communication_t* const self, const uint32_t octets_du
     }
     self->counters.octets_received += (uint64_t)(self->flow.counters.octets_in - of_all);
     const unsigned client = participant_client(self);
-    const bool is_last    = is_hanging_up(self);
+    const uint16_t port   = self->hooks.participant_port(self->hooks.context);
+    const bool is_awaited = (port != 0U) ? is_coming(self, port, client != NO_CLIENT) : is_hanging_up(self);
     if (client == NO_CLIENT) {
         self->owed = (before == NO_CLIENT) ? self->owed : 0U; // It has hung up.
-        return is_last;
+        return is_awaited;
     }
     self->owed -= flow_tcp_octets_in(&self->flow, client) - of_client;
     return (self->owed > 0U) && !self->is_uplink_full; // What is owed then waits for room above.

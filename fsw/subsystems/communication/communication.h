@@ -3,9 +3,10 @@
 /// nothing: requests go to the supervisor as they came, reports go to the connection that their user last
 /// used, or, unsolicited, to every connection.
 ///
-/// Stepped time: one client may be a participant of the calendar. Of it, exactly the octets that were
-/// announced are taken in; others are taken in as they come and make the run irreproducible, since events and
-/// counters tell of them.
+/// Stepped time: one client may be a participant of the calendar. Its connection is expected as soon as the
+/// calendar names its port, and exactly the octets that were announced are taken in. The participant is told
+/// in simulated time when its connection is served, and when it has ended. Other clients are taken in as they
+/// come and make the run irreproducible, since events and counters tell of them.
 ///
 /// Ownership  The program places communication_t (static; about 2 MiB). Context: one loop; never blocks.
 #ifndef FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_H
@@ -33,6 +34,10 @@ typedef struct {
     void (*sent)(void* context, uint16_t peer_port, uint32_t octets);
     /// Port of the participant of the calendar, 0 if there is none.
     uint16_t (*participant_port)(void* context);
+    /// The connection of the participant with this port is served from now on.
+    void (*served)(void* context, uint16_t port);
+    /// It has ended, though the participant has not left.
+    void (*cut)(void* context, uint16_t port);
     /// A client that is no participant has connected, or a telecommand of one was taken in.
     void (*intruded)(void* context);
 } communication_hooks_t;
@@ -49,7 +54,7 @@ typedef struct { // Private.
         uint16_t user;
         unsigned client; // COMMUNICATION_CLIENTS: none.
     } users[COMMUNICATION_USERS];
-    uint16_t participant; // Last port of one; 0: there was none, or it has hung up.
+    uint16_t participant; // Last port of one that was connected, or given up; 0: none, or it has hung up.
     uint32_t owed;        // Octets of the participant announced and not taken in yet.
     bool is_uplink_full;  // A request could not go up in this step.
     bool is_drop_told;
@@ -74,10 +79,10 @@ void communication_init(communication_t* communication, subsystem_t* generic, co
 void communication_secure(communication_t* communication, sdls_receiver_t* receiver);
 const subsystem_callbacks_t* communication_callbacks(void);
 /// Take in what the ground sent; `octets_due` more were announced for the participant. Call before the
-/// component's step. True if something of the participant is on its way, announced octets or, when it has
-/// left the calendar, the end of its connection: wait and call again.
+/// component's step. True if something of the participant is on its way, its connection, announced octets or,
+/// when it has left the calendar, the end of its connection: wait and call again.
 bool communication_take_in(communication_t* communication, uint32_t octets_due);
-/// Expect no end of the connection of a participant that has left.
+/// Expect no connection of the present participant any more, and no end of that of one that has left.
 void communication_let_go(communication_t* communication);
 /// Send what waits. Call after the component's step.
 void communication_send_out(communication_t* communication);

@@ -113,8 +113,19 @@ void osal_calendar_postpone(osal_calendar_t* calendar, unsigned participant, uin
 /// [wraps].
 unsigned osal_calendar_holder(const osal_calendar_t* calendar, uint32_t* out_grants);
 
-/// The local TCP port of the stream of a participant that joined through the door (0: none).
+/// The local TCP port of the stream of a participant that joined through the door (0: none). Another port
+/// than before is another stream, which no participant serves yet.
 void osal_calendar_set_stream_port(osal_calendar_t* calendar, unsigned participant, uint16_t port);
 uint16_t osal_calendar_stream_port(const osal_calendar_t* calendar, unsigned participant);
+/// Called by the holder of the grant: `server` serves the stream of the participant until its life ends or
+/// the stream is cut. The participant is woken as by a delivery. No effect if the stream has another port.
+void osal_calendar_serve_stream(osal_calendar_t* calendar, unsigned participant, uint16_t port,
+                                unsigned server);
+/// Called by the holder of the grant, its server: the stream has ended. The participant has no stream any
+/// more, the octets that were not yet reported to it are lost, and it is woken as by a delivery. The end of
+/// the server's life does the same. No effect on a stream of another port.
+void osal_calendar_cut_stream(osal_calendar_t* calendar, unsigned participant, uint16_t port);
+/// Port of the stream of the participant if a participant serves it; else 0.
+uint16_t osal_calendar_served_port(const osal_calendar_t* calendar, unsigned participant);
 
 #endif // OSAL_CALENDAR_H

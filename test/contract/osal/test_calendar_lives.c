@@ -252,6 +252,70 @@ static void test_who_comes_back_to_an_ended_life_is_turned_away(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_calendar_wait(calendar, FIRST, 2U, 0U, &grant));
 }
 
+// ---- Streams ----
+
+/// THIRD has a stream to SECOND, which serves it; both rest.
+static void open_stream(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_calendar_done(calendar, SECOND, 0U);
+    osal_calendar_set_stream_port(calendar, THIRD, 4711U);
+    osal_calendar_done(calendar, THIRD, 0U);
+    osal_calendar_done(calendar, FIRST, 2000U);
+    (void)next_is(SECOND, 0U);
+    TEST_ASSERT_EQUAL_UINT16(0U, osal_calendar_served_port(calendar, THIRD));
+    osal_calendar_serve_stream(calendar, THIRD, 4712U, SECOND); // Another one.
+    TEST_ASSERT_EQUAL_UINT16(0U, osal_calendar_served_port(calendar, THIRD));
+    osal_calendar_serve_stream(calendar, THIRD, 4711U, SECOND);
+    TEST_ASSERT_EQUAL_UINT16(4711U, osal_calendar_served_port(calendar, THIRD));
+    osal_calendar_done(calendar, SECOND, 2000U);
+    (void)next_is(THIRD, 0U);
+    osal_calendar_done(calendar, THIRD, OSAL_CALENDAR_NEVER);
+}
+
+static void test_a_stream_ends_with_the_life_of_its_server(void)
+{
+    open_stream();
+    (void)next_is(FIRST, 2000U);
+    osal_calendar_deliver(calendar, FIRST, THIRD, OSAL_CALENDAR_ANY_LIFE, 1U, 7U);
+    osal_calendar_kill(calendar, SECOND, OSAL_CALENDAR_ANY_LIFE);
+    TEST_ASSERT_EQUAL_UINT16(0U, osal_calendar_stream_port(calendar, THIRD));
+    osal_calendar_done(calendar, FIRST, 5000U);
+    const osal_grant_t grant = next_is(THIRD, 2000U); // In the same instant: its turn was still to come.
+    TEST_ASSERT_EQUAL_UINT32(0U, grant.octets);       // What was under way is lost.
+    TEST_ASSERT_EQUAL_UINT32(1U, grant.messages);
+    osal_calendar_set_stream_port(calendar, THIRD, 4712U);
+    osal_calendar_done(calendar, THIRD, OSAL_CALENDAR_NEVER);
+    (void)next_is(FIRST, 5000U);
+    osal_calendar_expect(calendar, SECOND, 2U, 5000U);
+    osal_calendar_end(calendar, SECOND, 2U); // A life that serves nobody ends alone.
+    TEST_ASSERT_EQUAL_UINT16(4712U, osal_calendar_stream_port(calendar, THIRD));
+}
+
+static void test_a_server_that_cuts_a_stream_wakes_its_participant(void)
+{
+    open_stream();
+    (void)next_is(FIRST, 2000U);
+    osal_calendar_done(calendar, FIRST, 5000U);
+    (void)next_is(SECOND, 2000U);
+    osal_calendar_cut_stream(calendar, THIRD, 0U);
+    osal_calendar_cut_stream(calendar, THIRD, 4712U); // No such stream.
+    TEST_ASSERT_EQUAL_UINT16(4711U, osal_calendar_served_port(calendar, THIRD));
+    osal_calendar_deliver(calendar, SECOND, THIRD, OSAL_CALENDAR_ANY_LIFE, 0U, 7U);
+    osal_calendar_cut_stream(calendar, THIRD, 4711U);
+    TEST_ASSERT_EQUAL_UINT16(0U, osal_calendar_served_port(calendar, THIRD));
+    osal_calendar_done(calendar, SECOND, 4000U);
+    TEST_ASSERT_EQUAL_UINT32(0U, next_is(THIRD, 2000U).octets);
+    osal_calendar_set_stream_port(calendar, THIRD, 4712U);
+    osal_calendar_done(calendar, THIRD, OSAL_CALENDAR_NEVER);
+    (void)next_is(SECOND, 4000U);
+    osal_calendar_serve_stream(calendar, THIRD, 4712U, SECOND);
+    osal_calendar_set_stream_port(calendar, THIRD, 4712U); // The same: it goes on.
+    TEST_ASSERT_EQUAL_UINT16(4712U, osal_calendar_served_port(calendar, THIRD));
+    osal_calendar_set_stream_port(calendar, THIRD, 4713U);
+    TEST_ASSERT_EQUAL_UINT16(0U, osal_calendar_served_port(calendar, THIRD));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -265,5 +329,7 @@ int main(void)
     RUN_TEST(test_the_holder_is_told);
     RUN_TEST(test_the_dismissed_ends_by_itself_and_the_killed_does_nothing_more);
     RUN_TEST(test_who_comes_back_to_an_ended_life_is_turned_away);
+    RUN_TEST(test_a_stream_ends_with_the_life_of_its_server);
+    RUN_TEST(test_a_server_that_cuts_a_stream_wakes_its_participant);
     return UNITY_END();
 }

@@ -16,7 +16,7 @@ from hirosco_gse import packets
 from hirosco_gse.cli import main
 from hirosco_gse.link import RealDriver, StepClock, StepDriver
 from hirosco_gse.script import Script, ScriptError, ScriptFailure
-from hirosco_gse.session import LinkLost, Request, Session, TimedOut
+from hirosco_gse.session import LinkLost, Request, RequestLost, Session, TimedOut
 from spacecraft import Spacecraft, failure, success
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -216,7 +216,7 @@ class Door(threading.Thread):
         self.server.bind(str(path))
         self.server.listen(1)
         self.station = socket.create_server(("127.0.0.1", port))
-        self.lines, self.error = [], None
+        self.lines, self.error, self.served = [], None, 0
 
     def run(self):
         try:
@@ -230,7 +230,8 @@ class Door(threading.Thread):
         door.settimeout(10)
         stream.settimeout(10)
         lines = door.makefile("rw")
-        assert lines.readline().split() == ["join", "operator", str(address[1])]
+        self.served = address[1]
+        assert lines.readline().split() == ["join", "operator", str(self.served)]
         time_ns, octets = 0, b""
         while True:
             # Octets are on the stream before they are announced; half a packet is announced, then the rest.
@@ -255,12 +256,12 @@ class Door(threading.Thread):
             time_ns = time_ns + 1_000_000 if octets else max(int(wake), time_ns + 500_000)
 
     def _grant(self, lines, time_ns, octets):
-        lines.write(f"grant {time_ns} 0 {octets}\n")
+        lines.write(f"grant {time_ns} 0 {octets} {self.served}\n")
         lines.flush()
         words = lines.readline().split()
         if words == ["leave"]:
             return "leave", 0
-        assert words[0] == "done"
+        assert words[0] == "done" and words[3] == str(self.served)
         return words[1], int(words[2])
 
 
@@ -352,13 +353,13 @@ def test_the_end_of_the_run_is_a_lost_link(dictionary, tmp_path):
 
 
 def test_a_command_to_a_spacecraft_that_hung_up_is_a_lost_link(dictionary, tmp_path):
-    """In stepped time nobody looks at the stream before there is something to send."""
+    """In stepped time nobody looks at the stream before there is something to send; without a way to connect again."""
     server = socket.socket(socket.AF_UNIX)
     server.bind(str(tmp_path / "door"))
     server.listen(1)
     clock = StepClock(tmp_path / "door", 1)
     door = server.accept()[0]
-    door.sendall(b"grant 0 0 0\n")
+    door.sendall(b"grant 0 0 0 1\n")
     ours, theirs = socket.socketpair()
     theirs.close()
     session = Session(dictionary, 0)
@@ -371,6 +372,81 @@ def test_a_command_to_a_spacecraft_that_hung_up_is_a_lost_link(dictionary, tmp_p
         StepDriver(ours, session, clock).run(procedure())
     for stream in (door, server, ours):
         stream.close()
+
+
+class Calendar:
+    """A calendar that grants as it is told, and the ground port of a spacecraft that reads everything."""
+
+    def __init__(self, tmp_path):
+        server = socket.socket(socket.AF_UNIX)
+        server.bind(str(tmp_path / "door"))
+        server.listen(1)
+        self.port = socket.create_server(("127.0.0.1", 0))
+        self.stream = self.connect()
+        self.first = self.stream.getsockname()[1]
+        self.clock = StepClock(tmp_path / "door", self.first)
+        self.door = server.accept()[0]
+        self.answers = self.door.makefile("r")
+        assert self.answers.readline() == f"join operator {self.first}\n"
+        self.accepted = [self.port.accept()[0]]
+        server.close()
+
+    def connect(self):
+        """As the operator's reconnect()."""
+        return socket.create_connection(self.port.getsockname())
+
+    def grant(self, time_ns, octets, served):
+        """Before the driver runs: it answers one after the other."""
+        self.door.sendall(f"grant {time_ns} 0 {octets} {served}\n".encode())
+
+    def close(self):
+        """All sockets."""
+        for stream in (self.door, self.port, *self.accepted):
+            stream.close()
+
+
+def test_a_link_is_lost_and_opened_by_the_calendar_and_not_by_the_socket(dictionary, tmp_path):
+    """The request under way is told to be lost; the one that is issued meanwhile waits for the next connection."""
+    door, session, told = Calendar(tmp_path), Session(dictionary, 0), []
+    connections = []
+
+    def reconnect():
+        connections.append(door.connect())
+        door.accepted.append(door.port.accept()[0])
+        door.grant(3000, 0, 0)  # On its way.
+        door.grant(4000, 0, connections[-1].getsockname()[1])
+        return connections[-1]
+
+    def procedure():
+        with pytest.raises(RequestLost, match="0.0000 s.*may have carried it out"):
+            yield from session.execute(Request(16, 17, 1, text="ping"), 10 * SECOND)
+        later = session.send(Request(17, 17, 1))
+        yield from session.wait_until(4000)
+        assert not later.is_finished
+
+    door.grant(0, 0, 0)  # Not served yet: the request waits.
+    door.grant(1000, 3, door.first)
+    door.accepted[0].sendall(b"\x08\x10\xc0")  # The begin of a packet, which never ends.
+    door.grant(2000, 0, 0)
+    driver = StepDriver(door.stream, session, door.clock, reconnect, told.append)
+    ended = threading.Thread(target=lambda: driver.run(procedure()))
+    ended.start()
+    asked = packets.build_tc(16, 0, 17, 1, b"", 1)
+    assert door.answers.readline() == f"done {10 * SECOND} 0 {door.first}\n"
+    assert door.answers.readline() == f"done {10 * SECOND} {len(asked)} {door.first}\n"
+    answer = door.answers.readline()
+    port = connections[0].getsockname()[1]
+    assert answer == f"done 4000 0 {port}\n"
+    assert door.accepted[0].recv(100) == asked
+    assert door.answers.readline() == f"done 4000 0 {port}\n"
+    assert door.answers.readline() == f"done 4000 {len(asked)} {port}\n"
+    assert door.accepted[1].recv(100) == packets.build_tc(17, 0, 17, 1, b"", 1)
+    door.grant(5000, 0, port)
+    assert door.answers.readline() == "leave\n"
+    ended.join()
+    assert told == ["the link is lost; 1 request has no end of verification", "the link is open again"]
+    assert not session.malformed
+    door.close()
 
 
 def test_a_wait_is_not_over_when_telemetry_puts_the_clock_forward(dictionary):

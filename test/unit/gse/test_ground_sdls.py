@@ -147,3 +147,11 @@ def test_the_last_number_is_the_last(key):
     assert sdls.next_session(key, check) == 0xFFFFFFFF
     with pytest.raises(SecurityError, match="used up"):
         sdls.next_session(key, check)
+
+
+def test_another_connection_is_another_session(key):
+    sender = sdls.Sender(key)
+    first = _numbers(sender(PACKET) + sender(PACKET))
+    sender.begin_anew()
+    assert first == [(1, 0, sdls.WHOLE), (1, 1, sdls.WHOLE)]
+    assert _numbers(sender(PACKET)) == [(2, 0, sdls.WHOLE)]

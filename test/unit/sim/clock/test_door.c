@@ -81,8 +81,8 @@ static status_t exchange(const char* answer, uint64_t* out_wake_ns, uint32_t* ou
 {
     const osal_grant_t grant = {18446744073709551614ULL, 4294967295U, 0U};
     say(answer);
-    const status_t status = door_exchange(&door, &grant, out_wake_ns, out_octets);
-    hear("grant 18446744073709551614 4294967295 0\n");
+    const status_t status = door_exchange(&door, &grant, 65535U, out_wake_ns, out_octets);
+    hear("grant 18446744073709551614 4294967295 0 65535\n");
     return status;
 }
 
@@ -165,38 +165,35 @@ static void test_answers_in_form(void)
     uint32_t octets  = 0U;
     come_in("join operator 0\n");
     TEST_ASSERT_EQUAL(STATUS_OK, door_accept(&door, 10000U));
-    TEST_ASSERT_EQUAL(STATUS_OK, exchange("done 18446744073709551615 4294967295\n", &wake_ns, &octets));
+    TEST_ASSERT_EQUAL(STATUS_OK, exchange("done 18446744073709551615 4294967295 0\n", &wake_ns, &octets));
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, wake_ns);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, octets);
-    TEST_ASSERT_EQUAL(STATUS_OK, exchange("done 0 0\n", &wake_ns, &octets));
+    TEST_ASSERT_EQUAL(STATUS_OK, exchange("done 0 0 65535\n", &wake_ns, &octets));
     TEST_ASSERT_EQUAL_UINT64(0U, wake_ns);
-    TEST_ASSERT_EQUAL(STATUS_OK, exchange("done never 17\nleave\n", &wake_ns, &octets)); // Two lines at once.
+    TEST_ASSERT_EQUAL_UINT16(65535U, door.stream_port); // It has another stream now.
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      exchange("done never 17 0\nleave\n", &wake_ns, &octets)); // Two lines at once.
     TEST_ASSERT_EQUAL_UINT64(OSAL_CALENDAR_NEVER, wake_ns);
     TEST_ASSERT_EQUAL_UINT32(17U, octets);
     const osal_grant_t grant = {1U, 2U, 3U};
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, door_exchange(&door, &grant, &wake_ns, &octets));
-    hear("grant 1 2 3\n");
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, door_exchange(&door, &grant, 0U, &wake_ns, &octets));
+    hear("grant 1 2 3 0\n");
     TEST_ASSERT_EQUAL_UINT32(1U, door.count.left);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, door_exchange(&door, &grant, &wake_ns, &octets)); // Nobody inside.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, door_exchange(&door, &grant, 0U, &wake_ns, &octets)); // Nobody inside.
     TEST_ASSERT_EQUAL_UINT32(1U, door.count.left);
 }
 
 static void test_answers_out_of_form_cost_the_place(void)
 {
     static const char* const bad[] = {
-        "done\n",
-        "done 1\n",
-        "done 1 2 3\n",
-        "done -1 0\n",
-        "done 18446744073709551616 0\n",
-        "done never\n",
-        "done 0 4294967296\n",
-        "done  1 0\n",
-        "leave now\n",
-        "Done 1 0\n",
-        "join operator 0\n",
-        "done 1 0x10\n",
-        "done 99999999999999999999999 1\n",
+        "done\n",           "done 1\n",
+        "done 1 2\n",       "done 1 2 3 4\n",
+        "done 1 2 65536\n", "done 1 2 \n",
+        "done -1 0 0\n",    "done 18446744073709551616 0 0\n",
+        "done never\n",     "done 0 4294967296 0\n",
+        "done  1 0 0\n",    "leave now\n",
+        "Done 1 0\n",       "join operator 0\n",
+        "done 1 0x10 0\n",  "done 99999999999999999999999 1 0\n",
     };
     uint64_t wake_ns = 0U;
     uint32_t octets  = 0U;
@@ -217,13 +214,13 @@ static void test_client_that_vanishes_or_keeps_silent_loses_its_place(void)
     come_in("join operator 0\n");
     TEST_ASSERT_EQUAL(STATUS_OK, door_accept(&door, 10000U));
     osal_socket_close(&client);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, door_exchange(&door, &grant, &wake_ns, &octets));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, door_exchange(&door, &grant, 0U, &wake_ns, &octets));
     TEST_ASSERT_EQUAL_UINT32(1U, door.count.vanished);
     open_door(20U);
     come_in("join operator 0\n");
     TEST_ASSERT_EQUAL(STATUS_OK, door_accept(&door, 10000U));
     say("done 1");
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, door_exchange(&door, &grant, &wake_ns, &octets));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, door_exchange(&door, &grant, 0U, &wake_ns, &octets));
     TEST_ASSERT_EQUAL_UINT32(1U, door.count.silent);
 }
 
@@ -235,7 +232,7 @@ static void test_end_of_the_run_ends_every_wait(void)
     come_in("join operator 0\n");
     TEST_ASSERT_EQUAL(STATUS_OK, door_accept(&door, 10000U));
     osal_calendar_close(calendar);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, door_exchange(&door, &grant, &wake_ns, &octets));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, door_exchange(&door, &grant, 0U, &wake_ns, &octets));
     TEST_ASSERT_FALSE(osal_socket_is_open(&door.client));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, door_accept(&door, UINT32_MAX));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, door_serve(&door, calendar, 5U, 1U));
@@ -280,11 +277,11 @@ static void operate(const char* farewell)
     come_in("join operator 4711\n");
     for (uint64_t i = 1U; i <= 5U; i++) {
         const uint64_t now_ns = (i - 1U) * 10U * SLOT_NS;
-        (void)snprintf(line, sizeof(line), "grant %llu 0 %u\n", (unsigned long long)now_ns,
+        (void)snprintf(line, sizeof(line), "grant %llu 0 %u 4711\n", (unsigned long long)now_ns,
                        (i > 1U) ? 7U : 0U);
         hear(line);
-        (void)snprintf(line, sizeof(line), "done %llu %llu\n", (unsigned long long)(now_ns + (10U * SLOT_NS)),
-                       (unsigned long long)(10U * i));
+        (void)snprintf(line, sizeof(line), "done %llu %llu 4711\n",
+                       (unsigned long long)(now_ns + (10U * SLOT_NS)), (unsigned long long)(10U * i));
         say((i < 5U) ? line : farewell);
     }
     _exit((Unity.CurrentTestFailed != 0U) ? 1 : 0);
@@ -295,6 +292,7 @@ static void operate(const char* farewell)
 static void communicate(osal_clock_t* clock)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(clock, 0U, NULL, 0U));
+    osal_calendar_serve_stream(calendar, OPERATOR, 4711U, COMMUNICATION);
     for (uint32_t i = 1U; i < 5U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(clock, OSAL_CLOCK_NEVER, NULL, 0U));
         TEST_ASSERT_EQUAL_UINT64(((uint64_t)(i - 1U) * 10U + 1U) * SLOT_NS, osal_clock_now_ns(clock));

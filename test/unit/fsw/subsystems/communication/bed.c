@@ -53,6 +53,21 @@ static uint16_t participant_port(void* context)
     return bed.participant;
 }
 
+static void served(void* context, uint16_t port)
+{
+    (void)context;
+    TEST_ASSERT_EQUAL_UINT16(bed.participant, port);
+    bed.served++;
+}
+
+static void cut(void* context, uint16_t port)
+{
+    (void)context;
+    TEST_ASSERT_EQUAL_UINT16(bed.participant, port);
+    bed.participant = 0U;
+    bed.cut++;
+}
+
 static void intruded(void* context)
 {
     (void)context;
@@ -63,7 +78,7 @@ static void intruded(void* context)
 
 void bed_open(void)
 {
-    static const communication_hooks_t hooks = {NULL, sent, participant_port, intruded};
+    static const communication_hooks_t hooks = {NULL, sent, participant_port, served, cut, intruded};
     const pus_port_t port                    = {NULL, send_up};
     (void)memset(&bed, 0, sizeof bed);
     descriptor_loader_init(&loader);

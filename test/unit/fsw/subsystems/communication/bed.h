@@ -34,6 +34,8 @@ typedef struct {
     bool is_uplink_full;
     unsigned uplink_room; ///< Requests it takes before it is full; 0: no limit.
     uint16_t participant;
+    unsigned served; ///< Times that the participant was told so.
+    unsigned cut;
     unsigned intrusions;
     uint32_t sent[BED_CLIENTS]; ///< As the hook was told.
 } bed_t;

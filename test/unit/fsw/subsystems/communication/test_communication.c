@@ -470,6 +470,41 @@ static void one_that_left_without_hanging_up_is_let_go(void)
     TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
 }
 
+/// The calendar names its port before the kernel shows its connection.
+static void the_connection_of_a_participant_is_waited_for_and_told(void)
+{
+    bed.participant = 1U; // A port that nobody connects from.
+    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 0U));
+    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 13U));
+    TEST_ASSERT_EQUAL(0U, bed.served);
+    communication_let_go(&bed.communication); // In vain: it is told that there is no connection.
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    TEST_ASSERT_EQUAL(1U, bed.cut);
+    TEST_ASSERT_EQUAL(0U, bed.communication.owed);
+    bed_connect(0U);
+    bed.participant = bed.ports[0];
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    TEST_ASSERT_EQUAL(1U, bed.served); // Once.
+}
+
+static void a_participant_whose_connection_is_ended_is_told(void)
+{
+    static const uint8_t garbage[6] = {0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU};
+    bed_connect(0U);
+    bed.participant = bed.ports[0];
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    bed_write(0U, garbage, sizeof garbage);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&bed.communication.clients[0].socket, 1000U));
+    (void)communication_take_in(&bed.communication, 20U);
+    TEST_ASSERT_EQUAL(1U, bed.cut);
+    TEST_ASSERT_EQUAL(0U, bed.communication.owed);
+    bed_connect(1U); // It connects again.
+    bed.participant = bed.ports[1];
+    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    TEST_ASSERT_EQUAL(2U, bed.served);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -496,5 +531,7 @@ int main(void)
     RUN_TEST(a_participant_that_hangs_up_owes_nothing);
     RUN_TEST(the_end_of_a_participant_that_left_is_waited_for);
     RUN_TEST(one_that_left_without_hanging_up_is_let_go);
+    RUN_TEST(the_connection_of_a_participant_is_waited_for_and_told);
+    RUN_TEST(a_participant_whose_connection_is_ended_is_told);
     return UNITY_END();
 }
