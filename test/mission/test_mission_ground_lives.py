@@ -2,6 +2,7 @@
 """The ground link over the lives of communication: it ends and opens in simulated time, and each request ends once."""
 
 import collections
+import itertools
 import json
 import os
 
@@ -9,6 +10,7 @@ import flying
 import lives
 import pytest
 
+SUPERVISOR, MEMBERS = 1, (16, 17)
 OPERATOR = b"\0\1"
 START_PROCESS = b"\x83\x06"
 FORMS = {
@@ -53,8 +55,13 @@ def _steps(flight):
     return [json.loads(line) for line in flight.read("operator.log").splitlines()]
 
 
+def _losses(flight):
+    """Entries of the operator's log that tell of a lost link."""
+    return [step for step in _steps(flight) if step["verb"] == "link" and "lost" in step["outcome"]]
+
+
 def _assert_each_request_ends_once(flight):
-    """Every request in the packet log has one completion there; the operator was answered, or told that the link was lost."""
+    """Every request in the packet log has one end there. Returns their number."""
     asked, ended, scheduled = collections.Counter(), collections.Counter(), set()
     for _, direction, raw in flight.packets:
         if direction == "TC" and raw[9:11] == OPERATOR:
@@ -64,11 +71,18 @@ def _assert_each_request_ends_once(flight):
             ended[raw[21:25]] += 1
     assert asked == ended
     assert {request for request, count in asked.items() if count > 1} == scheduled, "it has the number of another one"
-    steps = _steps(flight)
-    assert not [step for step in steps if step["outcome"].startswith("FAILED")]
-    lost = [step for step in steps if step["verb"] == "link" and "lost" in step["outcome"]]
-    assert [round(step["time"], 1) for step in lost] == list(LINK_LOST), lost
-    assert sum(step["verb"] == "link" and "open again" in step["outcome"] for step in steps) == len(LINK_LOST)
+    assert not [step for step in _steps(flight) if step["outcome"].startswith("FAILED")]
+    return sum(asked.values())
+
+
+def _assert_numbers_whole(flight):
+    """Nobody but communication has a second life: each report of the others has the number after the one before."""
+    numbers = collections.defaultdict(list)
+    for _, direction, raw in flight.packets:
+        if direction == "TM":
+            numbers[int.from_bytes(raw[:2], "big") & 0x7FF].append(int.from_bytes(raw[2:4], "big") & 0x3FFF)
+    for apid in (SUPERVISOR, *MEMBERS):
+        assert all((later - earlier) & 0x3FFF == 1 for earlier, later in itertools.pairwise(numbers[apid])), apid
 
 
 def _fly(folder, path, *options):
@@ -88,3 +102,32 @@ def test_the_link_to_ground_ends_and_opens_in_simulated_time(folder):
         digests = [lives.digest(flights[form], names) for form in same]
         assert all(digest == digests[0] for digest in digests), (names, same)
     _assert_each_request_ends_once(flights["processes"])
+    assert [round(step["time"], 1) for step in _losses(flights["processes"])] == list(LINK_LOST)
+    assert sum("open again" in step["outcome"] for step in _steps(flights["processes"])) == len(LINK_LOST)
+
+
+def _burst(at_s, count):
+    """Requests at one instant, to all; some have long answers, and those to communication cannot end while it is away."""
+    long = ("schedule list", "ping COMMUNICATION", "hk once MANIPULATOR 4711")
+    short = ("ping MANIPULATOR", "ping SUPERVISOR", "ping JOYSTICK")
+    return [f"{at_s} operator try nowait {long[i // 20 % 3] if i % 20 == 0 else short[i % 3]}" for i in range(count)]
+
+
+def test_a_restart_under_load_loses_and_doubles_no_request_untold(folder):
+    """Queues are full and thousands of requests under way: those that the ground was not told to be lost have their end."""
+    folder.mkdir()
+    lines = ["0.0 hand rest", "2.0 operator " + SCHEDULE[0]] + flying.bring_up(0.2) + ["2.1 operator at 100 ping MANIPULATOR"] * 60
+    lines += _burst(3.0, 1500) + ["3.004 fault kill communication"] + _burst(3.02, 600)
+    lines += _burst(4.0, 600) + ["4.003 fault hang communication"] + _burst(4.01, 300)
+    lines += _burst(5.0, 1500) + ["5.0035 fault kill communication"]
+    lines += ["9.0 operator ping all", "9.5 operator shutdown"]
+    path = flying.write_scenario(folder / "load.scn", *sorted(lines, key=lambda line: float(line.split()[0])))
+    flights = [_fly(folder / form, path, "--form", form) for form in ("processes", "image")]
+    for flight in flights:
+        ended = _assert_each_request_ends_once(flight)
+        _assert_numbers_whole(flight)
+        sent = sum(line.split()[1] == "operator" for line in lines) + 4  # `ping all` is four, `link open` two, `wait-event` none.
+        told = sum(int(step["outcome"].split("; ")[1].split()[0]) for step in _losses(flight))
+        assert len(_losses(flight)) == 3
+        assert ended >= sent - told > 0
+    assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
