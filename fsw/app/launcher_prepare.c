@@ -14,6 +14,7 @@
 #define IDENTITY "hirosco-"
 #define FAMILY "/" IDENTITY ///< How all names of runs begin.
 #define SLOT_NS 500000ULL
+#define REAL_PATIENCE_NS 40000000ULL ///< With a process that is stopped in the middle of a hand-over.
 #define PORT_TRIES 200U
 #define FOLDER_TRIES 1000U
 
@@ -317,6 +318,9 @@ static bool make_calendar(launcher_t* const launcher)
         osal_calendar_create(osal_shm_address(&launcher->calendar_shm), SLOT_NS, !launcher->options.is_image);
     if (launcher->calendar == NULL) {
         return fail(launcher, "this system has no lock that survives the death of its holder", "");
+    }
+    if (!launcher->options.is_stepped) {
+        osal_calendar_set_patience(launcher->calendar, REAL_PATIENCE_NS);
     }
     const unsigned last = run_operator(launcher->run);
     for (unsigned participant = 0U; participant <= last; participant++) {

@@ -12,6 +12,7 @@
 
 #include "fsw/framework/base/assertion.h"
 #include "osal/posix/calendar_core.h"
+#include "osal/posix/process_state.h"
 
 #include <limits.h>
 #include <linux/futex.h>
@@ -22,11 +23,38 @@
 
 // --- Process form: lock and hand-over ------------------------------------------------------------------
 
+/// Another process can come after that one: it takes part in a life of its own.
+static bool has_life(const osal_calendar_t* calendar, int32_t process)
+{
+    bool is_found = false;
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        is_found = is_found || (calendar->participants[i].process == process);
+    }
+    return is_found && (process != 0);
+}
+
+/// Whoever holds the lock, if it is stopped by a signal and may be killed; else 0.
+static int32_t stopped_inside(const osal_calendar_t* calendar)
+{
+    const int32_t process = osal_mutex_holder(&calendar->mutex);
+    return (has_life(calendar, process) && (osal_process_state(process) == 'T')) ? process : 0;
+}
+
+/// A holder that died inside leaves a state that can be gone on from: see the top of this file. One that is
+/// stopped inside is made one that died. It is looked at twice: who is continued together with the caller, as
+/// a terminal does it, may come a moment later.
 static void lock(osal_calendar_t* calendar)
 {
-    if (calendar->is_shared != 0U) {
-        // A holder that died inside leaves a state that can be gone on from: see the top of this file.
-        (void)osal_mutex_lock(&calendar->mutex);
+    int32_t seen = 0;
+    if (calendar->is_shared == 0U) {
+        return;
+    }
+    while (osal_mutex_lock_within(&calendar->mutex, calendar->patience_ns / 2U) == STATUS_TIMEOUT) {
+        const int32_t stopped = stopped_inside(calendar);
+        if ((stopped != 0) && (stopped == seen)) {
+            (void)kill((pid_t)stopped, SIGKILL);
+        }
+        seen = stopped;
     }
 }
 
@@ -90,11 +118,12 @@ osal_calendar_t* osal_calendar_create(void* storage, uint64_t slot_ns, bool is_s
     FSW_ASSERT((storage != NULL) && (((uintptr_t)storage % 64U) == 0U) && (slot_ns >= 1U));
     osal_calendar_t* const calendar = storage;
     (void)memset(calendar, 0, sizeof(*calendar));
-    calendar->slot_ns   = slot_ns;
-    calendar->running   = NOBODY;
-    calendar->last      = NOBODY;
-    calendar->awaited   = NOBODY;
-    calendar->is_shared = is_shared ? 1U : 0U;
+    calendar->slot_ns     = slot_ns;
+    calendar->running     = NOBODY;
+    calendar->last        = NOBODY;
+    calendar->awaited     = NOBODY;
+    calendar->is_shared   = is_shared ? 1U : 0U;
+    calendar->patience_ns = OSAL_CALENDAR_PATIENCE_NS;
     for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
         calendar->participants[i].wake_ns = OSAL_CALENDAR_NEVER;
     }
@@ -103,6 +132,12 @@ osal_calendar_t* osal_calendar_create(void* storage, uint64_t slot_ns, bool is_s
     }
     __atomic_store_n(&calendar->magic, CALENDAR_MAGIC, __ATOMIC_RELEASE);
     return calendar;
+}
+
+void osal_calendar_set_patience(osal_calendar_t* calendar, uint64_t patience_ns)
+{
+    FSW_ASSERT((calendar != NULL) && (patience_ns >= 2U));
+    calendar->patience_ns = patience_ns;
 }
 
 osal_calendar_t* osal_calendar_attach(void* storage)
@@ -254,6 +289,9 @@ status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned participant, uin
     if (osal_calendar_is_closed(calendar)) {
         return STATUS_CLOSED;
     }
+    if ((life != OSAL_CALENDAR_ANY_LIFE) && !osal_calendar_is_present(calendar, participant)) {
+        calendar->participants[participant].process = (int32_t)getpid();
+    }
     lock(calendar);
     const bool is_resting      = calendar_rest(calendar, participant, life, wake_ns);
     const uint32_t incarnation = calendar->participants[participant].incarnation;
@@ -356,11 +394,13 @@ void osal_calendar_postpone(osal_calendar_t* calendar, unsigned participant, uin
     unlock_and_pass_on(calendar);
 }
 
-unsigned osal_calendar_holder(const osal_calendar_t* calendar, uint32_t* out_grants)
+unsigned osal_calendar_holder(osal_calendar_t* calendar, uint32_t* out_grants)
 {
     FSW_ASSERT((calendar != NULL) && (out_grants != NULL));
-    const uint32_t running = __atomic_load_n(&calendar->running, __ATOMIC_ACQUIRE);
-    *out_grants            = __atomic_load_n(&calendar->grants, __ATOMIC_ACQUIRE);
+    lock(calendar); // Who watches the holder comes by here, and finds one that is stopped inside.
+    const uint32_t running = calendar->running;
+    *out_grants            = calendar->grants;
+    unlock(calendar);
     return (running != NOBODY) ? running : PARTICIPANTS;
 }
 

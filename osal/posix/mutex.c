@@ -4,8 +4,12 @@
 #include "fsw/framework/base/assertion.h"
 
 #include <errno.h>
+#include <linux/futex.h>
 #include <pthread.h>
 #include <stddef.h>
+#include <time.h>
+
+#define NS_PER_S 1000000000ULL
 
 // Zeros are a lock that works in this C library, and in others none: the last word tells whether one was
 // made.
@@ -37,10 +41,9 @@ status_t osal_mutex_create(osal_mutex_t* mutex, bool is_shared)
     return is_good ? STATUS_OK : STATUS_UNSUPPORTED;
 }
 
-status_t osal_mutex_lock(osal_mutex_t* mutex)
+/// What locking came to.
+static status_t locked(osal_mutex_t* mutex, int result)
 {
-    FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
-    const int result = pthread_mutex_lock(native(mutex));
     if (result == EOWNERDEAD) {
         const int repaired = pthread_mutex_consistent(native(mutex));
         FSW_ASSERT(repaired == 0);
@@ -48,6 +51,36 @@ status_t osal_mutex_lock(osal_mutex_t* mutex)
     }
     FSW_ASSERT(result == 0); // EDEADLK: locked twice by one task.
     return STATUS_OK;
+}
+
+status_t osal_mutex_lock(osal_mutex_t* mutex)
+{
+    FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
+    return locked(mutex, pthread_mutex_lock(native(mutex)));
+}
+
+status_t osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns)
+{
+    FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
+    int result = pthread_mutex_trylock(native(mutex));
+    if (result == EBUSY) {
+        struct timespec until = {0, 0}; // By the only clock that a mutex with priority inheritance takes.
+        (void)clock_gettime(CLOCK_REALTIME, &until);
+        const uint64_t end_ns = (uint64_t)until.tv_nsec + (wait_ns % NS_PER_S);
+        until.tv_sec += (time_t)((wait_ns / NS_PER_S) + (end_ns / NS_PER_S));
+        until.tv_nsec = (long)(end_ns % NS_PER_S);
+        result        = pthread_mutex_timedlock(native(mutex), &until);
+    }
+    return (result == ETIMEDOUT) ? STATUS_TIMEOUT : locked(mutex, result);
+}
+
+int32_t osal_mutex_holder(const osal_mutex_t* mutex)
+{
+    FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
+    // The first word of a mutex with priority inheritance is shared with the kernel, which has a layout for
+    // it.
+    const uint32_t* const word = (const uint32_t*)(const void*)mutex->storage;
+    return (int32_t)(__atomic_load_n(word, __ATOMIC_ACQUIRE) & FUTEX_TID_MASK);
 }
 
 void osal_mutex_unlock(osal_mutex_t* mutex)

@@ -5,6 +5,7 @@
 #include "fsw/framework/base/assertion.h"
 #include "fsw/framework/base/text.h"
 #include "osal/include/osal/clock.h"
+#include "osal/posix/process_state.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -301,7 +302,7 @@ status_t osal_process_suspend(osal_process_t* process)
 }
 
 /// State letter of /proc/<id>/stat: "id (program) state ...", and a program's name may hold anything.
-static char state_of(int32_t id)
+char osal_process_state(int32_t id)
 {
     char path[32];
     char text[512];
@@ -324,7 +325,7 @@ status_t osal_process_look(const osal_process_t* process, osal_process_look_t* o
     FSW_ASSERT((process != NULL) && (out_look != NULL));
     clockid_t clock      = 0;
     struct timespec used = {0, 0};
-    const char state     = (process->descriptor >= 0) ? state_of(process->id) : '\0';
+    const char state     = (process->descriptor >= 0) ? osal_process_state(process->id) : '\0';
     if ((state == '\0') || (state == 'Z') || (clock_getcpuclockid((pid_t)process->id, &clock) != 0) ||
         (clock_gettime(clock, &used) != 0)) {
         return STATUS_NOT_FOUND;

@@ -29,6 +29,7 @@
 #define OSAL_CALENDAR_NEVER UINT64_MAX ///< "Wake me only for a delivery."
 #define OSAL_CALENDAR_ANY_LIFE 0U      ///< As a life: the present one. Lives are 1, 2, ...
 #define OSAL_CALENDAR_BYTES 4096U      ///< Storage of one calendar.
+#define OSAL_CALENDAR_PATIENCE_NS 5000000000ULL
 
 typedef struct osal_calendar osal_calendar_t;
 
@@ -49,6 +50,10 @@ typedef struct {
 /// osal_calendar_wait; else one loop uses osal_calendar_next and _done. Null if the system has no lock for
 /// it.
 osal_calendar_t* osal_calendar_create(void* storage, uint64_t slot_ns, bool is_shared);
+/// A process that is stopped by a signal inside one of these calls keeps all others out. One that has a life
+/// and is found so for `patience_ns` of wall-clock time by somebody whom it keeps out is killed (the rest is
+/// as with any death); others are waited for. The beginning is OSAL_CALENDAR_PATIENCE_NS.
+void osal_calendar_set_patience(osal_calendar_t* calendar, uint64_t patience_ns);
 /// The calendar in storage that another process made. Null if there is none.
 osal_calendar_t* osal_calendar_attach(void* storage);
 
@@ -111,7 +116,7 @@ unsigned osal_calendar_awaited(const osal_calendar_t* calendar);
 void osal_calendar_postpone(osal_calendar_t* calendar, unsigned participant, uint32_t life, uint64_t at_ns);
 /// For a watchdog: the holder of the grant (PARTICIPANTS_MAX: nobody) and the number of grants so far
 /// [wraps].
-unsigned osal_calendar_holder(const osal_calendar_t* calendar, uint32_t* out_grants);
+unsigned osal_calendar_holder(osal_calendar_t* calendar, uint32_t* out_grants);
 
 /// The local TCP port of the stream of a participant that joined through the door (0: none). Another port
 /// than before is another stream, which no participant serves yet.

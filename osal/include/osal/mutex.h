@@ -21,6 +21,10 @@ typedef struct { // Private; may lie in shared memory.
 MUST_USE status_t osal_mutex_create(osal_mutex_t* mutex, bool is_shared);
 /// STATUS_OK; STATUS_CLOSED: locked, but the last holder died inside.
 status_t osal_mutex_lock(osal_mutex_t* mutex);
+/// As osal_mutex_lock, but wait (wall-clock) for `wait_ns` at most: STATUS_TIMEOUT, not locked.
+MUST_USE status_t osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns);
+/// System's number of the task that holds it now; 0: nobody does.
+int32_t osal_mutex_holder(const osal_mutex_t* mutex);
 void osal_mutex_unlock(osal_mutex_t* mutex);
 void osal_mutex_destroy(osal_mutex_t* mutex);
 

@@ -316,6 +316,70 @@ static void test_a_server_that_cuts_a_stream_wakes_its_participant(void)
     TEST_ASSERT_EQUAL_UINT16(0U, osal_calendar_served_port(calendar, THIRD));
 }
 
+/// A process that is inside the calendar for most of its time.
+static pid_t hammer_as_second(uint32_t life)
+{
+    const pid_t child = fork();
+    if (child == 0) {
+        osal_grant_t grant = {0U, 0U, 0U};
+        if (osal_calendar_wait(calendar, SECOND, life, 0U, &grant) != STATUS_OK) {
+            _exit(8);
+        }
+        for (;;) {
+            osal_calendar_deliver(calendar, SECOND, FIRST, OSAL_CALENDAR_ANY_LIFE, 1U, 0U);
+        }
+    }
+    while (!osal_calendar_is_present(calendar, SECOND)) {
+        (void)usleep(1000U);
+    }
+    return child;
+}
+
+static void test_who_is_stopped_inside_is_killed_so_that_the_others_go_on(void)
+{
+    calendar = shared_calendar();
+    osal_calendar_set_patience(calendar, 2000000U);
+    osal_calendar_expect(calendar, SECOND, 1U, 0U);
+    const pid_t child = hammer_as_second(1U);
+    int status        = 0;
+    pid_t ended       = 0;
+    while (ended == 0) { // Until it was stopped inside; outside it disturbs nobody, and goes on.
+        TEST_ASSERT_EQUAL(0, kill(child, SIGSTOP));
+        uint32_t grants = 0U;
+        (void)osal_calendar_holder(calendar, &grants);
+        TEST_ASSERT_EQUAL(0, kill(child, SIGCONT));
+        (void)usleep(100U);
+        ended = waitpid(child, &status, WNOHANG);
+    }
+    TEST_ASSERT_EQUAL(child, ended);
+    TEST_ASSERT_TRUE(WIFSIGNALED(status) && (WTERMSIG(status) == SIGKILL));
+    osal_calendar_end(calendar, SECOND, 1U);
+    osal_grant_t grant = {0U, 0U, 0U};
+    osal_calendar_expect(calendar, SECOND, 2U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_calendar_wait(calendar, SECOND, 2U, 0U, &grant));
+}
+
+static void test_who_has_no_life_of_its_own_is_waited_for(void)
+{
+    calendar = shared_calendar();
+    osal_calendar_set_patience(calendar, 2000000U);
+    const pid_t child = hammer_as_second(OSAL_CALENDAR_ANY_LIFE);
+    for (unsigned i = 0U; i < 50U; i++) {
+        TEST_ASSERT_EQUAL(0, kill(child, SIGSTOP));
+        const pid_t helper = fork();
+        if (helper == 0) {
+            (void)usleep(20000U);
+            _exit(kill(child, SIGCONT));
+        }
+        uint32_t grants = 0U;
+        (void)osal_calendar_holder(calendar, &grants);
+        TEST_ASSERT_EQUAL(0, ending_of(helper));
+    }
+    TEST_ASSERT_EQUAL(0, waitpid(child, NULL, WNOHANG));
+    TEST_ASSERT_EQUAL(0, kill(child, SIGKILL));
+    TEST_ASSERT_TRUE(WIFSIGNALED(ending_of(child)));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -331,5 +395,7 @@ int main(void)
     RUN_TEST(test_who_comes_back_to_an_ended_life_is_turned_away);
     RUN_TEST(test_a_stream_ends_with_the_life_of_its_server);
     RUN_TEST(test_a_server_that_cuts_a_stream_wakes_its_participant);
+    RUN_TEST(test_who_is_stopped_inside_is_killed_so_that_the_others_go_on);
+    RUN_TEST(test_who_has_no_life_of_its_own_is_waited_for);
     return UNITY_END();
 }

@@ -106,6 +106,33 @@ static void test_death_of_a_holder_is_told_once_and_hangs_nobody(void)
     osal_mutex_unlock(&shared->mutex);
 }
 
+static void test_a_wait_for_the_lock_ends_in_time_and_the_holder_is_known(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, true));
+    TEST_ASSERT_EQUAL(0, osal_mutex_holder(&shared->mutex));
+    shared->check      = 0U;
+    const pid_t holder = fork();
+    if (holder == 0) {
+        (void)osal_mutex_lock(&shared->mutex);
+        __atomic_store_n(&shared->check, 1U, __ATOMIC_RELEASE);
+        (void)pause();
+    }
+    while (__atomic_load_n(&shared->check, __ATOMIC_ACQUIRE) == 0U) {
+        (void)usleep(100U);
+    }
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_mutex_lock_within(&shared->mutex, 0U));
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_mutex_lock_within(&shared->mutex, 999999999U));
+    TEST_ASSERT_EQUAL(holder, osal_mutex_holder(&shared->mutex));
+    TEST_ASSERT_EQUAL(0, kill(holder, SIGKILL));
+    TEST_ASSERT_EQUAL(holder, waitpid(holder, NULL, 0));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_mutex_lock_within(&shared->mutex, 1000000000U));
+    TEST_ASSERT_EQUAL(getpid(), osal_mutex_holder(&shared->mutex));
+    osal_mutex_unlock(&shared->mutex);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_lock_within(&shared->mutex, 0U));
+    osal_mutex_unlock(&shared->mutex);
+    osal_mutex_destroy(&shared->mutex);
+}
+
 /// A coding error ends the program: seen from a child.
 static void assert_aborts(void (*mistake)(void))
 {
@@ -160,6 +187,7 @@ int main(void)
     RUN_TEST(test_tasks_exclude_each_other);
     RUN_TEST(test_processes_exclude_each_other);
     RUN_TEST(test_death_of_a_holder_is_told_once_and_hangs_nobody);
+    RUN_TEST(test_a_wait_for_the_lock_ends_in_time_and_the_holder_is_known);
     RUN_TEST(test_coding_errors_are_assertions);
     return UNITY_END();
 }

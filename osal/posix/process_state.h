@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Private to osal/posix: what the system says of a process that need not be a child.
+#ifndef OSAL_POSIX_PROCESS_STATE_H
+#define OSAL_POSIX_PROCESS_STATE_H
+
+#include <stdint.h>
+
+/// Letter of its state as in /proc/<id>/stat, e.g. 'T': stopped by a signal. '\0': there is none.
+char osal_process_state(int32_t id);
+
+#endif // OSAL_POSIX_PROCESS_STATE_H
