@@ -15,6 +15,7 @@ sys.path[:0] = [str(ROOT / "test" / "hil" / "guest"), str(ROOT / "test" / "missi
 
 import cases
 import flying
+import lives
 
 METHOD = sys.argv[1] if len(sys.argv) > 1 else "udp"
 OUT = pathlib.Path(os.environ.get("OUT", "."))
@@ -148,6 +149,17 @@ def case_one_node_gives_the_same():
     one = fly("one", "--scenario", "hil", "--transport", METHOD)
     assert_equal(one, fly("shm", "--scenario", "hil", "--form", "image"))
     assert one.facts["transport"] == METHOD
+
+
+def case_lives_are_those_of_the_image():
+    """Stops, kills, hangs and restarts, on one computer and on two, twice: the same octets."""
+    path = lives.scenario(OUT / "lives.scn")
+    forms = {"image": ("--form", "image"), "one": ("--transport", METHOD), "two": NODES, "again": NODES}
+    flights = [lives.fly(run(f"lives-{name}"), path, *options, "--links", METHOD, limit_s=LIMIT_S) for name, options in forms.items()]
+    for flight in flights[1:]:
+        for name in ("packets.log", *lives.BUS_LOGS):
+            assert flight.octets(name) == flights[0].octets(name), f"{name} of {flight.folder}"
+        assert_gone(flight)
 
 
 # --- links between nodes -------------------------------------------------------------------------------------------
