@@ -67,11 +67,23 @@ status_t pus_event_notice_read(octet_reader_t* const reader, pus_event_notice_t*
     return pus_fields_read_all(reader, notice_fields, out_notice);
 }
 
+/// TC[129,1], and TC[129,8], by which the supervisor says why.
 static pus_reply_t request_state(void* const self, pus_request_t* const request)
 {
     const pus_management_port_t* const port = &((const pus_management_t*)self)->port;
-    const uint8_t target                    = octet_read_u8(&request->reader);
-    return port->request_state(port->context, target, &request->token, request->now_ns);
+    const bool is_order                     = (request->token.subtype == (uint8_t)PUS_MANAGEMENT_ORDER_STATE);
+    pus_state_order_t order                 = {.target = octet_read_u8(&request->reader),
+                                               .cause  = (uint8_t)PUS_CAUSE_REQUEST};
+    if (is_order) {
+        order.cause = octet_read_u8(&request->reader);
+        if (request->token.source != PUS_USER_SUPERVISOR) {
+            return pus_refused(PUS_FAILURE_SOURCE, request->token.source);
+        }
+        if (order.cause > (uint8_t)PUS_CAUSE_SUPERVISOR_LOST) {
+            return pus_refused(PUS_FAILURE_OUT_OF_RANGE, sizeof order.target);
+        }
+    }
+    return port->request_state(port->context, &order, &request->token, request->now_ns);
 }
 
 static pus_reply_t select_configuration(void* const self, pus_request_t* const request)
@@ -104,6 +116,7 @@ pus_service_t pus_management_service(pus_management_t* const management)
         {PUS_MANAGEMENT_SELECT, pus_shape_u16, select_configuration, NULL},
         {PUS_MANAGEMENT_REPORT_STATUS, pus_shape_empty, report_status, NULL},
         {PUS_MANAGEMENT_RELOAD, pus_shape_empty, reload_descriptor, NULL},
+        {PUS_MANAGEMENT_ORDER_STATE, pus_shape_u16, request_state, NULL}, // Two octets.
     };
     return pus_service_of(PUS_SERVICE_MANAGEMENT, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
                           management);

@@ -3,6 +3,8 @@
 ///
 ///     TC 1 request state {target u8}        TC 3 select configuration {configuration u16}
 ///     TC 4 report status                    TC 6 reload descriptor
+///     TC 8 order state {target u8, cause u8}: TC 1 of the supervisor, with the cause that TM 2 tells; from
+///          another source it is refused (PUS_FAILURE_SOURCE)
 ///     TM 2 state transition {previous u8, state u8, phase u8, configuration u16, cause u8, code u16,
 ///                            cycle u32}
 ///     TM 5 status {state u8, phase u8, target u8, configuration u16, interface hash u64,
@@ -25,7 +27,8 @@ enum {
     PUS_MANAGEMENT_REPORT_STATUS = 4,
     PUS_MANAGEMENT_STATUS        = 5,
     PUS_MANAGEMENT_RELOAD        = 6,
-    PUS_MANAGEMENT_NOTICE        = 7
+    PUS_MANAGEMENT_NOTICE        = 7,
+    PUS_MANAGEMENT_ORDER_STATE   = 8
 };
 
 /// Causes of a transition.
@@ -38,6 +41,12 @@ typedef enum {
     PUS_CAUSE_TIMEOUT         = 5,
     PUS_CAUSE_SUPERVISOR_LOST = 6
 } pus_cause_t;
+
+/// TC[129,8]; of TC[129,1] the cause is PUS_CAUSE_REQUEST.
+typedef struct {
+    uint8_t target;
+    uint8_t cause; ///< pus_cause_t.
+} pus_state_order_t;
 
 /// TM[129,2].
 typedef struct {
@@ -71,7 +80,8 @@ typedef struct {
 /// All of it is mandatory.
 typedef struct {
     void* context;
-    pus_reply_t (*request_state)(void* context, uint8_t target, const pus_token_t* token, uint64_t now_ns);
+    pus_reply_t (*request_state)(void* context, const pus_state_order_t* order, const pus_token_t* token,
+                                 uint64_t now_ns);
     pus_reply_t (*select_configuration)(void* context, uint16_t configuration, const pus_token_t* token,
                                         uint64_t now_ns);
     pus_reply_t (*reload_descriptor)(void* context, const pus_token_t* token, uint64_t now_ns);

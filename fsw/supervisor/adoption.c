@@ -106,6 +106,7 @@ static void keep_members(const supervisor_t* const supervisor, supervisor_vitals
                                                               .restarts             = entry->restarts,
                                                               .is_order_owed        = truth(entry->is_order_owed),
                                                               .ordered              = (uint8_t)entry->ordered,
+                                                              .order_cause          = (uint8_t)entry->order_cause,
                                                               .is_interface_foreign = truth(entry->is_interface_foreign)};
     }
 }
@@ -130,6 +131,7 @@ static void take_members(supervisor_t* const supervisor, const supervisor_vitals
         entry->configuration        = member->configuration;
         entry->is_order_owed        = is_true(member->is_order_owed);
         entry->ordered              = (state_t)member->ordered;
+        entry->order_cause          = (pus_cause_t)member->order_cause;
         entry->heard_ns             = member->heard_ns;
         entry->started_ns           = member->started_ns;
         entry->interface_hash       = member->interface_hash;

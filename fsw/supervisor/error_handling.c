@@ -102,13 +102,14 @@ static bool is_downwards(const state_t from, const state_t to)
 }
 
 /// True if an order has been given. The supervisor itself is taken down by the shutdown only.
-static bool order_down(supervisor_t* const supervisor, const uint16_t apid, const state_t state)
+static bool order_down(supervisor_t* const supervisor, const uint16_t apid, const state_t state,
+                       const pus_cause_t cause)
 {
     const roster_entry_t* const entry = roster_find(supervisor, apid);
     const bool is_due = (entry != NULL) && (apid != SUPERVISOR_APID) && (entry->process == PROCESS_RUNNING) &&
                         is_downwards(entry->state, state) && !is_ordered(supervisor, entry, state);
     if (is_due) {
-        (void)order_state(supervisor, apid, state);
+        (void)order_state(supervisor, apid, state, cause);
     }
     return is_due;
 }
@@ -123,7 +124,7 @@ static uint16_t secure_network(supervisor_t* const supervisor, const failure_t* 
     uint16_t ordered = 0U;
     for (uint16_t i = 0U; i < count; i++) {
         const bool is_meant = failure->is_finding || (members[i] != failure->apid);
-        if (is_meant && order_down(supervisor, members[i], STATE_ERROR_OPERATIONAL)) {
+        if (is_meant && order_down(supervisor, members[i], STATE_ERROR_OPERATIONAL, PUS_CAUSE_NETWORK)) {
             ordered++;
         }
     }
@@ -178,7 +179,7 @@ static void order_members(supervisor_t* const supervisor, const plan_run_t* cons
 {
     for (uint16_t i = 0U; i < run->member_count; i++) {
         if (plan_runner_concerns(run, run->members[i])) {
-            (void)order_down(supervisor, run->members[i], state);
+            (void)order_down(supervisor, run->members[i], state, PUS_CAUSE_PLAN);
         }
     }
 }
@@ -193,7 +194,7 @@ static void act(supervisor_t* const supervisor, const plan_run_t* const run,
         if (action->target == MISSION_NETWORK) {
             order_members(supervisor, run, (state_t)action->state);
         } else if (plan_runner_concerns(run, target)) {
-            (void)order_down(supervisor, target, (state_t)action->state);
+            (void)order_down(supervisor, target, (state_t)action->state, PUS_CAUSE_PLAN);
         } else {
             // Its process died: it begins anew in OFFLINE.
         }
@@ -240,7 +241,7 @@ static void medium(supervisor_t* const supervisor, const failure_t* const failur
         start_plan(supervisor, &wanted);
         error_run_plans(supervisor);
     }
-    (void)order_down(supervisor, failure->apid, STATE_SAFE_OPERATIONAL);
+    (void)order_down(supervisor, failure->apid, STATE_SAFE_OPERATIONAL, PUS_CAUSE_OWN_ERROR);
 }
 
 /// LOW and informative: logged, and nothing else without a plan of the mission.

@@ -99,7 +99,8 @@ static void order(supervisor_t* const supervisor, roster_entry_t* const entry, c
     const uint8_t octets[1] = {(uint8_t)state};
     if ((entry->recommission.ordered != state) &&
         may_pass(supervisor, entry, PUS_MANAGEMENT_REQUEST_STATE, octets, sizeof octets)) {
-        (void)order_state(supervisor, entry->mission->apid, state);
+        (void)order_state(supervisor, entry->mission->apid, state,
+                          PUS_CAUSE_REQUEST); // As it was requested before.
         entry->recommission.ordered    = state;
         entry->recommission.is_walking = entry->recommission.is_walking || (state != STATE_OFFLINE);
     }

@@ -368,17 +368,20 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
     return STATUS_OK;
 }
 
-status_t order_state(supervisor_t* const supervisor, const uint16_t apid, const state_t target)
+status_t order_state(supervisor_t* const supervisor, const uint16_t apid, const state_t target,
+                     const pus_cause_t cause)
 {
     roster_entry_t* const entry = roster_find(supervisor, apid);
     octet_writer_t writer       = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_MANAGEMENT,
-                                               PUS_MANAGEMENT_REQUEST_STATE, PUS_ACK_COMPLETION);
+                                               PUS_MANAGEMENT_ORDER_STATE, PUS_ACK_COMPLETION);
     octet_write_u8(&writer, (uint8_t)target);
+    octet_write_u8(&writer, (uint8_t)cause);
     pus_token_t token     = {.request_id = 0U};
     const status_t status = pus_tc_send(&supervisor->requester, &writer, &token);
     FSW_ASSERT(entry != NULL); // Members of the mission are ordered about, nobody else.
     entry->is_order_owed    = (status == STATUS_FULL);
     entry->ordered          = target;
+    entry->order_cause      = cause;
     entry->order.request_id = token.request_id;
     entry->order.time_ns    = supervisor->now_ns;
     return status;
@@ -390,7 +393,7 @@ void order_owed(supervisor_t* const supervisor)
         const roster_entry_t* const entry = &supervisor->roster[i];
         if (entry->is_order_owed && roster_is_there(entry) &&
             has_firm_room(supervisor, entry->mission->apid)) {
-            (void)order_state(supervisor, entry->mission->apid, entry->ordered);
+            (void)order_state(supervisor, entry->mission->apid, entry->ordered, entry->order_cause);
         }
     }
 }

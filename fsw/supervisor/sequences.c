@@ -15,13 +15,13 @@ static bool bring_up(supervisor_t* const supervisor, const roster_entry_t* const
     const uint16_t apid = entry->mission->apid;
     status_t status     = STATUS_OK;
     if (entry->state == STATE_OFFLINE) {
-        status = order_state(supervisor, apid, STATE_PRE_OPERATIONAL);
+        status = order_state(supervisor, apid, STATE_PRE_OPERATIONAL, PUS_CAUSE_REQUEST);
     } else if ((entry->state == STATE_PRE_OPERATIONAL) && (entry->phase == PHASE_UNCONFIGURED)) {
         status = order_configuration(supervisor, apid, entry->mission->configurations[0].id);
     } else if ((entry->state == STATE_PRE_OPERATIONAL) && (entry->phase == PHASE_CONFIGURED)) {
-        status = order_state(supervisor, apid, STATE_SAFE_OPERATIONAL);
+        status = order_state(supervisor, apid, STATE_SAFE_OPERATIONAL, PUS_CAUSE_REQUEST);
     } else if ((entry->state == STATE_SAFE_OPERATIONAL) && (entry->phase == PHASE_IDLE)) {
-        status = order_state(supervisor, apid, STATE_OPERATIONAL);
+        status = order_state(supervisor, apid, STATE_OPERATIONAL, PUS_CAUSE_REQUEST);
     } else {
         return (entry->state == STATE_OPERATIONAL) && (entry->phase == PHASE_IDLE);
     }
@@ -86,7 +86,7 @@ static void order_group(supervisor_t* const supervisor, const state_t only_from,
         const roster_entry_t* const entry = &supervisor->roster[i];
         const bool is_meant               = (only_from == STATE_COUNT) || (entry->state == only_from);
         if (is_in_shutdown_group(entry) && is_meant && (entry->state != target)) {
-            (void)order_state(supervisor, entry->mission->apid, target);
+            (void)order_state(supervisor, entry->mission->apid, target, PUS_CAUSE_SHUTDOWN);
         }
     }
 }
@@ -120,7 +120,7 @@ static void enter_step(supervisor_t* const supervisor, const unsigned step)
             pus_verify_completed(component_process(&supervisor->component), &supervisor->shutdown_token,
                                  supervisor->now_ns);
         }
-        (void)order_state(supervisor, COMMUNICATION_APID, STATE_OFFLINE);
+        (void)order_state(supervisor, COMMUNICATION_APID, STATE_OFFLINE, PUS_CAUSE_SHUTDOWN);
         break;
     case SHUTDOWN_SELF:
         (void)component_request(&supervisor->component, STATE_OFFLINE, CAUSE_SHUTDOWN);

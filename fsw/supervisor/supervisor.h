@@ -90,6 +90,7 @@ typedef struct { // What is known of one subsystem.
     recommission_t recommission;
     bool is_order_owed; ///< `ordered` found no room in its mailbox.
     state_t ordered;
+    pus_cause_t order_cause;
     struct {
         uint32_t request_id; ///< Of the last order; 0: none.
         uint64_t time_ns;

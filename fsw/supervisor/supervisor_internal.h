@@ -22,9 +22,9 @@ status_t router_send_time(void* context, const uint8_t* packet, size_t size);
 bool router_has_room(const supervisor_t* supervisor, uint16_t apid);
 /// Route a request that a service on board has released, as one that came from its source.
 void router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
-/// Order to a subsystem of the mission: TC[129,1]. Where its mailbox has no room the order is owed, until
-/// another one takes its place or its process dies. Statuses of pus_tc_send.
-status_t order_state(supervisor_t* supervisor, uint16_t apid, state_t target);
+/// Order to a subsystem of the mission: TC[129,8], with why it is given. Where its mailbox has no room the
+/// order is owed, until another one takes its place or its process dies. Statuses of pus_tc_send.
+status_t order_state(supervisor_t* supervisor, uint16_t apid, state_t target, pus_cause_t cause);
 /// Give the orders that are owed, as far as there is room now.
 void order_owed(supervisor_t* supervisor);
 /// Order to a subsystem: TC[129,3].

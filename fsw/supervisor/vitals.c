@@ -200,6 +200,7 @@ static bool are_members_sound(const supervisor_vitals_t* const state, const vita
         const bool is_sound                 = (member->apid == limits->mission->subsystems[i].apid) &&
                               (member->process < PROCESS_STATES) && (member->state < (uint8_t)STATE_COUNT) &&
                               (member->ordered < (uint8_t)STATE_COUNT) &&
+                              (member->order_cause <= (uint8_t)CAUSE_SUPERVISOR_LOST) &&
                               (member->phase <= (uint8_t)PHASE_UNSECURED) && is_truth(member->is_heard) &&
                               is_truth(member->is_order_owed) && is_truth(member->is_interface_foreign) &&
                               (member->heard_ns <= state->now_ns) && (member->started_ns <= state->now_ns);

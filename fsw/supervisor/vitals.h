@@ -53,7 +53,8 @@ typedef struct { // A subsystem of the mission, in its order.
     uint64_t started_ns;
     uint64_t interface_hash;
     uint64_t configuration_hash;
-    uint32_t reserved;
+    uint8_t order_cause; ///< pus_cause_t of `ordered`.
+    uint8_t reserved[3];
     uint16_t apid;
     uint16_t configuration;
     uint8_t process; ///< process_state_t.

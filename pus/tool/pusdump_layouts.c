@@ -63,6 +63,7 @@ static const struct {
      "cycle:u32"},
     {129U, 6U, ""},
     {129U, 7U, "event:u16 severity:u8"},
+    {129U, 8U, "target:u8 cause:u8"},
     {130U, 1U, "ports[8 port:u16 ]"},
     {130U, 2U, "offers[16 port:u16 role:u8 " PROPERTIES " ]"},
     {130U, 3U, "transaction:u32 link:u16 " ENDS " " PROPERTIES},

@@ -333,6 +333,7 @@ static const struct {
     {129U, 5U, "subsystem status report"},
     {129U, 6U, "reload descriptor"},
     {129U, 7U, "event notice"},
+    {129U, 8U, "order state"},
     {130U, 1U, "report link offers"},
     {130U, 2U, "link offer report"},
     {130U, 3U, "request link"},

@@ -44,7 +44,8 @@ void component_empty_mailboxes(component_t* component);
 void component_run_action(component_t* component);
 /// Make the machine's last transitions known: TM[129,2], progress, end of the pending request.
 void component_after_change(component_t* component);
-pus_reply_t component_request_state(void* context, uint8_t target, const pus_token_t* token, uint64_t now_ns);
+pus_reply_t component_request_state(void* context, const pus_state_order_t* order, const pus_token_t* token,
+                                    uint64_t now_ns);
 pus_reply_t component_select_configuration(void* context, uint16_t configuration, const pus_token_t* token,
                                            uint64_t now_ns);
 /// Feed an event to the machine. `code` goes into TM[129,2].

@@ -7,8 +7,6 @@
 
 #include <string.h>
 
-#define USER_ONBOARD_SUPERVISOR (PUS_USER_ONBOARD | 1U)
-
 static status_t call(status_t (*const callback)(void*), void* const self)
 {
     return (callback != NULL) ? callback(self) : STATUS_OK;
@@ -230,23 +228,6 @@ void component_machine_event(component_t* const component, const state_event_t e
 
 // ---- Requests ----
 
-static state_cause_t cause_of(const pus_token_t* const token, const uint8_t target)
-{
-    if (token->source != USER_ONBOARD_SUPERVISOR) {
-        return CAUSE_REQUEST;
-    }
-    switch (target) {
-    case STATE_OFFLINE:
-        return CAUSE_SHUTDOWN;
-    case STATE_ERROR_OPERATIONAL:
-        return CAUSE_NETWORK;
-    case STATE_SAFE_OPERATIONAL:
-        return CAUSE_PLAN;
-    default:
-        return CAUSE_REQUEST;
-    }
-}
-
 /// The cycle runs at once when a walk begins in OFFLINE, else at its time.
 static void take_on(component_t* const component, const pus_token_t* const token)
 {
@@ -267,10 +248,11 @@ state_answer_t component_request(component_t* const component, const state_t tar
     return answer;
 }
 
-pus_reply_t component_request_state(void* const context, const uint8_t target, const pus_token_t* const token,
-                                    const uint64_t now_ns)
+pus_reply_t component_request_state(void* const context, const pus_state_order_t* const order,
+                                    const pus_token_t* const token, const uint64_t now_ns)
 {
     component_t* const component = (component_t*)context;
+    const uint8_t target         = order->target;
     component->now_ns            = now_ns;
     uint16_t missing_port        = 0U;
     if (((target == STATE_SAFE_OPERATIONAL) || (target == STATE_OPERATIONAL)) &&
@@ -289,7 +271,7 @@ pus_reply_t component_request_state(void* const context, const uint8_t target, c
     take_on(component, token);
     component->is_medium_pending = false;
     pus_verify_started(&component->process, token, now_ns); // Before the first step of the walk.
-    (void)component_request(component, (state_t)target, cause_of(token, target));
+    (void)component_request(component, (state_t)target, (state_cause_t)order->cause);
     return pus_started();
 }
 

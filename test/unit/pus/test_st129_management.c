@@ -36,10 +36,10 @@ static pus_reply_t note(void* const context, const char asked, const unsigned va
     return seen.reply;
 }
 
-static pus_reply_t request_state(void* const context, const uint8_t target, const pus_token_t* const token,
-                                 const uint64_t now_ns)
+static pus_reply_t request_state(void* const context, const pus_state_order_t* const order,
+                                 const pus_token_t* const token, const uint64_t now_ns)
 {
-    return note(context, 't', target, token, now_ns);
+    return note(context, 't', ((unsigned)order->cause << 8U) | order->target, token, now_ns);
 }
 
 static pus_reply_t select_configuration(void* const context, const uint16_t configuration,
@@ -90,6 +90,39 @@ static void a_state_is_asked_for_and_reached_later(void)
     pus_verify_progress(&bench.process, &seen.token, 4U, TEST_NOW_NS);
     pus_verify_completed(&bench.process, &seen.token, TEST_NOW_NS);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 5, 1, 7);
+}
+
+/// Anybody else asks without a cause, as TC[129,1].
+static void an_order_of_the_supervisor_tells_its_cause(void)
+{
+    uint8_t order[2] = {6U, 0U};
+    seen.reply       = pus_later();
+    bench.source     = PUS_USER_SUPERVISOR;
+    for (uint8_t cause = 0U; cause <= (uint8_t)PUS_CAUSE_SUPERVISOR_LOST; cause++) {
+        order[1] = cause;
+        bench_clear();
+        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, order, 2U));
+        EXPECT_MESSAGES(1, 1, 1, 3);
+        TEST_ASSERT_EQUAL('t', seen.asked);
+        TEST_ASSERT_EQUAL_HEX32(((unsigned)cause << 8U) | 6U, seen.value);
+    }
+    order[1] = (uint8_t)PUS_CAUSE_SUPERVISOR_LOST + 1U;
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, order, 2U));
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_OUT_OF_RANGE, octets_u16_at(&bench_report(1U).data[4]));
+    static const uint16_t others[] = {TEST_SOURCE, PUS_USER_ONBOARD, PUS_USER_SUPERVISOR + 1U, 1U};
+    const unsigned calls           = seen.calls;
+    order[1]                       = (uint8_t)PUS_CAUSE_NETWORK;
+    for (size_t i = 0U; i < (sizeof others / sizeof others[0]); i++) {
+        bench.source = others[i];
+        bench_clear();
+        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, order, 2U));
+        EXPECT_MESSAGES(1, 1, 1, 4);
+        TEST_ASSERT_EQUAL_UINT16(others[i], bench_report(1U).destination);
+        TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_SOURCE, octets_u16_at(&bench_report(1U).data[4]));
+    }
+    TEST_ASSERT_EQUAL_UINT(calls, seen.calls);
 }
 
 static void a_configuration_and_a_reload_are_passed_on(void)
@@ -178,6 +211,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_state_is_asked_for_and_reached_later);
+    RUN_TEST(an_order_of_the_supervisor_tells_its_cause);
     RUN_TEST(a_configuration_and_a_reload_are_passed_on);
     RUN_TEST(status_is_told_to_who_asks);
     RUN_TEST(a_transition_is_told_to_all);

@@ -222,7 +222,8 @@ static void answer(bed_member_t* member, const pus_tc_t* tc)
     const pus_token_t token = pus_token_of(tc);
     pus_verify_accepted(&member->process, &token, bed.now_ns);
     pus_verify_started(&member->process, &token, bed.now_ns);
-    if ((tc->service == PUS_SERVICE_MANAGEMENT) && (tc->subtype == PUS_MANAGEMENT_REQUEST_STATE)) {
+    if ((tc->service == PUS_SERVICE_MANAGEMENT) &&
+        ((tc->subtype == PUS_MANAGEMENT_REQUEST_STATE) || (tc->subtype == PUS_MANAGEMENT_ORDER_STATE))) {
         enter(member, (state_t)octet_read_u8(&reader));
     } else if ((tc->service == PUS_SERVICE_MANAGEMENT) && (tc->subtype == PUS_MANAGEMENT_SELECT)) {
         member->configuration = octet_read_u16(&reader);

@@ -72,7 +72,7 @@ static void it_goes_on_and_says_so(void)
     bed_run(60U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
     TEST_ASSERT_FALSE(bed_has(DIFFERS));
-    TEST_ASSERT_FALSE(bed_has("2 TC 129.1")); // Who is up stays up, and is told nothing.
+    TEST_ASSERT_FALSE(bed_has("2 TC 129.8")); // Who is up stays up, and is told nothing.
     bed_forget();
     die();
     bed_step();
@@ -151,13 +151,13 @@ static void networks_are_there_again(void)
     bed_forget();
     bed_event(BED_ARM, 4U, GRIPLESS);
     bed_step();
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06 from 8001"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0602 from 8001"));
     die();
     bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
     bed_forget();
     bed_run(60U); // The plan goes on to its end.
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 00 from 8001"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00 from 8001"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 0003 from 8001"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0003 from 8001"));
 }
 
 static void a_negotiation_goes_on(void)

@@ -78,8 +78,8 @@ static void a_reader_that_dies_fails_its_network_and_loses_only_its_own_link(voi
     bed_forget();
     bed.members[BED_LONE].is_running = false;
     bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 06")); // The network: both others, by way of the writer.
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 06")); // The network: both others, by way of the writer.
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06"));
     TEST_ASSERT_TRUE(bed_has("16 TC 130.7 00030A"));
     TEST_ASSERT_FALSE(bed_has("17 TC 130.7"));
     TEST_ASSERT_FALSE(bed_has("16 TC 130.7 0001"));
@@ -91,8 +91,8 @@ static void a_writer_that_dies_closes_every_reader(void)
     bed_forget();
     bed.members[BED_ARM].is_running = false;
     bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06"));
-    TEST_ASSERT_TRUE(bed_has("18 TC 129.1 06"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06"));
+    TEST_ASSERT_TRUE(bed_has("18 TC 129.8 06"));
     TEST_ASSERT_TRUE(bed_has("17 TC 130.7 00010A"));
     TEST_ASSERT_TRUE(bed_has("18 TC 130.7 00030A"));
     TEST_ASSERT_EQUAL(0U, bed.supervisor.graph.count);

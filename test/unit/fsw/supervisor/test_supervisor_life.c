@@ -48,8 +48,8 @@ static void supervisor_and_communication_come_up_by_themselves(void)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
     const char* const text            = bed_look();
-    static const char* const orders[] = {"2 TC 129.1 03 from 8001", "2 TC 129.3 0001 from 8001",
-                                         "2 TC 129.1 04 from 8001", "2 TC 129.1 05 from 8001"};
+    static const char* const orders[] = {"2 TC 129.8 0300 from 8001", "2 TC 129.3 0001 from 8001",
+                                         "2 TC 129.8 0400 from 8001", "2 TC 129.8 0500 from 8001"};
     for (unsigned i = 0U; i < 4U; i++) {
         TEST_ASSERT_EQUAL(1U, count_lines(text, orders[i]));
     }
@@ -125,14 +125,14 @@ static const char* at(const char* text, const char* line)
 
 static void check_order_of_shutdown(const char* text, bool has_request)
 {
-    const char* const safe    = at(text, "16 TC 129.1 04 from 8001");
-    const char* const offline = at(text, "16 TC 129.1 00 from 8001");
-    const char* const ground  = at(text, "2 TC 129.1 00 from 8001");
-    (void)at(text, "17 TC 129.1 04 from 8001");
-    (void)at(text, "17 TC 129.1 00 from 8001");
+    const char* const safe    = at(text, "16 TC 129.8 0404 from 8001");
+    const char* const offline = at(text, "16 TC 129.8 0004 from 8001");
+    const char* const ground  = at(text, "2 TC 129.8 0004 from 8001");
+    (void)at(text, "17 TC 129.8 0404 from 8001");
+    (void)at(text, "17 TC 129.8 0004 from 8001");
     TEST_ASSERT_TRUE(safe < offline);
-    TEST_ASSERT_TRUE(at(text, "18 TC 129.1 00 from 8001") > safe);
-    TEST_ASSERT_NULL(strstr(text, "18 TC 129.1 04")); // It was not operational.
+    TEST_ASSERT_TRUE(at(text, "18 TC 129.8 0004 from 8001") > safe);
+    TEST_ASSERT_NULL(strstr(text, "18 TC 129.8 04")); // It was not operational.
     TEST_ASSERT_TRUE(offline < ground);
     if (has_request) {
         const char* const done = at(text, "G 1.7 #");
@@ -191,7 +191,7 @@ static void a_member_that_hangs_holds_nobody_up(void)
     bed_run(250U);
     TEST_ASSERT_FALSE(bed.is_finished);
     bed_run(60U); // Three seconds for each step.
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 00"));
     bed_run(320U);
     TEST_ASSERT_TRUE(bed.is_finished);
 }
@@ -231,7 +231,7 @@ static void nothing_is_recovered_on_the_way_down(void)
     bed_forget();
     bed_event(BED_ARM, 4U, 5U);
     bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06")); // The network is secured; no plan, no restart.
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06")); // The network is secured; no plan, no restart.
     bed.members[BED_ARM].is_running = false;
     bed_run(20U);
     TEST_ASSERT_EQUAL(0U, bed.supervisor.counters.plans_started);

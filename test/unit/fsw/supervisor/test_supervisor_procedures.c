@@ -120,7 +120,7 @@ static void requests_share_the_counts_of_the_supervisor(void)
     run("for i = 1, 3 do assert(send(16, 17, 1, '', true)) end");
     bed_event(BED_ARM, 3U, 2U); // Its plan orders ARM about.
     bed_run(10U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 "));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 "));
     expect_ends(1U, 0U);
     TEST_ASSERT_EQUAL_UINT16(0U, bed.supervisor.onboard.procedures.requester.addressee_count);
     TEST_ASSERT_TRUE(bed.supervisor.requester.addressee_count > 0U);

@@ -110,16 +110,16 @@ static void a_high_error_ends_a_medium_plan(void)
     bed_link_up(STATE_OPERATIONAL);
     bed_event(BED_ARM, 3U, 6U);
     bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04 from 8001"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 0403 from 8001"));
     bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
     bed_forget();
     bed_event(BED_ARM, 4U, 5U);
     bed_step();
     bed_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 00130010000600100005\nG 5.1 000600100005\n"
-               "17 TC 129.1 06 from 8001\n");
+               "17 TC 129.8 0602 from 8001\n");
     TEST_ASSERT_EQUAL(1U, bed.supervisor.reactions.overruled);
     run_ms(600);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00 from 8001"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0003 from 8001"));
     bed_forget();
     bed_place(BED_ARM, STATE_OPERATIONAL);
     run_ms(25000); // Nothing is left of the plan of 20 s.
@@ -136,7 +136,7 @@ static void a_medium_error_under_a_high_plan_has_none(void)
     bed_forget();
     bed_event(BED_HAND, 3U, 2U);
     bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 04 from 8001")); // But layer 1.
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0401 from 8001")); // But layer 1.
     bed_event(BED_ARM, 3U, 6U);
     bed_run(2U);
     TEST_ASSERT_TRUE(bed_has("G 5.1 00130010000600100007"));
@@ -159,21 +159,21 @@ static void an_order_that_is_out_is_not_given_again(void)
     bed.members[BED_ARM].is_passive = true;
     bed_event(BED_ARM, 3U, 3U);
     bed_step();
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 04"));
     bed_forget();
     bed_event(BED_ARM, 3U, 3U);
     run_ms(500);
-    TEST_ASSERT_FALSE(bed_has("16 TC 129.1 04"));
+    TEST_ASSERT_FALSE(bed_has("16 TC 129.8 04"));
     run_ms(600); // But it may have been lost.
     bed_event(BED_ARM, 3U, 3U);
     bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 04"));
     bed_forget();
     bed_event(BED_HAND, 4U, 1U); // Another one is given at once, and does what the first was to do.
     bed_event(BED_ARM, 3U, 3U);
     bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 06"));
-    TEST_ASSERT_FALSE(bed_has("16 TC 129.1 04"));
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 06"));
+    TEST_ASSERT_FALSE(bed_has("16 TC 129.8 04"));
 }
 
 static void an_order_that_is_owed_is_not_replaced_by_a_lesser_one(void)
@@ -195,16 +195,16 @@ static void an_error_during_the_shutdown_still_secures_the_network(void)
     bed.members[BED_ARM].is_passive  = true;
     bed.is_stop_requested            = true;
     bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 04"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 04"));
     bed_forget();
     bed_event(BED_ARM, 4U, 5U);
     bed_event(BED_ARM, 3U, 6U);
     bed_event(BED_ARM, 2U, 8U);
     bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06"));
     TEST_ASSERT_EQUAL(0U, bed.supervisor.counters.plans_started);
     run_ms(3100); // Late: all are ordered to OFFLINE, and nothing stops them on the way.
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 00"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 00"));
     bed_forget();
     bed_event(BED_ARM, 4U, 5U);
     bed_event(BED_ARM, 3U, 3U);
@@ -234,7 +234,7 @@ static void the_supervisors_own_errors_have_plans(void)
     TEST_ASSERT_TRUE(bed_has("G 5.4 000801"));
     TEST_ASSERT_TRUE(bed_has("G 5.1 000600010008")); // PLAN_STARTED: no subsystem but the supervisor.
     TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
-    TEST_ASSERT_TRUE(bed_has("18 TC 129.1 00 from 8001"));
+    TEST_ASSERT_TRUE(bed_has("18 TC 129.8 0003 from 8001"));
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component)); // SELF is not OFFLINE.
     TEST_ASSERT_FALSE(bed_has("G 5.1 0003"));
 }
@@ -272,13 +272,13 @@ static void an_own_event_concerns_the_subsystem_that_its_descriptor_says(void)
     (void)subsystem_raise(&bed.supervisor.component, SUPERVISOR_EVENT_RESOURCE_REFUSED, unknown, 2U);
     (void)subsystem_raise(&bed.supervisor.component, SUPERVISOR_EVENT_MODE_CHANGED, of_hand, 2U);
     bed_run(2U);
-    TEST_ASSERT_FALSE(bed_has("17 TC 129.1"));
+    TEST_ASSERT_FALSE(bed_has("17 TC 129.8"));
     TEST_ASSERT_EQUAL(0U, bed.supervisor.counters.plans_started);
     (void)subsystem_raise(&bed.supervisor.component, SUPERVISOR_EVENT_RESOURCE_REFUSED, of_hand, 2U);
     (void)subsystem_raise(&bed.supervisor.component, SUPERVISOR_EVENT_RESOURCE_REFUSED, of_hand, 2U);
     bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06")); // It has not failed by itself: it is secured, too.
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 06"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06")); // It has not failed by itself: it is secured, too.
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 06"));
     TEST_ASSERT_EQUAL(1U, bed.supervisor.counters.plans_started);
 }
 

@@ -433,7 +433,7 @@ static void an_order_without_room_is_owed(void)
     bed_forget();
     bed.members[BED_HAND].is_deaf = false;
     bed_run(4U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.1 06 from 8001"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0602 from 8001"));
 }
 
 /// The ground has filled its mailbox with requests: the supervisor's own order has room nevertheless.

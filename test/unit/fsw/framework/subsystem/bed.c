@@ -341,6 +341,12 @@ uint16_t bed_state(state_t target)
     return bed_command(PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REQUEST_STATE, data, sizeof data);
 }
 
+uint16_t bed_order(state_t target, state_cause_t cause)
+{
+    const uint8_t data[2] = {(uint8_t)target, (uint8_t)cause};
+    return bed_command(PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_ORDER_STATE, data, sizeof data);
+}
+
 uint16_t bed_select(uint16_t configuration)
 {
     const uint8_t data[2] = {(uint8_t)(configuration >> 8U), (uint8_t)configuration};

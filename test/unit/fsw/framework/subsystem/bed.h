@@ -100,6 +100,8 @@ const char* bed_descriptor(void);
 /// Send a telecommand; returns its number (#n in the lines).
 uint16_t bed_command(uint8_t service, uint8_t subtype, const void* data, size_t size);
 uint16_t bed_state(state_t target);
+/// The supervisor's, with its cause.
+uint16_t bed_order(state_t target, state_cause_t cause);
 uint16_t bed_select(uint16_t configuration);
 /// TC[8,1] with the arguments as they are on the wire.
 uint16_t bed_function(const char* name, const void* arguments, size_t size);

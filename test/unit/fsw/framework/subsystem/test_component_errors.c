@@ -371,10 +371,10 @@ static void the_order_in_time_is_followed(void)
     bed_forget();
     bed.source = BED_SUPERVISOR;
     bed.ack    = PUS_ACK_COMPLETION;
-    (void)bed_state(STATE_SAFE_OPERATIONAL);
+    (void)bed_order(STATE_SAFE_OPERATIONAL, CAUSE_OWN_ERROR);
     bed_run(20U);
     bed_expect(
-        "129.2 5>4 ENTERING cause 3 code 0000 cfg 1\n129.2 4>4 IDLE cause 3 code 0000 cfg 1\n1.7 #0\n");
+        "129.2 5>4 ENTERING cause 1 code 0000 cfg 1\n129.2 4>4 IDLE cause 1 code 0000 cfg 1\n1.7 #0\n");
     (void)bed_state(STATE_OPERATIONAL); // It is forgotten then.
     bed_run(20U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.component));

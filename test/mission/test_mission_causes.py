@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A transition tells why it happened as the supervisor knew when it ordered it, whatever state it leads to."""
+
+import flying
+import pytest
+
+COMMUNICATION, MANIPULATOR, JOYSTICK = 2, 16, 17
+REQUEST, OWN_ERROR, NETWORK, PLAN, SHUTDOWN = range(5)
+BEGIN_S = 2.0
+
+
+def _causes(flight, apid, begin_s=0.0, end_s=1000.0):
+    """State -> cause of each transition into another state."""
+    return {raw[22]: raw[26] for t, kind, raw in flight.packets
+            if kind == "TM" and raw[7:9] == b"\x81\x02" and raw[1] == apid and raw[21] != raw[22] and begin_s <= t / 1e9 < end_s}
+
+
+@pytest.mark.parametrize("form", ["processes", "image"])
+def test_shutdown_and_autostart_are_no_plans(folder, form):
+    folder.mkdir()
+    path = flying.write_scenario(folder / "down.scn", *flying.bring_up(0.1, tare=False), f"{BEGIN_S} operator shutdown")
+    flight = flying.fly(folder / "flight", "--scenario", path, "--form", form)
+    assert flight.code == 0, flight.told()
+    up = {3: REQUEST, 4: REQUEST, 5: REQUEST}
+    ground = _causes(flight, COMMUNICATION, end_s=BEGIN_S)
+    assert {state: ground[state] for state in up} == up  # SAFE_OPERATIONAL was told as a plan
+    for member in (MANIPULATOR, JOYSTICK):
+        down = _causes(flight, member, BEGIN_S)
+        assert down[4] == SHUTDOWN  # was told as a plan
+        assert set(down.values()) == {SHUTDOWN}
+
+
+def test_a_plan_that_ends_in_offline_is_no_shutdown(folder):
+    folder.mkdir()
+    lines = [*flying.bring_up(0.1, tare=False), f"{BEGIN_S} fault unplug joystick", f"{BEGIN_S} operator wait-state MANIPULATOR OFFLINE 2",
+             f"{BEGIN_S} operator wait-state JOYSTICK OFFLINE 2", f"{BEGIN_S + 1.5} operator shutdown"]
+    flight = flying.fly(folder / "flight", "--scenario", flying.write_scenario(folder / "plan.scn", *lines), "--form", "image")
+    assert flight.code == 0, flight.told()
+    assert _causes(flight, JOYSTICK, BEGIN_S)[6] == OWN_ERROR
+    assert _causes(flight, MANIPULATOR, BEGIN_S)[6] == NETWORK
+    for member in (MANIPULATOR, JOYSTICK):
+        assert _causes(flight, member, BEGIN_S)[0] == PLAN  # was told as a shutdown
