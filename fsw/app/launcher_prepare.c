@@ -272,6 +272,7 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
     text_add(&text, launcher->key_path);
     // Also in wall-clock time: simulated hardware belongs to the calendar, unless all is free.
     run->is_stepped      = launch_has_calendar(&launcher->options);
+    run->is_real         = !launcher->options.is_stepped;
     run->link_methods    = link_methods(launcher->options.links);
     run->transport       = (uint8_t)((strcmp(launcher->options.transport, "tipc") == 0) ? RUN_TRANSPORT_TIPC
                                                                                         : RUN_TRANSPORT_UDP);

@@ -78,9 +78,10 @@ typedef struct {       // A shared memory or message queue that a component make
 typedef struct {
     uint32_t magic;
     char identity[RUN_IDENTITY_MAX]; ///< "hirosco-<number>": prefix of every name of this run.
-    bool is_stepped;
-    uint8_t transport; ///< run_transport_t.
-    uint32_t instance; ///< Number of this mission instance, part of its TIPC names.
+    bool is_stepped;                 ///< The processes take part in the calendar.
+    bool is_real;                    ///< Time goes on while a process waits for a disk.
+    uint8_t transport;               ///< run_transport_t.
+    uint32_t instance;               ///< Number of this mission instance, part of its TIPC names.
     uint8_t node_count;
     uint32_t node_ipv4[RUN_NODES_MAX]; ///< Address of each node: loopback, or its end of the veth.
     uint8_t link_methods;              ///< Bit set of 1 << rtlink_method_t.

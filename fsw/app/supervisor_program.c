@@ -301,6 +301,7 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
                                 .finished          = finished},
         .descriptors         = {seat, load_descriptor},
         .log_folder          = seat->run->folder,
+        .has_log_writer      = seat->run->is_real,
         .start_count = __atomic_load_n(&seat->run->components[seat->component].found_life, __ATOMIC_ACQUIRE),
         .is_endpoint_kept = seat->is_kept,
         .files            = file_store(&storage.files),

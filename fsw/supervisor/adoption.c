@@ -283,11 +283,6 @@ static void keep_channels(const supervisor_t* const supervisor, supervisor_vital
     }
 }
 
-static uint64_t size_of_log(const packet_log_t* const log)
-{
-    return (log->is_open && (log->strategy == log->wanted)) ? log->size : UINT64_MAX;
-}
-
 static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const state)
 {
     (void)memset(state, 0, sizeof *state);
@@ -295,7 +290,7 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     state->now_ns              = supervisor->now_ns;
     state->log_number          = supervisor->log.next_number;
     state->log_written         = supervisor->log.written_number;
-    state->log_size            = size_of_log(&supervisor->log);
+    state->log_size            = packet_log_whole(&supervisor->log);
     state->log_strategy        = (uint8_t)supervisor->log.wanted;
     state->is_log_failure_told = truth(supervisor->is_log_failure_told);
     state->lives               = supervisor->lives;

@@ -24,11 +24,11 @@
 #define PAUSE_LAST_NS 32000000000ULL
 #define HEALTHY_NS 60000000000ULL ///< After so long without a failure the first pause counts again.
 #define LOOK_NS 1000000000ULL     ///< Between looks whether the file still has its name.
-#define DRAIN_RECORDS 512U        ///< Of the ring, into the file in one step.
+#define SLOW_NS 1000000000ULL     ///< A disk that needs longer for a write: the ring is in force.
 
 CAPACITY_CHECK(ring_holds_what_a_mission_may_ask_for,
                PACKET_LOG_RING_OCTETS >= (CAPACITY_RING_RECORDS * (LENGTH_OCTETS + RECORD_SHORT)));
-CAPACITY_CHECK(a_line_fits, PACKET_LOG_BUFFER > LINE_MAX_CHARACTERS);
+CAPACITY_CHECK(a_line_fits_behind_a_gap, PACKET_LOG_PIECE > (2U * LINE_MAX_CHARACTERS));
 
 // ---- Records ----
 
@@ -78,47 +78,61 @@ static void path_of(const packet_log_t* const log, const packet_log_strategy_t s
     FSW_ASSERT(!text.cut); // The folder was measured when the log was opened.
 }
 
-/// Open a strategy's file behind its last whole record. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED,
-/// STATUS_IO.
-static status_t open_file(packet_log_t* const log, const packet_log_strategy_t strategy,
-                          osal_file_t* const file, uint64_t* const out_size)
+/// Open a strategy's file behind its last whole record.
+static status_t open_file(const packet_log_t* const log, osal_file_t* const file, packet_log_job_t* const job)
 {
     char path[PACKET_LOG_PATH + 32U];
-    path_of(log, strategy, path);
+    uint64_t size = 0U;
+    path_of(log, job->strategy, path);
     status_t status = osal_file_append(file, path);
     if (status != STATUS_OK) {
         return status;
     }
-    status = osal_file_size(file, out_size);
-    if ((status == STATUS_OK) && log->is_cut[strategy] && (*out_size > log->whole[strategy])) {
-        status    = osal_file_resize(file, log->whole[strategy]);
-        *out_size = log->whole[strategy];
+    status = osal_file_size(file, &size);
+    if ((status == STATUS_OK) && job->is_cut && (size > job->size)) {
+        size   = job->size;
+        status = osal_file_resize(file, size);
     }
     if (status != STATUS_OK) {
         osal_file_close(file);
         return STATUS_IO;
     }
-    log->is_cut[strategy] = false;
+    job->size   = size;
+    job->is_cut = false;
     return STATUS_OK;
 }
 
-/// Whole records; if they do not fit, none of them.
-static status_t write_whole(packet_log_t* const log, const packet_log_strategy_t strategy,
-                            const void* const octets, const size_t size)
+/// The whole piece; if it does not fit, nothing of it.
+static status_t write_piece(packet_log_t* const log)
 {
-    const uint64_t start_ns = osal_clock_monotonic_ns();
-    status_t status         = osal_file_write(&log->file, octets, size);
-    const uint64_t took_ns  = osal_clock_monotonic_ns() - start_ns;
-    log->slowest_ns         = (took_ns > log->slowest_ns) ? took_ns : log->slowest_ns;
+    packet_log_job_t* const job = &log->job;
+    const uint64_t start_ns     = osal_clock_monotonic_ns();
+    const status_t status       = osal_file_write(&log->file, log->piece, job->octets);
+    job->took_ns                = osal_clock_monotonic_ns() - start_ns;
     if (status == STATUS_OK) {
-        log->size += size;
-    } else if (osal_file_resize(&log->file, log->size) != STATUS_OK) {
-        log->is_cut[strategy] = true;
-        log->whole[strategy]  = log->size;
+        job->size += job->octets;
     } else {
-        // It ends with its last whole record.
+        job->is_cut = (osal_file_resize(&log->file, job->size) != STATUS_OK);
     }
     return status;
+}
+
+/// Everything that may wait for the disk. Context: the writer, or the supervisor's loop without one.
+static void do_job(packet_log_t* const log)
+{
+    packet_log_job_t* const job = &log->job;
+    if (job->kind == PACKET_LOG_OPEN) {
+        job->status = open_file(log, &log->file, job);
+        return;
+    }
+    if (job->kind == PACKET_LOG_WRITE) {
+        job->status = write_piece(log);
+    } else { // If it was removed, what is written there is lost.
+        job->status = osal_file_is_named(&log->file) ? STATUS_OK : STATUS_NOT_FOUND;
+    }
+    if (job->status != STATUS_OK) {
+        osal_file_close(&log->file);
+    }
 }
 
 static void close_file(packet_log_t* const log)
@@ -140,97 +154,262 @@ static uint64_t oldest_number(const packet_log_t* const log)
     return (status == STATUS_OK) ? octets_u64_at(number) : log->next_number;
 }
 
-static void append_ring(packet_log_t* const log, const uint8_t* const record, const size_t size)
+static void drop_oldest(packet_log_t* const log)
 {
     uint8_t oldest[RECORD_MAX];
-    size_t oldest_size = 0U;
-    while ((octet_ring_room(&log->ring) < size) || (log->ring.blocks >= log->ring_records)) {
-        const status_t status = octet_ring_take(&log->ring, oldest, sizeof oldest, &oldest_size);
-        FSW_ASSERT(status == STATUS_OK);
-        log->failures += (log->wanted == PACKET_LOG_RING) ? 0U : 1U; // Else that is how a ring is.
-    }
-    const status_t status = octet_ring_put(&log->ring, record, size);
+    size_t size           = 0U;
+    const status_t status = octet_ring_take(&log->ring, oldest, sizeof oldest, &size);
     FSW_ASSERT(status == STATUS_OK);
 }
 
-/// From here on the ring stands in for the file.
+/// From here on the ring is in force; the file may still take what waits.
+static void stand_in(packet_log_t* const log)
+{
+    log->strategy     = PACKET_LOG_RING;
+    log->first_number = oldest_number(log);
+    log->file_first   = log->first_number;
+}
+
+/// The file is closed, and opened again after a pause.
 static void fall_back(packet_log_t* const log)
 {
     const bool was_healthy =
         (log->strategy == log->wanted) && ((log->now_ns - log->resumed_ns) >= HEALTHY_NS);
-    close_file(log);
-    log->pause_ns     = was_healthy ? PAUSE_FIRST_NS : (log->pause_ns * 2U);
-    log->pause_ns     = (log->pause_ns < PAUSE_FIRST_NS) ? PAUSE_FIRST_NS : log->pause_ns;
-    log->pause_ns     = (log->pause_ns > PAUSE_LAST_NS) ? PAUSE_LAST_NS : log->pause_ns;
-    log->retry_ns     = log->now_ns + log->pause_ns;
-    log->strategy     = PACKET_LOG_RING;
-    log->first_number = oldest_number(log);
+    log->pause_ns = was_healthy ? PAUSE_FIRST_NS : (log->pause_ns * 2U);
+    log->pause_ns = (log->pause_ns < PAUSE_FIRST_NS) ? PAUSE_FIRST_NS : log->pause_ns;
+    log->pause_ns = (log->pause_ns > PAUSE_LAST_NS) ? PAUSE_LAST_NS : log->pause_ns;
+    log->retry_ns = log->now_ns + log->pause_ns;
+    log->is_open  = false;
+    stand_in(log);
 }
 
-// ---- Buffer ----
+// ---- Pieces ----
 
-static uint32_t length_at(const packet_log_t* const log, const size_t position)
+/// Add a record as the strategy's file takes it. There is room.
+static void add_record(packet_log_t* const log, const uint8_t* const record, const size_t size)
 {
-    return octets_u32_at(&log->buffer[position]);
-}
-
-/// Records from `position` on as lines, as many as the text takes. Returns where the next one begins.
-static size_t make_lines(packet_log_t* const log, size_t position, text_t* const out_text)
-{
-    *out_text = text_in(log->lines, sizeof log->lines);
-    while ((position < log->used) && ((out_text->length + LINE_MAX_CHARACTERS) <= sizeof log->lines)) {
-        const uint32_t size = length_at(log, position);
-        add_line(out_text, &log->buffer[position + LENGTH_OCTETS], size);
-        position += LENGTH_OCTETS + size;
+    packet_log_job_t* const job = &log->job;
+    const size_t room           = sizeof log->piece - job->octets;
+    if (job->strategy == PACKET_LOG_SQLITE) {
+        octet_writer_t writer = octet_writer((uint8_t*)&log->piece[job->octets], room);
+        octet_write_u32(&writer, (uint32_t)size);
+        octet_write_octets(&writer, record, size);
+        FSW_ASSERT(!writer.failed);
+        job->octets += writer.position;
+    } else {
+        text_t text = text_in(&log->piece[job->octets], room);
+        add_line(&text, record, size);
+        job->octets += text.length;
     }
-    return position;
 }
 
-/// Hand over what is buffered. Returns where the first record begins that was not taken.
-static size_t write_buffer(packet_log_t* const log)
+/// Make a piece of the oldest records in the ring, as many as fit, behind a gap record if some are lost.
+static void make_piece(packet_log_t* const log)
 {
-    size_t done     = 0U;
-    status_t status = STATUS_OK;
-    while ((done < log->used) && (status == STATUS_OK)) {
-        size_t next = log->used;
-        if (log->strategy == PACKET_LOG_SQLITE) {
-            status = write_whole(log, log->strategy, log->buffer, log->used);
-        } else {
-            text_t text;
-            next   = make_lines(log, done, &text);
-            status = write_whole(log, log->strategy, log->lines, text.length);
+    uint8_t record[RECORD_MAX];
+    packet_log_job_t* const job = &log->job;
+    job->octets                 = 0U;
+    job->first_number           = oldest_number(log);
+    job->last_number            = job->first_number - 1U;
+    if (job->last_number > log->written_number) {
+        const size_t size =
+            encode_record(record, log->written_number + 1U, job->last_number, DIRECTION_GAP, record, 0U);
+        add_record(log, record, size);
+    }
+    size_t place = 0U;
+    while ((place < log->ring.used) && ((job->octets + LINE_MAX_CHARACTERS) <= sizeof log->piece)) {
+        size_t size = 0U;
+        place       = octet_ring_look(&log->ring, place, record, sizeof record, &size);
+        add_record(log, record, size);
+        job->last_number = octets_u64_at(record);
+    }
+    job->is_rest = (place >= log->ring.used);
+}
+
+/// The piece is in the file. While it was written, the ring may have lost some of its records.
+static void take_piece(packet_log_t* const log)
+{
+    const uint64_t oldest = oldest_number(log);
+    const uint64_t behind = log->job.last_number + 1U;
+    const uint64_t saved  = ((oldest < behind) ? oldest : behind) - log->job.first_number;
+    log->failures -= (log->wanted == PACKET_LOG_RING) ? 0U : (uint32_t)saved;
+    while (oldest_number(log) < behind) {
+        drop_oldest(log);
+    }
+    log->written_number = log->job.last_number;
+}
+
+// ---- Jobs ----
+
+static void finish_write(packet_log_t* const log)
+{
+    const packet_log_job_t* const job = &log->job;
+    log->slowest_ns                   = (job->took_ns > log->slowest_ns) ? job->took_ns : log->slowest_ns;
+    if (job->status == STATUS_OK) {
+        take_piece(log);
+        const bool is_quick = ((log->now_ns - job->since_ns) < SLOW_NS);
+        if (job->is_rest && is_quick && (log->strategy != log->wanted)) {
+            log->strategy     = log->wanted;
+            log->first_number = log->file_first;
+            log->resumed_ns   = log->now_ns;
+            log->looked_ns    = log->now_ns;
         }
-        done = (status == STATUS_OK) ? next : done;
     }
-    return done;
 }
 
-/// Hand over what is buffered; what is not taken goes to the ring.
+static void finish_job(packet_log_t* const log)
+{
+    const packet_log_job_t job = log->job;
+    log->job.kind              = PACKET_LOG_NO_JOB;
+    log->is_open               = (job.status == STATUS_OK);
+    log->size                  = job.size;
+    log->is_cut[job.strategy]  = job.is_cut;
+    log->whole[job.strategy]   = job.size;
+    if (job.kind == PACKET_LOG_WRITE) {
+        finish_write(log);
+    }
+    if ((log->wanted == PACKET_LOG_RING) && (job.strategy != PACKET_LOG_RING)) { // Selected meanwhile.
+        close_file(log);
+    } else if (job.status != STATUS_OK) {
+        fall_back(log);
+    } else if (job.kind == PACKET_LOG_OPEN) {
+        log->file_first = oldest_number(log);
+    } else {
+        // The file goes on.
+    }
+}
+
+/// True while the writer has the job. If it needs too long, the ring is in force.
+static bool is_busy(packet_log_t* const log)
+{
+    if (log->job.kind == PACKET_LOG_NO_JOB) {
+        return false;
+    }
+    if (__atomic_load_n(&log->is_busy, __ATOMIC_ACQUIRE) == 0U) {
+        finish_job(log);
+        return false;
+    }
+    if (((log->now_ns - log->job.since_ns) >= SLOW_NS) && (log->strategy != PACKET_LOG_RING)) {
+        stand_in(log);
+    }
+    return true;
+}
+
+static void start_job(packet_log_t* const log, const packet_log_job_kind_t kind,
+                      const packet_log_strategy_t strategy)
+{
+    log->job.kind     = kind;
+    log->job.strategy = strategy;
+    log->job.since_ns = log->now_ns;
+    log->job.size     = (kind == PACKET_LOG_OPEN) ? log->whole[strategy] : log->size;
+    log->job.is_cut   = log->is_cut[strategy];
+    if (kind == PACKET_LOG_WRITE) {
+        make_piece(log);
+    }
+    if (log->has_writer) {
+        __atomic_store_n(&log->is_busy, 1U, __ATOMIC_RELEASE);
+        osal_event_signal(&log->ordered);
+    } else {
+        do_job(log);
+        finish_job(log);
+    }
+}
+
+static void write_for_loop(void* const context)
+{
+    packet_log_t* const log = (packet_log_t*)context;
+    status_t status         = STATUS_OK;
+    while ((status == STATUS_OK) && (__atomic_load_n(&log->is_over, __ATOMIC_ACQUIRE) == 0U)) {
+        if (__atomic_load_n(&log->is_busy, __ATOMIC_ACQUIRE) != 0U) {
+            do_job(log);
+            __atomic_store_n(&log->is_busy, 0U, __ATOMIC_RELEASE);
+            osal_event_signal(&log->done);
+        }
+        status = osal_event_wait(&log->ordered, UINT32_MAX);
+    }
+}
+
+/// Wait for the job under way.
+static void end_writer(packet_log_t* const log)
+{
+    status_t status = STATUS_OK;
+    while (is_busy(log) && (status == STATUS_OK)) {
+        status = osal_event_wait(&log->done, UINT32_MAX);
+    }
+    __atomic_store_n(&log->is_over, 1U, __ATOMIC_RELEASE);
+    osal_event_signal(&log->ordered);
+    osal_task_join(&log->writer);
+    log->has_writer = false;
+}
+
+/// What the file is to do next.
+static packet_log_job_kind_t next_job(const packet_log_t* const log)
+{
+    if (log->wanted == PACKET_LOG_RING) {
+        return PACKET_LOG_NO_JOB;
+    }
+    if (!log->is_open) {
+        return (log->now_ns >= log->retry_ns) ? PACKET_LOG_OPEN : PACKET_LOG_NO_JOB;
+    }
+    if ((log->ring.blocks > 0U) || (log->strategy != log->wanted)) {
+        return PACKET_LOG_WRITE;
+    }
+    return (log->now_ns >= (log->looked_ns + LOOK_NS)) ? PACKET_LOG_LOOK : PACKET_LOG_NO_JOB;
+}
+
+/// Without a writer write all that waits; of a ring that was in force one piece in each step.
+static void work(packet_log_t* const log)
+{
+    bool goes_on = !is_busy(log);
+    while (goes_on) {
+        const packet_log_job_kind_t kind = next_job(log);
+        const bool is_last =
+            (kind == PACKET_LOG_NO_JOB) || ((kind == PACKET_LOG_WRITE) && (log->strategy != log->wanted));
+        log->looked_ns = (kind == PACKET_LOG_LOOK) ? log->now_ns : log->looked_ns;
+        if (kind != PACKET_LOG_NO_JOB) {
+            start_job(log, kind, log->wanted);
+        }
+        goes_on = !is_last && !is_busy(log);
+    }
+}
+
+void packet_log_step(packet_log_t* const log, const uint64_t now_ns)
+{
+    FSW_ASSERT(log != NULL);
+    log->now_ns = now_ns;
+    work(log);
+}
+
+/// Hand over all that waits, in one step, and wait for it. Only without a writer.
 static void flush(packet_log_t* const log)
 {
-    if (log->used == 0U) {
-        return;
-    }
-    const size_t done = write_buffer(log);
-    for (size_t position = done; position < log->used; position += LENGTH_OCTETS + length_at(log, position)) {
-        append_ring(log, &log->buffer[position + LENGTH_OCTETS], length_at(log, position));
-    }
-    const bool is_whole = (done == log->used);
-    log->written_number =
-        (is_whole ? log->next_number : octets_u64_at(&log->buffer[done + LENGTH_OCTETS])) - 1U;
-    log->used = 0U;
-    if (!is_whole) {
-        fall_back(log);
+    while (log->is_open && (log->ring.blocks > 0U)) {
+        start_job(log, PACKET_LOG_WRITE, log->wanted);
     }
 }
 
-static void append_buffer(packet_log_t* const log, const uint8_t* const record, const size_t size)
+// ---- Records that come ----
+
+static bool has_room(const packet_log_t* const log, const size_t size)
 {
-    octet_writer_t writer = octet_writer(&log->buffer[log->used], sizeof log->buffer - log->used);
-    octet_write_u32(&writer, (uint32_t)size);
-    octet_write_octets(&writer, record, size);
-    FSW_ASSERT(!writer.failed);
-    log->used += writer.position;
+    const bool is_in_force = (log->strategy == PACKET_LOG_RING);
+    return (octet_ring_room(&log->ring) >= size) && (!is_in_force || (log->ring.blocks < log->ring_records));
+}
+
+static void make_room(packet_log_t* const log, const size_t size)
+{
+    const bool is_full = !has_room(log, size) && (log->strategy != PACKET_LOG_RING);
+    if (is_full && log->has_writer) {
+        stand_in(log);
+    } else if (is_full) {
+        flush(log);
+    } else {
+        // There is room, or the oldest gives it.
+    }
+    while (!has_room(log, size)) {
+        drop_oldest(log);
+        log->failures += (log->wanted == PACKET_LOG_RING) ? 0U : 1U; // Else that is how a ring is.
+    }
 }
 
 void packet_log_append(packet_log_t* const log, const uint64_t time_ns, const bool is_tc,
@@ -241,115 +420,34 @@ void packet_log_append(packet_log_t* const log, const uint64_t time_ns, const bo
     const size_t record_size = encode_record(record, log->next_number, time_ns,
                                              (uint8_t)(is_tc ? DIRECTION_TC : DIRECTION_TM), packet, size);
     log->now_ns              = time_ns;
-    if ((log->strategy != PACKET_LOG_RING) &&
-        ((log->used + LENGTH_OCTETS + record_size) > sizeof log->buffer)) {
-        flush(log);
-    }
-    if (log->strategy == PACKET_LOG_RING) {
-        append_ring(log, record, record_size);
-    } else {
-        append_buffer(log, record, record_size);
-    }
+    make_room(log, record_size);
+    const status_t status = octet_ring_put(&log->ring, record, record_size);
+    FSW_ASSERT(status == STATUS_OK);
     log->next_number++;
 }
 
-// ---- From the ring into a file ----
-
-/// One record at a time: what is not taken stays in the ring, in its order.
-static status_t write_record(packet_log_t* const log, const packet_log_strategy_t strategy,
-                             const uint8_t* const record, const size_t size)
-{
-    if (strategy == PACKET_LOG_SQLITE) {
-        uint8_t octets[LENGTH_OCTETS + RECORD_MAX];
-        octet_writer_t writer = octet_writer(octets, sizeof octets);
-        octet_write_u32(&writer, (uint32_t)size);
-        octet_write_octets(&writer, record, size);
-        return write_whole(log, strategy, octets, writer.position);
-    }
-    text_t text = text_in(log->lines, sizeof log->lines);
-    add_line(&text, record, size);
-    return write_whole(log, strategy, log->lines, text.length);
-}
-
-static status_t write_gap(packet_log_t* const log, const packet_log_strategy_t strategy)
-{
-    uint8_t record[RECORD_MAX];
-    const uint64_t first = log->written_number + 1U;
-    const uint64_t next  = oldest_number(log);
-    if (first >= next) {
-        return STATUS_OK;
-    }
-    const size_t size     = encode_record(record, first, next - 1U, DIRECTION_GAP, record, 0U);
-    const status_t status = write_record(log, strategy, record, size);
-    log->written_number   = (status == STATUS_OK) ? (next - 1U) : log->written_number;
-    return status;
-}
-
-static status_t drain(packet_log_t* const log, const packet_log_strategy_t strategy, const uint32_t most)
-{
-    uint8_t record[RECORD_MAX];
-    size_t size     = 0U;
-    status_t status = write_gap(log, strategy);
-    for (uint32_t i = 0U; (i < most) && (status == STATUS_OK) &&
-                          (octet_ring_peek(&log->ring, record, sizeof record, &size) == STATUS_OK);
-         i++) {
-        status = write_record(log, strategy, record, size);
-        if (status == STATUS_OK) {
-            log->written_number = octets_u64_at(record);
-            status              = octet_ring_take(&log->ring, record, sizeof record, &size);
-        }
-    }
-    return status;
-}
-
-/// The file at hand takes what is in the ring; when all is in it, it is in force.
-static void go_on(packet_log_t* const log, const uint32_t most)
-{
-    if (drain(log, log->wanted, most) != STATUS_OK) {
-        fall_back(log);
-    } else if (log->ring.blocks == 0U) {
-        log->strategy     = log->wanted;
-        log->first_number = log->file_first;
-        log->resumed_ns   = log->now_ns;
-        log->looked_ns    = log->now_ns;
-    } else {
-        // The rest at the next step.
-    }
-}
-
-static void try_again(packet_log_t* const log)
-{
-    if (!log->is_open) {
-        log->is_open    = (open_file(log, log->wanted, &log->file, &log->size) == STATUS_OK);
-        log->file_first = oldest_number(log);
-    }
-    if (log->is_open) {
-        go_on(log, DRAIN_RECORDS);
-    } else {
-        fall_back(log);
-    }
-}
-
-void packet_log_step(packet_log_t* const log, const uint64_t now_ns)
-{
-    FSW_ASSERT(log != NULL);
-    log->now_ns = now_ns;
-    flush(log);
-    if (log->strategy != log->wanted) {
-        if (log->is_open || (now_ns >= log->retry_ns)) {
-            try_again(log);
-        }
-    } else if (log->is_open && (now_ns >= (log->looked_ns + LOOK_NS))) {
-        log->looked_ns = now_ns;
-        if (!osal_file_is_named(&log->file)) { // Removed: what is written there is lost.
-            fall_back(log);
-        }
-    } else {
-        // All is as it should be.
-    }
-}
-
 // ---- Selection ----
+
+static status_t select_file(packet_log_t* const log, const packet_log_strategy_t strategy)
+{
+    osal_file_t file     = {-1};
+    packet_log_job_t job = {
+        .strategy = strategy, .size = log->whole[strategy], .is_cut = log->is_cut[strategy]};
+    const status_t status = open_file(log, &file, &job);
+    if (status == STATUS_OK) {
+        close_file(log);
+        log->file             = file;
+        log->is_open          = true;
+        log->size             = job.size;
+        log->is_cut[strategy] = false;
+        log->wanted           = strategy;
+        log->strategy         = strategy;
+        log->first_number     = oldest_number(log);
+        log->resumed_ns       = log->now_ns;
+        log->looked_ns        = log->now_ns;
+    }
+    return status;
+}
 
 status_t packet_log_select(packet_log_t* const log, const packet_log_strategy_t strategy)
 {
@@ -357,27 +455,21 @@ status_t packet_log_select(packet_log_t* const log, const packet_log_strategy_t 
     if (((unsigned)strategy >= (unsigned)PACKET_LOG_STRATEGIES) || (strategy == PACKET_LOG_POSTGRESQL)) {
         return STATUS_UNSUPPORTED;
     }
-    flush(log);
-    if (strategy == PACKET_LOG_RING) {
+    const bool is_waiting = is_busy(log);
+    if (is_waiting && (strategy != PACKET_LOG_RING)) {
+        return STATUS_BUSY;
+    }
+    if (!log->has_writer) {
+        flush(log);
+    }
+    if (strategy != PACKET_LOG_RING) {
+        return select_file(log, strategy);
+    }
+    if (!is_waiting) {
         close_file(log);
-        log->wanted       = PACKET_LOG_RING;
-        log->strategy     = PACKET_LOG_RING;
-        log->first_number = oldest_number(log);
-        return STATUS_OK;
     }
-    osal_file_t file      = {-1};
-    uint64_t size         = 0U;
-    const status_t status = open_file(log, strategy, &file, &size);
-    if (status != STATUS_OK) {
-        return status;
-    }
-    close_file(log);
-    log->file       = file;
-    log->size       = size;
-    log->is_open    = true;
-    log->wanted     = strategy;
-    log->file_first = oldest_number(log);
-    go_on(log, UINT32_MAX);
+    log->wanted = PACKET_LOG_RING;
+    stand_in(log);
     return STATUS_OK;
 }
 
@@ -387,7 +479,7 @@ status_t packet_log_open_after(packet_log_t* const log, const char* const folder
 {
     FSW_ASSERT((log != NULL) && (folder != NULL) && (past != NULL) && (past->next_number >= 1U) &&
                (past->written_number < past->next_number) && (ring_records >= 1U));
-    (void)memset(log, 0, offsetof(packet_log_t, buffer));
+    (void)memset(log, 0, offsetof(packet_log_t, piece));
     log->strategy       = PACKET_LOG_RING;
     log->wanted         = PACKET_LOG_RING;
     log->next_number    = past->next_number;
@@ -421,28 +513,55 @@ status_t packet_log_open(packet_log_t* const log, const char* const folder,
     return packet_log_open_after(log, folder, strategy, &past, ring_records);
 }
 
-void packet_log_abandon(packet_log_t* const log)
+status_t packet_log_start_writer(packet_log_t* const log)
+{
+    FSW_ASSERT((log != NULL) && !log->has_writer);
+    log->is_over = 0U;
+    osal_event_create(&log->ordered);
+    osal_event_create(&log->done);
+    const status_t status = osal_task_start(&log->writer, write_for_loop, log, 0);
+    log->has_writer       = (status == STATUS_OK);
+    return status;
+}
+
+uint64_t packet_log_whole(const packet_log_t* const log)
 {
     FSW_ASSERT(log != NULL);
+    if (log->is_open) {
+        return log->size;
+    }
+    return log->is_cut[log->wanted] ? log->whole[log->wanted] : UINT64_MAX;
+}
+
+void packet_log_abandon(packet_log_t* const log)
+{
+    FSW_ASSERT((log != NULL) && !log->has_writer);
     close_file(log);
+}
+
+/// Everything that waits goes into the file of that strategy, if it takes it.
+static void write_rest(packet_log_t* const log, const packet_log_strategy_t strategy)
+{
+    log->wanted = strategy;
+    if (!log->is_open && (log->ring.blocks > 0U)) {
+        start_job(log, PACKET_LOG_OPEN, strategy);
+    }
+    flush(log);
 }
 
 void packet_log_close(packet_log_t* const log)
 {
     FSW_ASSERT(log != NULL);
-    flush(log);
-    if ((log->strategy != log->wanted) &&
-        (log->is_open || (open_file(log, log->wanted, &log->file, &log->size) == STATUS_OK))) {
-        log->is_open = true;
-        go_on(log, UINT32_MAX);
+    if (log->has_writer) {
+        end_writer(log);
+    }
+    if (log->wanted != PACKET_LOG_RING) {
+        write_rest(log, log->wanted);
     }
     close_file(log);
-    if ((log->strategy == PACKET_LOG_RING) &&
-        (open_file(log, PACKET_LOG_RING, &log->file, &log->size) == STATUS_OK)) {
-        log->is_open          = true;
-        const status_t status = drain(log, PACKET_LOG_RING, UINT32_MAX);
-        (void)status; // What is left in the ring is counted.
-        close_file(log);
+    if (log->strategy == PACKET_LOG_RING) {
+        write_rest(log, PACKET_LOG_RING);
     }
+    close_file(log);
     log->failures += log->ring.blocks;
 }

@@ -13,25 +13,29 @@
 /// packet. Direction 2 is a gap: the records from the first to the second number are lost. As a line:
 /// "<first> <last> GAP".
 ///
-/// If the disk is full, read-only or gone, no record is lost at once: the ring is in force (`strategy`)
-/// instead of the `wanted` strategy, a file with a cut record is shortened to its last whole record, and the
-/// log retries after 1 s, then 2 s, up to 32 s. When the disk accepts records again, a gap record comes first
-/// if the ring has lost records, then the records of the ring (docs/decisions/0030).
+/// Each record waits in the ring until the file has it. If the disk is full, read-only, gone, or needs more
+/// than 1 s for a write, no record is lost at once: the ring is in force (`strategy`) instead of the `wanted`
+/// strategy, a file with a cut record is shortened to its last whole record, and the log retries after 1 s,
+/// then 2 s, up to 32 s. When the disk accepts records again, a gap record comes first if the ring has lost
+/// records, then the records of the ring (docs/decisions/0030).
 ///
-/// Ownership  The caller places packet_log_t. Context: the supervisor's loop. Appending copies into a buffer;
-///            packet_log_step writes it (one system call), and waits only for the operating system.
+/// Ownership  The caller places packet_log_t. Context: the supervisor's loop. Without a writer
+///            packet_log_step waits for the disk. With a writer, a task of its own, only packet_log_select
+///            (which opens a file) and packet_log_close wait for the disk.
 #ifndef FSW_SUPERVISOR_PACKET_LOG_H
 #define FSW_SUPERVISOR_PACKET_LOG_H
 
 #include "fsw/framework/base/status.h"
 #include "fsw/framework/message/octet_ring.h"
+#include "osal/include/osal/event.h"
 #include "osal/include/osal/file.h"
+#include "osal/include/osal/task.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#define PACKET_LOG_BUFFER 65536U
+#define PACKET_LOG_PIECE 65536U ///< Octets of one write, at most.
 #define PACKET_LOG_RING_OCTETS 524288U
 #define PACKET_LOG_PATH 256U
 
@@ -43,6 +47,27 @@ typedef enum { // Numbers are those on the wire.
     PACKET_LOG_STRATEGIES = 4
 } packet_log_strategy_t;
 
+typedef enum { // What the file is asked for.
+    PACKET_LOG_NO_JOB = 0,
+    PACKET_LOG_OPEN,
+    PACKET_LOG_WRITE,
+    PACKET_LOG_LOOK ///< Does it still have its name?
+} packet_log_job_kind_t;
+
+typedef struct { // Private: one job for the file. The writer has it, the file and the piece while it is busy.
+    packet_log_job_kind_t kind;
+    packet_log_strategy_t strategy;
+    uint64_t since_ns;
+    uint64_t first_number; // Records of the piece,
+    uint64_t last_number;
+    size_t octets;
+    bool is_rest;     // and no other record waited when it was made.
+    uint64_t size;    // Of the file: whole records, before and after.
+    bool is_cut;      // It may end with a part of a record: cut it off first. After: it could not be cut off.
+    status_t status;  // After.
+    uint64_t took_ns; // After: wall-clock time.
+} packet_log_job_t;
+
 typedef struct {                    // All fields are private, except the first seven: read-only.
     packet_log_strategy_t strategy; ///< In force.
     packet_log_strategy_t wanted;   ///< Selected; `strategy` differs while its file cannot be written.
@@ -52,7 +77,7 @@ typedef struct {                    // All fields are private, except the first 
     uint32_t failures;              ///< Records that no strategy could keep.
     uint64_t slowest_ns;            ///< Longest write [ns of wall-clock time]; never in a packet.
     char folder[PACKET_LOG_PATH];
-    uint32_t ring_records; // At most.
+    uint32_t ring_records; // At most, while the ring is in force.
     osal_file_t file;
     bool is_open;  // Also while the ring is in force and is being written to the file.
     uint64_t size; // Of the file: whole records.
@@ -64,11 +89,16 @@ typedef struct {                    // All fields are private, except the first 
     uint64_t pause_ns;  // Until the next retry.
     uint64_t looked_ns; // Last check that the file still has its name.
     uint64_t resumed_ns;
-    size_t used;
-    octet_ring_t ring;
+    octet_ring_t ring; // Records that no file has, as in the spool.
+    packet_log_job_t job;
+    bool has_writer;
+    osal_task_t writer;
+    osal_event_t ordered;
+    osal_event_t done;
+    uint32_t is_busy; // The writer has the job.
+    uint32_t is_over; // The writer shall end.
     // Nothing below is read before it is written, so packet_log_open does not clear it.
-    uint8_t buffer[PACKET_LOG_BUFFER]; // Records as in the spool.
-    char lines[PACKET_LOG_BUFFER];
+    char piece[PACKET_LOG_PIECE]; // Records as the file takes them.
     uint8_t ring_storage[PACKET_LOG_RING_OCTETS];
 } packet_log_t;
 
@@ -88,15 +118,22 @@ typedef struct { // State of the log of a program that died, from its last commi
 /// As packet_log_open, but continue the log of the program that died, with the records of its ring.
 MUST_USE status_t packet_log_open_after(packet_log_t* log, const char* folder, packet_log_strategy_t strategy,
                                         const packet_log_past_t* past, uint32_t ring_records);
-/// Close the file without writing, as at the end of the program.
+/// From now on a task of its own does what waits for the disk, until the log is closed. For runs in which
+/// time does not stand still while a program waits. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task).
+MUST_USE status_t packet_log_start_writer(packet_log_t* log);
+/// Octets of the selected file that are whole records, for packet_log_past_t; UINT64_MAX: not known.
+uint64_t packet_log_whole(const packet_log_t* log);
+/// Close the file without writing, as at the end of the program; the log has no writer.
 void packet_log_abandon(packet_log_t* log);
 /// Keep a packet.
 void packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_tc, const uint8_t* packet, size_t size);
-/// Change the strategy from the next record on. STATUS_OK; STATUS_UNSUPPORTED (strategy of no build or
-/// unknown); STATUS_DENIED, STATUS_IO, STATUS_NOT_FOUND (its file cannot be opened): the old one stays in
-/// force.
+/// Change the strategy from the next record on, with a writer from the first record that no file has.
+/// STATUS_OK; STATUS_UNSUPPORTED (strategy of no build or unknown); STATUS_DENIED, STATUS_IO,
+/// STATUS_NOT_FOUND (its file cannot be opened), STATUS_BUSY (the writer waits for the disk; the ring can be
+/// selected all the same): the old one stays in force.
 MUST_USE status_t packet_log_select(packet_log_t* log, packet_log_strategy_t strategy);
-/// Hand the buffered records to the operating system; retry if an earlier write failed. Call it in each step.
+/// Hand the waiting records to the operating system or to the writer; retry if an earlier write failed. Call
+/// it in each step.
 void packet_log_step(packet_log_t* log, uint64_t now_ns);
 /// Write all records and close. Records that the selected file does not accept go to packets.ring.
 void packet_log_close(packet_log_t* log);

@@ -157,6 +157,10 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     const status_t status = packet_log_open_after(&supervisor->log, config->log_folder,
                                                   (packet_log_strategy_t)supervisor->log_strategy,
                                                   &supervisor->log_past, config->mission->log_ring_records);
+    if ((status == STATUS_OK) && config->has_log_writer) {
+        const status_t started = packet_log_start_writer(&supervisor->log);
+        (void)started; // Without the task the log waits for the disk itself.
+    }
     onboard_restore(supervisor); // What it has to tell is logged.
     return status;
 }

@@ -143,6 +143,7 @@ typedef struct {
     supervisor_platform_t platform;
     supervisor_descriptors_t descriptors;
     const char* log_folder;
+    bool has_log_writer; ///< A task of its own waits for the disk of the packet log.
     uint32_t start_count;
     pus_file_store_t files; ///< Of ST[23] and of who loads by reference.
     journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: nothing is kept.

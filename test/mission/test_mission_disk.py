@@ -1,17 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """A disk that is full, becomes full, or is gone: the flight goes on, says so, and run.json is whole."""
 
+import contextlib
 import json
 import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
+import sys
 
 import flying
 import pytest
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "conformance" / "pus"))
+import station as stations
+
 SECONDS = 150
+EVERYBODY = ("JOYSTICK", "MANIPULATOR", "SUPERVISOR", "COMMUNICATION")
+RESTARTED = bytes.fromhex("0014")
 
 
 @pytest.fixture
@@ -133,14 +141,139 @@ def test_missing_records_are_named(folder):
     assert len(flight.packets) == count - 12
 
 
-def test_slow_disk_is_told_and_changes_nothing(folder):
-    """In stepped time the wall waits, and simulated time does not."""
-    programs = folder / "programs"
+# ---- A disk that is slow, does not answer, or turns read-only ----
+
+
+@pytest.fixture(scope="module")
+def programs(hangar):
+    """The programs of a mission whose supervisor has slow_disk.c below it."""
+    programs = hangar / "programs"
     shutil.copytree(flying.BIN, programs)
     subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", programs / "slow.so", pathlib.Path(__file__).with_name("slow_disk.c"), "-ldl"], check=True)
     (programs / "supervisor").rename(programs / "supervisor.plain")
     (programs / "supervisor").write_text(f'#!/bin/sh\nLD_PRELOAD="{programs}/slow.so" exec "{programs}/supervisor.plain" "$@"\n', encoding="utf-8")
     (programs / "supervisor").chmod(0o755)
+    return programs
+
+
+@contextlib.contextmanager
+def _station(folder, programs, time):
+    """A flight on a disk that the files `hold` and `readonly` in `folder` make hang or fail, and a ground station."""
+    gate = folder / "gate"
+    gate.mkdir(parents=True)
+    flight = flying.start(folder / "out", "--time", time, "--scenario", "none", binaries=programs, environment={"SLOW_DISK_FOLDER": str(gate)})
+    try:
+        ground = stations.Station(flight, stations.Notes())
+        for name in EVERYBODY:
+            assert ground.do(name, 17, 1).is_completed
+        yield flight, ground, gate
+        ground.close()
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    finally:
+        (gate / "hold").unlink(missing_ok=True)
+        flight.abandon()
+
+
+def _strategies(ground):
+    """(from, to) of each change of strategy that was told."""
+    return [(p.data[0], p.data[1]) for p, _ in ground.reports if p.message == (131, 4)]
+
+
+def _assert_whole(flight, changes):
+    assert flight.code == 0, flight.told()
+    assert flight.facts["exit_code"] == 0
+    assert "records of the packet log" not in flight.console, flight.told()
+    numbers = _numbers(flight)
+    assert numbers == list(range(1, len(numbers) + 1)), "every record once, in order"
+    assert len(flight.packets) == len(numbers)
+    packets = [raw for _, direction, raw in flight.packets if direction == "TM"]
+    assert [(raw[21], raw[22]) for raw in packets if raw[7:9] == b"\x83\x04"] == changes
+    assert sum(raw[7:9] == b"\x05\x04" and raw[21:23] == b"\x00\x08" for raw in packets) == len(changes) / 2, "LOG_FAILED"
+
+
+@pytest.mark.parametrize("time", ["real", "free"])
+def test_a_disk_that_does_not_answer_holds_nobody_up(folder, programs, time):
+    """A write of the log does not end before everybody has answered, and the log has said that it is in the ring."""
+    with _station(folder, programs, time) as (flight, ground, gate):
+        (gate / "hold").touch()
+        flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and (gate / "held").exists(), "a write that waits")
+        ground.wait(lambda: _strategies(ground) == [(0, 3)], "the log in the ring")
+        for _ in range(20):
+            for name in EVERYBODY:
+                assert ground.do(name, 17, 1).is_completed
+        assert _strategies(ground) == [(0, 3)]
+        (gate / "hold").unlink()
+        ground.wait(lambda: _strategies(ground) == [(0, 3), (3, 0)], "the log in its file again")
+    _assert_whole(flight, [(0, 3), (3, 0)])
+    assert all(entry.get("starts", 1) == 1 for entry in flight.facts["processes"]), flight.facts["processes"]
+    assert "hangs" not in flight.console, flight.told()
+
+
+def test_death_while_the_disk_does_not_answer(folder, programs):
+    """The records that the writer had not written are those of the next supervisor."""
+    with _station(folder, programs, "free") as (flight, ground, gate):
+        (gate / "hold").touch()
+        flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and (gate / "held").exists(), "a write that waits")
+        ground.wait(lambda: _strategies(ground) == [(0, 3)], "the log in the ring")
+        os.kill(flight.children()["supervisor.plain"], signal.SIGKILL)
+        ground.wait(lambda: any(p.service == 5 and p.data[:2] == RESTARTED for p, _ in ground.reports), "the next supervisor")
+        assert ground.do("MANIPULATOR", 17, 1).is_completed
+        (gate / "hold").unlink()
+        for name in EVERYBODY:
+            assert ground.do(name, 17, 1).is_completed
+    numbers = _numbers(flight)
+    assert sorted(numbers) == list(range(1, len(numbers) + 1)), "every record once"
+    assert "records of the packet log" not in flight.console, flight.told()
+
+
+@pytest.mark.parametrize("time", ["real", "free"])
+def test_disk_that_is_read_only_for_a_while(folder, programs, time):
+    """Writes fail, the file can be neither shortened nor opened, and then all is well again."""
+    with _station(folder, programs, time) as (flight, ground, gate):
+        (gate / "readonly").touch()
+        flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and _strategies(ground) == [(0, 3)], "the log in the ring")
+        began = ground.now()
+        flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and ground.now() > began + 4.0, "tries that fail")
+        assert _strategies(ground) == [(0, 3)]
+        (gate / "readonly").unlink()
+        flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and _strategies(ground) == [(0, 3), (3, 0)], "the log in its file again")
+    _assert_whole(flight, [(0, 3), (3, 0)])
+
+
+@pytest.fixture
+def failing_disk(folder):
+    """Mounts a file system that can be made to fail; its folder, and how."""
+    image, path = folder / "image", folder / "disk"
+    path.mkdir(parents=True)
+    with image.open("wb") as file:
+        file.truncate(64_000_000)
+    made = subprocess.run(["sh", "-c", f"mkfs.ext4 -q '{image}' && mount -o loop '{image}' '{path}'"], capture_output=True, text=True)
+    if made.returncode != 0:
+        pytest.skip(f"no file system can be mounted here: {made.stderr.strip()}")
+    yield path, lambda: subprocess.run(["mount", "-o", "remount,abort", path], check=True)
+    subprocess.run(["umount", path], check=True)
+
+
+def test_file_system_that_the_kernel_makes_read_only(failing_disk, scenario):
+    """As after an error of the disk: open files fail, and it stays so. The flight goes on to its end."""
+    place, fail = failing_disk
+    flight = flying.start(place / "out", "--scenario", scenario)
+    try:
+        flying.wait_until(lambda: flight.steps() > 5, "step of the operator")
+        fail()
+        flying.wait_until(lambda: not _is_logging(flight) or flight.process.poll() is not None, "the log in the ring")
+        flight.wait()
+    finally:
+        flight.abandon()
+    assert flight.code == 1, flight.told()
+    assert "cannot write run.json into the run's folder" in flight.output, flight.told()
+    assert not (flight.folder / "run.json").exists(), "a part of it would look like the whole"
+    assert not flight.leftovers()
+
+
+def test_slow_disk_is_told_and_changes_nothing(folder, programs):
+    """In stepped time the wall waits, and simulated time does not."""
     flight = flying.fly(folder / "slow", "--scenario", "commissioning", binaries=programs)
     assert flight.code == 0, flight.told()
     told = re.search(r"supervisor: one write of the packet log took (\d+) ms", flight.console)

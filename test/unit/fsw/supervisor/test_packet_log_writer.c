@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+// The packet log with a task of its own for the disk, which is slow, does not answer, or fails below it.
+#define _GNU_SOURCE
+#include "fsw/supervisor/packet_log.h"
+
+#include "pus/tailoring.h"
+#include "unity.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define FILE_MAX 4194304U
+#define RING_RECORDS 4096U
+#define PIPE_OCTETS 4096
+#define SECOND_NS 1000000000ULL
+
+static packet_log_t packets;
+static char folder[64];
+static char content[FILE_MAX];
+static size_t content_size;
+static int pipe_end = -1; // Where the file is a pipe.
+static osal_task_t reader;
+
+static const char* path_of(const char* name)
+{
+    static char path[128];
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    return path;
+}
+
+static void close_pipe(void)
+{
+    if (pipe_end >= 0) {
+        (void)close(pipe_end);
+        pipe_end = -1;
+    }
+}
+
+void setUp(void)
+{
+    (void)snprintf(folder, sizeof folder, "/tmp/hirosco-log-XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+}
+
+void tearDown(void)
+{
+    close_pipe(); // Else a write waits for ever.
+    packet_log_close(&packets);
+    (void)unlink(path_of("packets.ascii"));
+    (void)unlink(path_of("packets.spool"));
+    (void)unlink(path_of("packets.ring"));
+    TEST_ASSERT_EQUAL(0, rmdir(folder));
+}
+
+static void append(unsigned count)
+{
+    const uint8_t packet[1] = {0x18U};
+    for (unsigned i = 0U; i < count; i++) {
+        packet_log_append(&packets, 0U, true, packet, 1U);
+    }
+}
+
+static uint32_t draw(uint32_t below)
+{
+    static uint32_t state = 13U;
+    state                 = (state * 1664525U) + 1013904223U;
+    return (state >> 8U) % below;
+}
+
+/// The file is a pipe: a write ends when the test has read enough of it.
+static void open_slow_log(uint32_t ring_records)
+{
+    (void)signal(SIGPIPE, SIG_IGN);
+    TEST_ASSERT_EQUAL(0, mkfifo(path_of("packets.ascii"), 0644));
+    pipe_end = open(path_of("packets.ascii"), O_RDONLY | O_NONBLOCK);
+    TEST_ASSERT_TRUE(pipe_end >= 0);
+    TEST_ASSERT_TRUE(fcntl(pipe_end, F_SETPIPE_SZ, PIPE_OCTETS) >= 0);
+    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, ring_records));
+    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_start_writer(&packets));
+    content_size = 0U;
+}
+
+static void read_pipe(void)
+{
+    const ssize_t size = read(pipe_end, &content[content_size], FILE_MAX - 1U - content_size);
+    content_size += (size > 0) ? (size_t)size : 0U;
+    content[content_size] = '\0';
+}
+
+/// Read until the writer is done, at this time.
+static void let_it_finish(uint64_t now_ns)
+{
+    while (__atomic_load_n(&packets.is_busy, __ATOMIC_ACQUIRE) != 0U) {
+        read_pipe();
+    }
+    packet_log_step(&packets, now_ns);
+}
+
+static void read_until_closed(void* context)
+{
+    (void)context;
+    ssize_t size = 1;
+    TEST_ASSERT_EQUAL(0, fcntl(pipe_end, F_SETFL, 0));
+    while (size > 0) {
+        size = read(pipe_end, &content[content_size], FILE_MAX - 1U - content_size);
+        content_size += (size > 0) ? (size_t)size : 0U;
+    }
+    content[content_size] = '\0';
+}
+
+/// The writer still waits: only when somebody reads, the log can be closed.
+static void close_slow_log(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&reader, read_until_closed, NULL, 0));
+    packet_log_close(&packets);
+    osal_task_join(&reader);
+    close_pipe();
+}
+
+static void read_file(const char* name)
+{
+    FILE* const file = fopen(path_of(name), "rb");
+    TEST_ASSERT_NOT_NULL(file);
+    content_size          = fread(content, 1U, FILE_MAX - 1U, file);
+    content[content_size] = '\0';
+    (void)fclose(file);
+}
+
+static void expect_numbers(uint64_t first, uint64_t last)
+{
+    const char* line = content;
+    for (uint64_t number = first; number <= last; number++) {
+        TEST_ASSERT_EQUAL_UINT64(number, strtoull(line, NULL, 10));
+        line = strchr(line, '\n');
+        TEST_ASSERT_NOT_NULL(line);
+        line++;
+    }
+    TEST_ASSERT_EQUAL_STRING("", line);
+}
+
+/// A step that waited for the disk would never return here: nobody reads meanwhile.
+static void a_slow_disk_holds_nobody_up(void)
+{
+    open_slow_log(RING_RECORDS);
+    append(300U); // More than the pipe takes.
+    packet_log_step(&packets, 0U);
+    append(1U);
+    packet_log_step(&packets, SECOND_NS - 1U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy); // Not slow yet.
+    TEST_ASSERT_EQUAL(0U, packets.written_number);
+    packet_log_step(&packets, SECOND_NS);
+    TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
+    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.wanted);
+    TEST_ASSERT_EQUAL(1U, packets.first_number);
+    append(300U);
+    packet_log_step(&packets, 5U * SECOND_NS);
+    TEST_ASSERT_EQUAL(0U, packets.written_number);
+    let_it_finish(6U * SECOND_NS); // The first piece; the next one begins.
+    TEST_ASSERT_EQUAL(300U, packets.written_number);
+    TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
+    let_it_finish(6U * SECOND_NS);
+    TEST_ASSERT_EQUAL(601U, packets.written_number);
+    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
+    TEST_ASSERT_TRUE(packets.slowest_ns > 0U);
+    append(1U);
+    packet_log_step(&packets, 6U * SECOND_NS);
+    close_slow_log();
+    expect_numbers(1U, 602U);
+    TEST_ASSERT_EQUAL(0U, packets.failures);
+}
+
+/// Each piece takes longer than a second: the ring stays in force, and the file gets all the same what it
+/// takes.
+static void a_disk_that_stays_slow_leaves_the_ring_in_force(void)
+{
+    open_slow_log(RING_RECORDS);
+    append(300U);
+    packet_log_step(&packets, 0U);
+    packet_log_step(&packets, SECOND_NS);
+    for (unsigned i = 1U; i <= 5U; i++) {
+        append(300U);
+        let_it_finish(((i * 2U) * SECOND_NS));
+        TEST_ASSERT_EQUAL(i * 300U, packets.written_number);
+        TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
+    }
+    close_slow_log();
+    expect_numbers(1U, 1800U);
+}
+
+/// What is being written is not lost, also when the ring needs its place.
+static void the_ring_overflows_while_the_disk_is_slow(void)
+{
+    open_slow_log(100U);
+    append(300U);
+    packet_log_step(&packets, 0U);
+    append(100U);
+    packet_log_step(&packets, SECOND_NS); // From now on it keeps 100 records.
+    append(100U);
+    TEST_ASSERT_EQUAL(400U, packets.failures);
+    let_it_finish(SECOND_NS);
+    TEST_ASSERT_EQUAL(100U, packets.failures);
+    close_slow_log();
+    TEST_ASSERT_EQUAL(100U, packets.failures);
+    TEST_ASSERT_NOT_NULL(strstr(content, "\n300 0.000000000 TC 18\n301 400 GAP\n401 0.000000000 "));
+    TEST_ASSERT_NOT_NULL(strstr(content, "\n500 0.000000000 TC 18\n"));
+}
+
+/// More than the ring holds, before the disk is told to be slow.
+static void a_storm_while_the_disk_is_slow(void)
+{
+    static uint8_t packet[PUS_PACKET_MAX];
+    open_slow_log(RING_RECORDS);
+    append(300U);
+    packet_log_step(&packets, 0U);
+    for (unsigned i = 0U; i < 140U; i++) {
+        packet_log_append(&packets, 0U, false, packet, sizeof packet);
+    }
+    TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
+    TEST_ASSERT_TRUE(packets.failures > 0U);
+    close_slow_log();
+}
+
+static void a_strategy_is_selected_while_the_disk_is_slow(void)
+{
+    open_slow_log(RING_RECORDS);
+    append(300U);
+    packet_log_step(&packets, 0U);
+    append(2U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, packet_log_select(&packets, PACKET_LOG_SQLITE));
+    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.wanted);
+    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_select(&packets, PACKET_LOG_RING));
+    TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.wanted);
+    let_it_finish(0U);
+    TEST_ASSERT_EQUAL(300U, packets.written_number); // The piece under way is in the file.
+    TEST_ASSERT_FALSE(packets.is_open);
+    read_pipe();
+    expect_numbers(1U, 300U);
+    close_pipe();
+    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_select(&packets, PACKET_LOG_SQLITE));
+    TEST_ASSERT_EQUAL(301U, packets.first_number);
+    append(1U);
+    packet_log_close(&packets);
+    TEST_ASSERT_EQUAL(303U, packets.written_number);
+    TEST_ASSERT_EQUAL(0U, packets.failures);
+}
+
+/// The disk fails while the writer writes; it is tried again as without a writer.
+static void a_disk_fails_below_the_writer(void)
+{
+    open_slow_log(RING_RECORDS);
+    append(300U);
+    packet_log_step(&packets, 0U);
+    close_pipe();
+    while (__atomic_load_n(&packets.is_busy, __ATOMIC_ACQUIRE) != 0U) {
+    }
+    packet_log_step(&packets, 0U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
+    TEST_ASSERT_EQUAL_UINT64(SECOND_NS, packets.retry_ns);
+    TEST_ASSERT_EQUAL_UINT64(0U, packet_log_whole(&packets)); // The pipe could not be shortened.
+    TEST_ASSERT_EQUAL(0, unlink(path_of("packets.ascii")));
+    for (unsigned i = 0U; (packets.strategy == PACKET_LOG_RING) && (i < 100000U); i++) {
+        packet_log_step(&packets, SECOND_NS);
+        (void)usleep(100U);
+    }
+    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
+    packet_log_close(&packets);
+    read_file("packets.ascii");
+    expect_numbers(1U, 300U);
+    TEST_ASSERT_EQUAL(0U, packets.failures);
+}
+
+/// Killed at any moment of a write: the successor has each record once, whatever the file has got.
+static void a_death_while_the_writer_writes(void)
+{
+    static uint8_t ring[PACKET_LOG_RING_OCTETS];
+    for (unsigned round = 0U; round < 50U; round++) {
+        (void)unlink(path_of("packets.ascii"));
+        TEST_ASSERT_EQUAL(STATUS_OK, packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, RING_RECORDS));
+        TEST_ASSERT_EQUAL(STATUS_OK, packet_log_start_writer(&packets));
+        append(100U);
+        packet_log_step(&packets, 0U);
+        append(draw(100U));
+        for (unsigned i = draw(3U); i > 0U; i--) {
+            packet_log_step(&packets, 0U);
+        }
+        const size_t octets          = octet_ring_copy(&packets.ring, ring, sizeof ring);
+        const packet_log_past_t past = {.next_number    = packets.next_number,
+                                        .written_number = packets.written_number,
+                                        .size           = packet_log_whole(&packets),
+                                        .ring           = ring,
+                                        .ring_octets    = octets};
+        packet_log_close(&packets); // What it wrote after its last commit.
+        TEST_ASSERT_EQUAL(STATUS_OK,
+                          packet_log_open_after(&packets, folder, PACKET_LOG_ASCII, &past, RING_RECORDS));
+        append(1U);
+        packet_log_close(&packets);
+        read_file("packets.ascii");
+        expect_numbers(1U, past.next_number);
+    }
+}
+
+int main(void)
+{
+    (void)alarm(120U); // Who waits for a disk that takes nothing waits for ever.
+    UNITY_BEGIN();
+    RUN_TEST(a_slow_disk_holds_nobody_up);
+    RUN_TEST(a_disk_that_stays_slow_leaves_the_ring_in_force);
+    RUN_TEST(the_ring_overflows_while_the_disk_is_slow);
+    RUN_TEST(a_storm_while_the_disk_is_slow);
+    RUN_TEST(a_strategy_is_selected_while_the_disk_is_slow);
+    RUN_TEST(a_disk_fails_below_the_writer);
+    RUN_TEST(a_death_while_the_writer_writes);
+    return UNITY_END();
+}
