@@ -7,12 +7,14 @@
 #include <string.h>
 
 #define NS_PER_US 1000.0
+#define SYNC_ID 0x80U // CiA 301.
 
 static const char* const bus_words[NODE_CHANNELS][FAULT_BUSES] = {{"robot", "joystick"},
                                                                   {"robot-b", "joystick-b"}};
 
 /// Arguments of a fault in their order: B bus, b bus or channel B of it, n node, m node or none, p
-/// probability, u us, s on or off, c code, j joint, t Nm, k degC, f frames, r way to restart, x process.
+/// probability, u us, s on or off, c code, j joint, t Nm, k degC, f frames, q frames of a queue, r way to
+/// restart, x process.
 typedef struct {
     const char* word;
     const char* arguments;
@@ -29,6 +31,7 @@ static const grammar_t grammar[FAULT_KIND_COUNT] = {
     [FAULT_DUPLICATION]   = {"duplication", "bp", "duplication <bus> <probability 0..1>"},
     [FAULT_DELAY]         = {"delay", "bnu", "delay <bus> <node> <us>"},
     [FAULT_BABBLE]        = {"babble", "bns", "babble <bus> <node> on|off"},
+    [FAULT_SYNC]          = {"sync", "bnq", "sync <bus> <node> <frames>"},
     [FAULT_STUCK]         = {"stuck", "bs", "stuck <bus> on|off"},
     [FAULT_OVERFLOW]      = {"overflow", "bnf", "overflow <bus> <node> <frames>"},
     [FAULT_BUS_OFF]       = {"bus-off", "bn", "bus-off <bus> <node>"},
@@ -43,9 +46,10 @@ static const grammar_t grammar[FAULT_KIND_COUNT] = {
     [FAULT_RESUME]        = {"resume", "x", "resume <process>"},
 };
 
-static const char* const verbs_expected = "unplug, plug, cut, mend, loss, corruption, duplication, delay, "
-                                          "babble, stuck, overflow, bus-off, restart, arbitration, reset, "
-                                          "error, torque-offset, temperature, kill, hang or resume";
+static const char* const verbs_expected =
+    "unplug, plug, cut, mend, loss, corruption, duplication, delay, "
+    "babble, sync, stuck, overflow, bus-off, restart, arbitration, reset, "
+    "error, torque-offset, temperature, kill, hang or resume";
 
 const char* fault_word(fault_kind_t kind)
 {
@@ -136,6 +140,9 @@ static status_t take_number(const scenario_line_t* line, size_t index, char kind
         return scenario_number(line, index, "delay in us", 0.0, 1e6, &fault->value, error);
     case 'f':
         return scenario_number(line, index, "number of frames", 1.0, 1e6, &fault->value, error);
+    case 'q':
+        return scenario_number(line, index, "number of frames", 1.0, (double)BUS_QUEUE_FRAMES, &fault->value,
+                               error);
     case 't':
         return scenario_number(line, index, "torque in Nm", -100.0, 100.0, &fault->value, error);
     default:
@@ -375,6 +382,15 @@ static void order_restart(bus_t* bus, unsigned node, const fault_t* fault)
     }
 }
 
+/// SYNC of somebody who is not the master: all devices of the bus act on it.
+static void send_syncs(bus_t* bus, unsigned node, const fault_t* fault)
+{
+    const osal_can_frame_t sync = {.id = SYNC_ID};
+    for (unsigned i = 0U; i < (unsigned)fault->value; i++) {
+        (void)bus_submit(bus, node, &sync, 0U); // Not by who is off the bus.
+    }
+}
+
 /// Faults of one controller.
 static void apply_to_controller(const fault_world_t* world, const fault_t* fault)
 {
@@ -387,6 +403,8 @@ static void apply_to_controller(const fault_world_t* world, const fault_t* fault
         bus_set_delay(bus, node, (uint64_t)llround(fault->value * NS_PER_US));
     } else if (fault->kind == FAULT_BABBLE) {
         bus_set_babbling(bus, node, fault->value != 0.0);
+    } else if (fault->kind == FAULT_SYNC) {
+        send_syncs(bus, node, fault);
     } else if (fault->kind == FAULT_OVERFLOW) {
         bus_lose_next(bus, node, (unsigned)fault->value);
     } else if (fault->kind == FAULT_BUS_OFF) {
@@ -457,6 +475,7 @@ const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world)
         [FAULT_TEMPERATURE]   = set_temperature,
         [FAULT_DELAY]         = apply_to_controller,
         [FAULT_BABBLE]        = apply_to_controller,
+        [FAULT_SYNC]          = apply_to_controller,
         [FAULT_OVERFLOW]      = apply_to_controller,
         [FAULT_BUS_OFF]       = apply_to_controller,
         [FAULT_RESTART]       = apply_to_controller,

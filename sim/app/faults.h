@@ -12,6 +12,7 @@
 ///     duplication   <bus> <probability>     frame repeated though received, 0 ends it
 ///     delay         <bus> <node> <us>       frames of the node are late, 0 ends it
 ///     babble        <bus> <node> on|off     sends identifier 0 all the time
+///     sync          <bus> <node> <frames>   the node sends that many SYNCs, as only flight may
 ///     stuck         <bus> on|off            the wire is dominant
 ///     overflow      <bus> <node> <frames>   the next frames are lost in the controller: its receiver is full
 ///     bus-off       <bus> <node>            transmit errors take the controller off the bus
@@ -52,6 +53,7 @@ typedef enum {
     FAULT_DUPLICATION,
     FAULT_DELAY,
     FAULT_BABBLE,
+    FAULT_SYNC,
     FAULT_STUCK,
     FAULT_OVERFLOW,
     FAULT_BUS_OFF,

@@ -167,3 +167,50 @@ def test_controller_that_waits_for_an_order(hangar):
     )
     flight = flying.fly(hangar / "restart", "--scenario", path, "--form", "image")
     assert flight.code == 0, flight.told()
+
+
+FOREIGN_SYNC = 15
+MANY, APART_S = 200, 0.005
+
+
+@pytest.fixture(scope="module")
+def foreign_sync(hangar):
+    """Another node sends SYNC: once, 200 times within a second, and once more after two seconds without."""
+    path = flying.write_scenario(
+        hangar / "foreign-sync.scn",
+        "0.0 hand rest",
+        *_bring_up(0.2),
+        "0.9 operator hk once MANIPULATOR 4712",
+        "1.000200 fault sync robot JOINT2 1",
+        "1.1 operator expect-state MANIPULATOR SAFE_OPERATIONAL",
+        *(f"{1.5 + i * APART_S:.6f} fault sync robot JOINT2 1" for i in range(MANY)),
+        "1.6 operator state MANIPULATOR OPERATIONAL",
+        "2.6 operator expect-state MANIPULATOR OPERATIONAL",
+        "4.6 fault sync robot JOINT1 1",
+        "4.7 operator expect-state MANIPULATOR SAFE_OPERATIONAL",
+        "4.8 operator hk once MANIPULATOR 4712",
+        "4.9 operator shutdown",
+    )
+    return flying.fly_in_both_forms(hangar, "foreign-sync", path)
+
+
+def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_told_once(foreign_sync):
+    """MEDIUM: SAFE_OPERATIONAL in that cycle. While it goes on it is told no more, and whoever commands the arm up has it."""
+    flight = foreign_sync["image"]
+    told, states = [], []
+    for time_ns, direction, raw in flight.packets:
+        if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF == MANIPULATOR:
+            if raw[7] == 5 and int.from_bytes(raw[21:23], "big") == FOREIGN_SYNC:
+                told.append((time_ns, raw[8]))
+            elif raw[7:9] == b"\x81\x02" and raw[21] != raw[22]:
+                states.append((time_ns, raw[22]))
+    assert [subtype for _, subtype in told] == [3, 3], told
+    for (time_ns, _), at_s in zip(told, (1.0002, 4.6), strict=True):
+        assert 0 < time_ns - at_s * 1e9 <= 2_000_000
+        after = next((when, state) for when, state in states if when >= time_ns)
+        assert after[1] == 4 and after[0] - time_ns <= 2_000_000
+    assert [state for when, state in states if 1.5e9 < when < 4.5e9] == [OPERATIONAL]
+    before, after = (counters["FOREIGN_SYNCS"] for counters in _counters(flight))
+    assert after - before == MANY + 2
+    for name in flying.TRACED:
+        assert flight.octets(name) == foreign_sync["processes"].octets(name), name

@@ -104,6 +104,7 @@ static void test_errors_name_file_line_and_what_is_expected(void)
     expect_error("1 fault unplug robot-b JOINT1", "robot or joystick");
     expect_error("1 fault cut robot-c", "robot-b or joystick-b");
     expect_error("1 fault overflow robot JOINT1 0", "number of frames");
+    expect_error("1 fault sync robot JOINT1 33", "number of frames");
     expect_error("1 fault restart robot FLIGHT later", "auto, order or now");
     expect_error("1 fault kill", "kill <process>");
     expect_error("1 fault kill a-name-that-is-as-long-as-no-process-of-a-run-has-it", "process in run.json");
@@ -169,6 +170,33 @@ static void test_faults_reach_the_bus(void)
     apply_next();
     bus_run_until(bus, 1000000U);
     TEST_ASSERT_GREATER_THAN_UINT64(0U, bus_statistics(bus)->errors); // Babbles, and nobody hears it.
+    TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target); // Nobody there.
+    close_world();
+}
+
+static void count_sync(void* context, const osal_can_frame_t* frame)
+{
+    unsigned* const count = context;
+    *count += ((frame->id == 0x80U) && (frame->length == 0U)) ? 1U : 0U;
+}
+
+static void test_a_node_sends_sync_as_often_as_it_is_told(void)
+{
+    open_world();
+    bus_t* bus                      = world.channel[0][0].bus;
+    unsigned count                  = 0U;
+    unsigned listener               = 0U;
+    const bus_callbacks_t callbacks = {.on_frame = count_sync, .context = &count};
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(bus, &callbacks, &listener));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, load("1 fault sync robot FLIGHT 1\n2 fault sync robot FLIGHT 32\n"
+                                          "3 fault sync joystick FLIGHT 1\n"));
+    TEST_ASSERT_TRUE(fault_is_onset(&faults.fault[0]));
+    apply_next();
+    bus_run_until(bus, 1000000U);
+    TEST_ASSERT_EQUAL_UINT(1U, count);
+    apply_next();
+    bus_run_until(bus, 10000000U);
+    TEST_ASSERT_EQUAL_UINT(33U, count);
     TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target); // Nobody there.
     close_world();
 }
@@ -277,6 +305,7 @@ int main(void)
     RUN_TEST(test_no_scenario_means_no_faults);
     RUN_TEST(test_scenarios_of_the_mission_are_read);
     RUN_TEST(test_faults_reach_the_bus);
+    RUN_TEST(test_a_node_sends_sync_as_often_as_it_is_told);
     RUN_TEST(test_a_cut_takes_one_channel);
     RUN_TEST(test_bus_off_ends_by_order);
     return UNITY_END();
