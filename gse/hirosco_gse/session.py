@@ -200,11 +200,18 @@ class Session:
         if packet.subtype in FINAL_SUBTYPES:
             verification.is_finished = True
             is_of_instruction = packet.subtype == 4 and verification.failure.instruction > 0
-            if not is_of_instruction:  # Others may follow, and the end of the whole.
+            if is_of_instruction:  # Others may follow, and the end of the whole: or nothing, if it was the last one.
+                self._forget_refused()
+            else:
                 del self._open[packet.data[:4]]
                 self._ended.append(verification)
             if verification.failure is not None and verification.whole is not None:
                 self._give_up(verification.whole, verification.failure)
+
+    def _forget_refused(self):
+        """Of what may be over without a word, keep the newest: each that is kept takes in all reports of its subsystem."""
+        for verification in [found for found in self._open.values() if found.is_finished][:-ENDED]:
+            del self._open[verification.request_id]
 
     def _give_up(self, whole, failure):
         """A part of a long request was refused: the request itself will not be told of."""
@@ -263,7 +270,12 @@ class Session:
     def finish(self, verification, timeout_ns):
         """Procedure: wait for the end of a request sent before."""
         text = verification.request.text or verification.request_id.hex()
-        yield from self.wait_for(lambda: verification.is_finished, timeout_ns, f"{text}: end of verification")
+        try:
+            yield from self.wait_for(lambda: verification.is_finished, timeout_ns, f"{text}: end of verification")
+        except TimedOut:
+            if self._open.get(verification.request_id) is verification:  # Nobody asks for it any more.
+                del self._open[verification.request_id]
+            raise
         if verification.lost_ns is not None:
             raise RequestLost(
                 f"{text}: the link was lost at {verification.lost_ns / 1e9:.4f} s, before the end of verification came; "

@@ -464,3 +464,28 @@ def test_a_wait_is_not_over_when_telemetry_puts_the_clock_forward(dictionary):
     session.now_ns = due
     with pytest.raises(TimedOut):
         next(waiting)
+
+
+def _alive(session, count):
+    """A report of the manipulator to this user: how many of these requests take it in."""
+    session.feed(packets.build_tm(16, count & 0x3FFF, 17, 2, b"", session.source))
+
+
+def test_requests_that_are_over_without_a_word_are_forgotten(dictionary):
+    """Of hours of them none may take in what comes: instructions that were all refused, and requests that time out."""
+    session = Session(dictionary, 0)
+    old = session.send(Request(16, 3, 27, bytes(2), "old"))
+    for count in range(100):
+        asked = session.send(Request(16, 3, 27, bytes(2), "hk")) if count else old
+        session.feed(packets.build_tm(16, count, 1, 4, asked.request_id + struct.pack(">HHI", 0x0201, 1, 0), session.source))
+        assert asked.is_finished and asked.failure.instruction == 1
+    _alive(session, 100)
+    assert not old.replies and len(asked.replies) == 1
+    silent = session.send(Request(16, 17, 1, b"", "ping"))
+    waiting = session.finish(silent, SECOND)
+    next(waiting)
+    session.now_ns = 2 * SECOND
+    with pytest.raises(TimedOut):
+        next(waiting)
+    _alive(session, 101)
+    assert not silent.replies
