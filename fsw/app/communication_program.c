@@ -77,7 +77,8 @@ static void take_in(communication_program_t* const self, const uint32_t octets_d
     }
     if (is_missing) {
         communication_let_go(&self->communication);
-        osal_console_complain("what the operator did last has not arrived; the run is not reproducible");
+        osal_console_complain(
+            "octets or the connection of the operator have not arrived; the run is not reproducible");
     }
 }
 

@@ -61,7 +61,8 @@ static bool load_key(const char* const path, uint8_t key[SDLS_KEY_OCTETS], char 
         return true;
     }
     if (status == STATUS_FORBIDDEN) {
-        return fail(error, path, "", "others than its owner have access to the key; run chmod 600 on it");
+        return fail(error, path, "",
+                    "other users than its owner have access to the key; run chmod 600 on it");
     }
     if ((status == STATUS_OK) || (status == STATUS_TOO_LARGE)) {
         return fail(error, path, "", "not a key; expected 32 octets or 64 hexadecimal digits");
@@ -77,7 +78,7 @@ static bool open_mark(ground_key_t* const self, const char* const path, char err
     text_add(&text, ".received");
     if (text.cut || !osal_file_exists(name)) { // Not made anew: old sessions would be taken once more.
         return fail(error, path, ".received",
-                    "the mark of the key is not there; `gse key make FILE` makes a new key");
+                    "the mark of the key is missing; `gse key make FILE` makes a new key");
     }
     const status_t opened = osal_file_update(&self->mark, name);
     const status_t status = (opened == STATUS_OK) ? osal_file_lock(&self->mark) : opened;

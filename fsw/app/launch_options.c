@@ -39,9 +39,9 @@ const char* launch_options_help(void)
            "  --storage FOLDER   what outlives a power cut: schedules, definitions, stores, files; that of "
            "an\n"
            "                     earlier run is taken over (default: FOLDER/storage of --out)\n"
-           "  --key FILE         take telecommands only that this key protects (`gse key make FILE`; "
-           "default:\n"
-           "                     the mission's, if it has one)\n"
+           "  --key FILE         accept only telecommands protected with this key (`gse key make "
+           "FILE`;\n"
+           "                     default: that of the mission, if it has one)\n"
            "  --duration S       shut the mission down after S simulated seconds\n"
            "  --report yes|no    draw the report at the end (default yes)";
 }
@@ -300,7 +300,7 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
     const size_t count = options->interface_count;
     if ((options->bus != LAUNCH_BUS_CAN) && ((count + options->sim_interface_count) > 0U)) {
         return fail(error, "--bus", launch_bus_text(options->bus),
-                    "interfaces are named for real controllers only; take --bus can");
+                    "interfaces are named for real controllers only; use --bus can");
     }
     if ((options->bus == LAUNCH_BUS_CAN) && (count == 0U)) {
         return fail(error, "--bus", "can",
@@ -318,7 +318,7 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
     }
     if (!launch_has_simulator(options) && options->is_stepped) {
         return fail(error, "--bus can", "--time stepped",
-                    "devices that are not simulated do not wait; take --time real, or name the simulator's "
+                    "devices that are not simulated do not wait; use --time real, or name the simulator's "
                     "controllers (--sim-interface)");
     }
     return true;
@@ -334,23 +334,23 @@ static bool is_foreign_sensible(launch_options_t* const options, char error[LAUN
     options->transport = (options->transport[0] == '\0') ? "udp" : options->transport;
     if (options->is_image) {
         return fail(error, "--foreign", "--form image",
-                    "a program of another processor is a process of its own; take processes");
+                    "a program for another processor needs a process of its own; use --form processes");
     }
     if (strcmp(options->links, "udp") != 0) {
         return fail(
             error, "--foreign --links", options->links,
-            "it reads no structures of another byte order in shared memory, and has no TIPC; take udp");
+            "it cannot read structures of another byte order in shared memory and has no TIPC; use udp");
     }
     if (strcmp(options->transport, "udp") != 0) {
-        return fail(error, "--foreign --transport", options->transport, "qemu-s390x has no TIPC; take udp");
+        return fail(error, "--foreign --transport", options->transport, "qemu-s390x has no TIPC; use udp");
     }
     if (options->bus != LAUNCH_BUS_SHM) {
         return fail(error, "--foreign --bus", launch_bus_text(options->bus),
-                    "its stand-in hands over frames, but not what else a controller tells; take --bus shm");
+                    "its stand-in forwards frames, but not the status of a controller; use --bus shm");
     }
     if (!options->is_stepped) {
         return fail(error, "--foreign --time", options->is_free ? "free" : "real",
-                    "its stand-in hands over turn by turn, and an emulated processor keeps no deadline; take "
+                    "its stand-in works in stepped time, and an emulated processor keeps no deadline; use "
                     "--time stepped");
     }
     return (options->nodes == 1U) ||
@@ -364,19 +364,19 @@ static bool is_image_sensible(const launch_options_t* const options, char error[
     }
     if (!options->is_stepped) {
         return fail(error, "--form image --time", options->is_free ? "free" : "real",
-                    "the image runs all components in one loop, which no wall clock drives; take processes");
+                    "--form image has no real-time mode; use --form processes");
     }
     if (options->tools != 0U) {
         return fail(error, "--form image", "--tools",
-                    "bus tools attach to the simulator's own process; take processes");
+                    "bus tools need a simulator in a process of its own; use --form processes");
     }
     if (options->nodes > 1U) {
         return fail(error, "--form image", "--nodes 2",
-                    "the image is one program, and runs on one on-board computer; take processes");
+                    "the image is one program and runs on one on-board computer; use --form processes");
     }
     return (options->transport[0] == '\0') ||
            fail(error, "--form image --transport", options->transport,
-                "the components of the image hand messages over in memory; take processes");
+                "the components of the image exchange messages in memory; use --form processes");
 }
 
 /// Combinations that make no sense, each with the reason.
@@ -386,13 +386,12 @@ static bool is_sensible(const launch_options_t* const options, char error[LAUNCH
         return false;
     }
     if ((options->nodes > 1U) && (options->bus != LAUNCH_BUS_SHM)) {
-        return fail(
-            error, "--nodes 2 --bus", launch_bus_text(options->bus),
-            "CAN interfaces belong to one network namespace, and nodes to two others; take --bus shm");
+        return fail(error, "--nodes 2 --bus", launch_bus_text(options->bus),
+                    "CAN interfaces belong to one network namespace, and nodes to two others; use --bus shm");
     }
     if (options->is_free && (options->nodes > 1U)) {
         return fail(error, "--time free", "--nodes 2",
-                    "the simulator's buses are in the memory of one on-board computer; take one node");
+                    "the simulator's buses are in the memory of one on-board computer; use --nodes 1");
     }
     if (!are_interfaces_sensible(options, error)) {
         return false;
@@ -400,7 +399,7 @@ static bool is_sensible(const launch_options_t* const options, char error[LAUNCH
     const bool is_endless = (strcmp(options->scenario, "none") == 0) && (options->duration_ns == 0U);
     if (options->is_stepped && is_endless) {
         return fail(error, "--scenario none", "--time stepped",
-                    "nobody would end it; take --time real (Ctrl-C ends it) or give --duration");
+                    "nobody would end it; use --time real (Ctrl-C ends it) or give --duration");
     }
     return true;
 }

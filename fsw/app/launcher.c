@@ -122,7 +122,7 @@ static bool may_return(launcher_t* const launcher, child_t* const child)
     text_t text = text_in(what, sizeof what);
     describe_end(child, &text);
     launcher->is_broken = true; // The run fails, as with every death, but it goes on.
-    launcher_give_up(launcher, what, ", and came back; see console.log");
+    launcher_give_up(launcher, what, " and was restarted; see console.log");
     return true;
 }
 
@@ -275,7 +275,7 @@ static bool has_stalled(launcher_t* const launcher, const uint64_t simulated)
     if (has) {
         char what[LAUNCHER_REASON_MAX];
         text_t text = text_in(what, sizeof what);
-        text_add(&text, "simulated time stands still, held by ");
+        text_add(&text, "simulated time has stopped; the grant is held by ");
         text_add(&text, launcher_holder(launcher));
         launcher_give_up(launcher, what, "; see console.log");
     }

@@ -110,7 +110,7 @@ static bool refuse_look(launcher_t* const launcher, const char* const name, cons
                       name, "", "");
     case STATUS_UNSUPPORTED:
         return refuse(launcher, "this kernel has no SocketCAN, which ", name,
-                      " needs: take --bus shm, or a kernel with it (make vm)", "");
+                      " needs: use --bus shm, or a kernel with it (make vm)", "");
     case STATUS_NOT_FOUND:
         return refuse(launcher, "there is no interface ", name,
                       "; `ip -details link show type can` lists the controllers", "");

@@ -40,7 +40,7 @@ bool launcher_check_foreign(launcher_t* const launcher)
     if ((subsystem->apid == APID_SUPERVISOR) || (subsystem->apid == APID_COMMUNICATION)) {
         return fail(
             launcher,
-            "--foreign: the launcher and the operator reach this subsystem in shared memory; take one "
+            "--foreign: the launcher and the operator reach this subsystem in shared memory; choose one "
             "that drives devices: ",
             launcher->options.foreign);
     }

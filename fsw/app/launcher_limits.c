@@ -40,7 +40,7 @@ static bool set_limit(launcher_t* const launcher, const char* const mission_path
         begin_line(&text, mission_path, subsystem);
         text_add(&text, "memoryKiB=\"");
         text_add_unsigned(&text, subsystem->memory_kib);
-        text_add(&text, "\" of <Subsystem>: expected more than the program alone takes, ");
+        text_add(&text, "\" of <Subsystem>: expected more KiB than the program alone needs, ");
         text_add_unsigned(&text, octets / 1024U);
         launcher->exit_code = 1;
         return false;

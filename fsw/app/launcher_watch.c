@@ -62,7 +62,7 @@ static void suspend(launcher_t* const launcher, child_t* const child)
         (void)osal_process_stop(&child->process, true);
         return;
     }
-    tell(child, " hangs: suspended, so that the others go on; the supervisor kills it");
+    tell(child, " hangs: suspended, so that the others continue; the supervisor kills it");
     (void)osal_process_suspend(&child->process); // So that it does nothing outside of a grant.
     osal_calendar_suspend(launcher->calendar, child->participant);
     __atomic_store_n(&component->hung_life, child->life, __ATOMIC_RELEASE);

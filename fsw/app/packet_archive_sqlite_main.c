@@ -347,7 +347,7 @@ static int follow(archive_t* const archive)
         archive->is_failed = !execute(archive, "COMMIT") || archive->is_failed;
         if (archive->is_failed && !was_failed) {
             (void)complain(
-                "the disk takes no more into packets.db; the merge at the end reads all again from ",
+                "the disk has no room for packets.db; the merge at the end reads all records from ",
                 "packets.spool");
         }
         if (osal_clock_wait(&clock, osal_clock_now_ns(&clock) + FOLLOW_PAUSE_NS, NULL, 0U) != STATUS_OK) {

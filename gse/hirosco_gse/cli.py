@@ -73,9 +73,9 @@ def _epilog():
         "  script FILE [--door PATH] [--run DIR]",
         "        fly the operator's lines of a scenario",
         "  key make FILE",
-        "        make a key of authenticated telecommands, and its marks FILE.sent and FILE.received",
+        "        make a key for authenticated telecommands, with its marks FILE.sent and FILE.received",
         "  gateway [--listen PORT]",
-        "        take packets from programs of this machine, such as Yamcs, and send them on protected by the key",
+        "        accept packets from programs on this machine, such as Yamcs, protect them with the key and forward them",
         "",
         "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4 time-out",
     ]
@@ -93,7 +93,7 @@ def _parser():
     parser.add_argument("--port", type=int, help=f"ground port (default: runs/latest/ground.port, else {DEFAULT_PORT})")
     parser.add_argument("--dictionary", help="mission dictionary (default: that of the run's mission)")
     parser.add_argument("--timeout", type=float, default=20.0, help="longest wait for a verification [s] (default 20)")
-    parser.add_argument("--key", metavar="FILE", help="protect telecommands with this key (default: the run's; of no run here, $GSE_KEY)")
+    parser.add_argument("--key", metavar="FILE", help="protect telecommands with this key (default: that of the run; for other runs $GSE_KEY)")
     parser.add_argument("--listen", type=int, metavar="PORT", help=f"gateway: port on this machine (default {gateway.PORT})")
     parser.add_argument("--json", action="store_true", help="one JSON object per line instead of text")
     parser.add_argument("-f", "--follow", action="store_true", help="hk, events: go on until Ctrl-C")
@@ -241,7 +241,7 @@ def _append(log, text):
     except OSError as error:
         with contextlib.suppress(OSError):
             os.ftruncate(log.fileno(), whole)
-        _try_to_say(f"gse: {log.name}: {error.strerror}; the steps from here on are not in it")
+        _try_to_say(f"gse: {log.name}: {error.strerror}; later steps are not in it")
         return False
     return True
 

@@ -79,7 +79,7 @@ _WORDS = {
     0x0112: lambda d, y: f"resources not sufficient (detail {d})",
     0x0113: lambda d, y: f"another member of the real-time network is operational: {_apid(d, y)}",
     0x0114: lambda d, y: f"{_apid(d, y)} runs with another interface than the supervisor knows; see INTERFACE_DIFFERS, run make",
-    0x0115: lambda d, y: f"{_apid(d, y)} was not heard and has not told its state since: try again",
+    0x0115: lambda d, y: f"{_apid(d, y)} has not reported its state since nothing was received from it: try again",
     0x0201: lambda d, y: f"identifier {d} unknown",
     0x0202: lambda d, y: f"identifier {d} exists already",
     0x0203: lambda d, y: f"value out of range (at octet {d})",

@@ -37,7 +37,7 @@ def _up(client, spacecraft, protect):
     while octets := client.recv(CHUNK):
         for packet in splitter.feed(octets):
             if len(packet) > packets.PACKET_MAX:
-                raise LinkLost(f"a packet of {len(packet)} octets; at most {packets.PACKET_MAX} are a telecommand")
+                raise LinkLost(f"a packet of {len(packet)} octets; a telecommand has at most {packets.PACKET_MAX}")
             spacecraft.sendall(protect(packet))
 
 
@@ -54,7 +54,7 @@ def _connect(client, name, target, make_sender, tell):
             finally:
                 _hang_up(spacecraft, client)
                 telemetry.join()
-        tell(f"gateway: {name} has hung up")
+        tell(f"gateway: {name} has disconnected")
     except (OSError, SecurityError, LinkLost) as problem:
         tell(f"gateway: {name}: {problem}")
 

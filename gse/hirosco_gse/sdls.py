@@ -53,7 +53,7 @@ def read_key(path):
     except OSError as error:
         raise SecurityError(f"{path}: cannot read the key: {error.strerror}; `gse key make FILE` makes one") from error
     if mode & OTHERS:
-        raise SecurityError(f"{path}: others than its owner have access to the key; run chmod 600 {path}")
+        raise SecurityError(f"{path}: other users than its owner have access to the key; run chmod 600 {path}")
     if len(octets) == KEY_OCTETS:
         return octets
     try:
@@ -111,7 +111,7 @@ def make_key(path):
     except OSError as error:
         for name in made:
             os.unlink(name)
-        hint = "; each key has a file name of its own" if isinstance(error, FileExistsError) else ""
+        hint = "; use another file name for a new key" if isinstance(error, FileExistsError) else ""
         raise SecurityError(f"{error.filename or path}: cannot make the key: {error.strerror}{hint}") from error
 
 

@@ -15,7 +15,7 @@ USAGE = 2
 @pytest.mark.parametrize(
     ("options", "reasons"),
     [
-        (("--form", "image", "--time", "real"), ("image", "clock")),
+        (("--form", "image", "--time", "real"), ("image", "real-time")),
         (("--scenario", "none"), ("none", "stepped", "end")),
         (("--bus", "lin"), ("lin", "shm", "vcan", "can")),
         (("--bus", "can"), ("can", "--interface", "robot=can0")),

@@ -60,7 +60,7 @@ def test_a_limit_below_the_program_itself_is_refused(folder):
     root = _copy(folder, 'memoryKiB="12288"', 'memoryKiB="100"')
     flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
     assert flight.code == 1
-    assert 'rokviss.xml:6: memoryKiB="100" of <Subsystem>: expected more than the program alone takes, ' in flight.output, flight.told()
+    assert 'rokviss.xml:6: memoryKiB="100" of <Subsystem>: expected more KiB than the program alone needs, ' in flight.output, flight.told()
     assert not flight.folder.exists()
 
 

@@ -302,7 +302,7 @@ def test_a_full_disk_ends_the_log_and_not_the_script(dictionary_path, tmp_path, 
         signal.signal(signal.SIGTERM, handler)
     craft.close()
     assert code == 0
-    assert "the steps from here on are not in it" in capsys.readouterr().out
+    assert "later steps are not in it" in capsys.readouterr().out
     assert (tmp_path / "operator.log").read_text() == ""
 
 

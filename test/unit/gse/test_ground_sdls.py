@@ -50,7 +50,7 @@ def test_key_and_marks_are_their_owners_only(key):
     for ending in ("", ".sent", ".received"):
         assert os.stat(f"{key}{ending}").st_mode & 0o777 == 0o600
     assert len(sdls.read_key(key)) == 32
-    with pytest.raises(SecurityError, match="a file name of its own"):
+    with pytest.raises(SecurityError, match="use another file name"):
         sdls.make_key(key)
 
 
