@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into every program of a flight of the campaign. A disk that refuses for a while: of the writes into
-// files whose path contains a text, the first of those that it refuses writes half, the others nothing. They are
-// counted over all programs and lives of the flight, so that the same writes fail each time and in every form.
-// At its end each program says how many descriptors it has open.
-//     CAMPAIGN_DISK=<text>:<first write>:<number>:<errno>   CAMPAIGN_COUNT=<file of 4 octets>   CAMPAIGN_ENDS=<file>
+// Preloaded into every program of a flight of the campaign. A disk that refuses for a while: of the writes
+// into files whose path contains a text, the first of those that it refuses writes half, the others nothing.
+// They are counted over all programs and lives of the flight, so that the same writes fail each time and in
+// every form. At its end each program says how many descriptors it has open.
+//     CAMPAIGN_DISK=<text>:<first write>:<number>:<errno>   CAMPAIGN_COUNT=<file of 4 octets>
+//     CAMPAIGN_ENDS=<file>
 #define _GNU_SOURCE
 #include <dirent.h>
 #include <dlfcn.h>
@@ -29,8 +30,9 @@ __attribute__((constructor)) static void begin(void)
         return;
     }
     const int file = open(path, O_RDWR | O_CLOEXEC);
-    void* memory   = (file >= 0) ? mmap(NULL, sizeof *count, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
-    count          = (memory != MAP_FAILED) ? memory : NULL;
+    void* memory =
+        (file >= 0) ? mmap(NULL, sizeof *count, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
+    count = (memory != MAP_FAILED) ? memory : NULL;
     if (file >= 0) {
         (void)close(file);
     }
