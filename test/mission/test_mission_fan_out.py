@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One port with two readers in flight: whatever becomes of one reader, the other does not lose a sample."""
 
+import os
 import struct
 
 import flying
@@ -57,10 +58,18 @@ def _dying(at):
     return [*lines, f"{at} operator link list", f"{at + 0.1} operator shutdown"]
 
 
-def _fly(house, folder, links):
+# SHADOW reads on the first computer what JOYSTICK writes on the second, where MANIPULATOR reads it, too.
+WAYS = {
+    "shm": ("--links", "shm"),
+    "udp": ("--links", "udp"),
+    "udp-nodes": ("--links", "udp", "--nodes", "2"),
+}
+
+
+def fly(house, folder, *options):
     folder.mkdir()
     scenario = flying.write_scenario(folder / "readers.scn", *_up(0.0), *_closing(1.0), *_dying(3.0))
-    flight = second_reader.fly(house, folder / "run", scenario, "--links", links)
+    flight = second_reader.fly(house, folder / "run", scenario, *options)
     assert "ended by signal 9" in flight.output, flight.told()  # A death fails a run, and here nothing else does.
     assert "FAILED" not in flight.console, flight.told()
     return flight
@@ -82,9 +91,15 @@ def _epochs(flight):
     return [raw[13:17] for _, direction, raw in flight.packets if direction == "TC" and raw[7:9] == b"\x82\x06" and raw[0] & 7 == 0 and raw[1] in (16, 18)]
 
 
-@pytest.mark.parametrize("links", ["shm", "udp"])
-def test_a_reader_that_closes_dies_and_comes_again_costs_the_other_nothing(house, folder, links):
-    flight = _fly(house, folder, links)
+@pytest.mark.parametrize("way", WAYS)
+def test_a_reader_that_closes_dies_and_comes_again_costs_the_other_nothing(house, folder, way):
+    if "nodes" in way and os.geteuid() != 0:
+        pytest.skip("network namespaces need root")
+    judge(fly(house, folder, *WAYS[way]))
+
+
+def judge(flight):
+    """Both readers of a flight have every sample of the cycles in which their link was open, whatever became of the other one."""
     told = _lists(flight)
     for time_ns, apid, rows in told:
         for number, (_, _, _, lost, late) in rows.items():

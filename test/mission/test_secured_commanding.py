@@ -119,6 +119,29 @@ def test_the_operator_of_a_scenario_has_the_key(folder, key, form):
         assert not path.is_file() or not any(secret in path.read_bytes() for secret in secrets), f"{path} holds the key"
 
 
+def test_communication_that_comes_again_takes_the_key_again(folder, key):
+    """Killed twice and hung: the operator's link opens anew each time, as a new session of the key, in both forms; the same octets
+    as without a key but for what communication counts."""
+    folder.mkdir()
+    pings = [f"{at + i * 0.01:.3f} operator ping MANIPULATOR" for at in (0.5, 1.2, 2.2, 3.2) for i in range(10)]
+    faults = ["1.0 fault kill communication", "2.0 fault kill communication", "3.0 fault hang communication"]
+    lines = sorted(pings + faults, key=lambda line: float(line.split()[0]))
+    path = flying.write_scenario(folder / "again.scn", "0.0 hand rest", "0.1 operator state MANIPULATOR PRE_OPERATIONAL", *lines,
+                                 "4.0 operator get COMMUNICATION.SECURITY", "4.1 operator shutdown")
+    flights = {}
+    for name, options in {"image": ("--form", "image", "--key", key), "processes": ("--key", key), "open": ("--form", "image")}.items():
+        flight = flights[name] = flying.fly(folder / name, "--scenario", path, *options)
+        assert flight.facts["reproducible"], flight.told()
+        assert "FAILED" not in flight.console, flight.told()
+        assert flight.console.count("MANIPULATOR is alive") == len(pings), flight.told()
+        flying.assert_clean(flight)
+    assert flights["image"].octets("packets.log") == flights["processes"].octets("packets.log")
+    for bus in flying.BUS_LOGS:
+        assert flights["image"].octets(bus) == flights["processes"].octets(bus) == flights["open"].octets(bus)
+    security = re.search(r"SECURITY=?[^\n]*", flights["image"].console).group(0)
+    assert "IS_ON: 1" in security and all(f"{reason}: 0" in security for reason in REASONS), security
+
+
 def test_only_who_has_the_key_commands(folder, key):
     """Also through the gateway, which speaks for programs without keys."""
     flight = flying.start(folder, *LIVE, "--key", key)
