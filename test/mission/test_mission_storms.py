@@ -3,9 +3,12 @@
 
 import os
 import pathlib
+import shutil
 import signal
+import subprocess
 import sys
 
+import flying
 import pytest
 from hirosco_gse import packets
 
@@ -76,3 +79,85 @@ def test_a_storm_of_events_adds_up_and_hides_no_answer(station):
     seen, told = _raised(station.reports[since:])
     assert 255 <= seen < RAISED
     assert told == RAISED - seen
+
+
+# ---- A subsystem that raises 100 000 events of LOW severity per second (storm.c) ----
+
+SLOT_NS = 500_000
+EACH, CYCLES_PER_S = 50, 2000
+MANIPULATOR, ERROR_OPERATIONAL = 16, 6
+NOTE, STALE, PLAN_STARTED = b"\x00\x09", b"\x00\x06", b"\x00\x06"  # OPERATOR_NOTE, LINK_STALE; the supervisor's PLAN_STARTED
+RESTARTED = b"\x00\x14"
+BEGIN_S = 1.5
+
+
+@pytest.fixture(scope="module")
+def stormy(hangar):
+    """The programs of a mission whose joystick is full of news."""
+    programs = hangar / "stormy"
+    shutil.copytree(flying.BIN, programs)
+    libraries = [str(path) for path in (flying.ROOT / "build" / "lib").glob("lib*.a") if not path.name.startswith(("libsim", "libtest"))]
+    words = ["gcc", "-std=gnu99", "-O2", "-I.", "-Ibuild", "-Ibuild/generated", "-o", programs / "joystick", "test/mission/storm.c"]
+    words += ["build/obj/fsw/app/joystick_main.o", "-Wl,--wrap=joystick_control", "-Wl,--start-group", *libraries, "-Wl,--end-group"]
+    subprocess.run([*words, "-Wl,--as-needed", "-lexpat", "-llua5.4", "-lnettle", "-lpthread", "-lm"], cwd=flying.ROOT, check=True)
+    return programs
+
+
+def _fly_storm(folder, programs, seconds, *more):
+    """A storm of so many seconds with HIGH half a second before its end, and a ping each 0.1 s."""
+    folder.mkdir()
+    lines = ["0 hand rest", *flying.bring_up(0.1), *more]
+    lines += [f"{BEGIN_S + tenth / 10:.1f} operator nowait ping JOYSTICK" for tenth in range(seconds * 10)]
+    path = flying.write_scenario(folder / "storm.scn", *lines, f"{BEGIN_S + seconds + 3} operator shutdown")
+    cycles = seconds * CYCLES_PER_S
+    environment = {"STORM_EACH": str(EACH), "STORM_CYCLES": str(cycles), "STORM_HIGH": str(cycles - 990)}
+    flight = flying.fly(folder / "out", "--scenario", path, binaries=programs, environment=environment)
+    flight.parsed = [(time_ns, packets.parse(raw)) for time_ns, _, raw in flight.packets]
+    return flight
+
+
+def _events(flight, apid, identity):
+    return [(at, p) for at, p in flight.parsed if p.apid == apid and p.service == 5 and p.subtype <= 4 and p.data[:2] == identity]
+
+
+def _made(flight):
+    """All occurrences of the storm's event: reported, or told to be suppressed."""
+    told = sum(int.from_bytes(p.data[4:8], "big") for _, p in _events(flight, JOYSTICK, SUPPRESSED.to_bytes(2, "big")) if p.data[2:4] == NOTE)
+    return len(_events(flight, JOYSTICK, NOTE)) + told
+
+
+def _pings(flight):
+    """Time [ns] that each ping of the joystick waited for its answer in the supervisor; None: lost."""
+    sent = [(at, p) for at, p in flight.parsed if p.direction == "TC" and p.message == (17, 1) and p.apid == JOYSTICK]
+    answered = [at for at, p in flight.parsed if p.direction == "TM" and p.message == (17, 2) and p.apid == JOYSTICK]
+    completed = [(p.data[:4], p.user) for _, p in flight.parsed if p.direction == "TM" and p.message == (1, 7) and p.apid == JOYSTICK]
+    assert all(completed.count((p.raw[:4], p.user)) == 1 for _, p in sent), "each completes once"
+    assert len(answered) == len(sent)
+    return [after - before for (before, _), after in zip(sent, answered, strict=True)]
+
+
+def _assert_storm_hides_nothing(flight, seconds):
+    assert _made(flight) == seconds * CYCLES_PER_S * EACH
+    waits = _pings(flight)
+    assert len(waits) == seconds * 10
+    assert max(waits) <= 3 * SLOT_NS, max(waits)
+    ((high_ns, high),) = _events(flight, JOYSTICK, STALE)
+    ((plan_ns, _),) = _events(flight, 1, PLAN_STARTED)
+    assert high.subtype == 4
+    assert plan_ns - high_ns <= 2 * SLOT_NS
+    orders = [at for at, p in flight.parsed if p.direction == "TC" and p.apid == MANIPULATOR and p.service == 129 and p.data[:1] == bytes([ERROR_OPERATIONAL])]
+    assert orders and orders[0] - high_ns <= 2 * SLOT_NS
+
+
+def test_a_storm_of_a_subsystem_hides_neither_its_answers_nor_its_alarm(folder, stormy):
+    flight = _fly_storm(folder, stormy, 3)
+    assert flight.code == 0, flight.told()
+    _assert_storm_hides_nothing(flight, 3)
+
+
+@pytest.mark.long
+def test_a_storm_of_a_minute(folder, stormy):
+    """Six million events."""
+    flight = _fly_storm(folder, stormy, 60)
+    assert flight.code == 0, flight.told()
+    _assert_storm_hides_nothing(flight, 60)
