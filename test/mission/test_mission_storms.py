@@ -161,3 +161,38 @@ def test_a_storm_of_a_minute(folder, stormy):
     flight = _fly_storm(folder, stormy, 60)
     assert flight.code == 0, flight.told()
     _assert_storm_hides_nothing(flight, 60)
+
+
+FAULTS = {
+    "death": ("2.65 fault kill supervisor",),
+    "hang": ("2.65 fault hang supervisor", "2.75 fault resume supervisor"),
+    "ground": ("2.65 fault hang communication", "2.66 fault resume communication"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_within_a_storm(folder, stormy, fault):
+    """Whoever carries the reports is away for a while: none that must get through is lost, doubled, or out of order."""
+    flight = _fly_storm(folder, stormy, 3, *FAULTS[fault])
+    assert flight.code == (1 if fault == "death" else 0), flight.told()
+    assert _made(flight) == 3 * CYCLES_PER_S * EACH
+    assert len(_pings(flight)) == 30
+    ((high_ns, _),) = _events(flight, JOYSTICK, STALE)
+    ((plan_ns, _),) = _events(flight, 1, PLAN_STARTED)
+    assert plan_ns - high_ns <= 2 * SLOT_NS
+    assert len(_events(flight, 1, RESTARTED)) == (1 if fault == "death" else 0)
+    counts = [p.sequence for _, p in flight.parsed if p.direction == "TM" and p.apid == JOYSTICK]
+    assert counts == list(range(len(counts)))
+
+
+def test_the_raiser_of_a_storm_dies(folder, stormy):
+    """What it had not told yet dies with it: at most what it raises within the second between two reports. Nobody else notices."""
+    flight = _fly_storm(folder, stormy, 3, "3.05 fault kill joystick")
+    first_ns = _events(flight, JOYSTICK, NOTE)[0][0]
+    raised = round((3_050_000_000 - first_ns) / SLOT_NS) * EACH
+    assert 0 <= raised - _made(flight) <= CYCLES_PER_S * EACH
+    sent = [p.raw[:4] for _, p in flight.parsed if p.direction == "TC" and p.message == (17, 1) and p.apid == JOYSTICK]
+    ended = [p.data[:4] for _, p in flight.parsed if p.direction == "TM" and p.message in ((1, 7), (1, 8), (1, 10)) and p.user == 1]
+    assert all(ended.count(identity) == 1 for identity in sent), "each is answered, or its end is told"
+    states = [p.data[1] for _, p in flight.parsed if p.apid == MANIPULATOR and p.message == (129, 2)]
+    assert ERROR_OPERATIONAL in states
