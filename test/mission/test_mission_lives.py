@@ -112,3 +112,54 @@ def test_free_running_processes_fly_and_one_that_stands_still_is_replaced(folder
     assert set(steps) == {"joystick", "manipulator", "supervisor", "communication"}
     assert all(len(classes) == 5 and sum(classes) > 0 for classes in steps.values())
     flying.assert_clean(flight)
+
+
+SLEEP = "sleep 4711.5"
+
+
+def _assert_gone(flight):
+    flying.assert_clean(flight)
+    assert not [line for _, line in flying.command_lines() if line == SLEEP.encode()]
+
+
+def _programs(folder):
+    """The programs, but for a joystick whose second life begins and never joins."""
+    programs, count = folder / "programs", folder / "starts"
+    folder.mkdir()
+    shutil.copytree(flying.BIN, programs)
+    (programs / "joystick").rename(programs / "joystick.plain")
+    script = programs / "joystick"
+    script.write_text(
+        f'#!/bin/sh\necho >>"{count}"\n[ "$(wc -l <"{count}")" -eq 2 ] && exec {SLEEP}\nexec "{programs}/joystick.plain" "$@"\n', encoding="utf-8"
+    )
+    script.chmod(0o755)
+    return programs
+
+
+def test_a_start_that_does_not_join_is_ended_and_time_goes_on(folder):
+    """Stepped: simulated time stands still for it, for ten seconds of the wall clock; then it is lost, and the next one joins."""
+    programs = _programs(folder)
+    lines = ["0.0 hand rest", "0.5 fault kill joystick", "0.52 operator ping MANIPULATOR", "3.0 operator ping all", "3.1 operator shutdown"]
+    flight = flying.fly(folder / "run", "--scenario", flying.write_scenario(folder / "join.scn", *lines), binaries=programs)
+    assert "has not joined the run within 10 s: killed" in flight.told(), flight.told()
+    assert "FAILED" not in flight.console and "JOYSTICK is alive" in flight.console, flight.told()
+    assert (folder / "starts").read_text().count("\n") == 3
+    assert not flight.facts["reproducible"]
+    _assert_gone(flight)
+
+
+def test_nobody_waits_for_a_start_in_real_time(folder):
+    """The others answer while it is away."""
+    flight = flying.start(folder / "run", "--time", "real", "--scenario", "none", binaries=_programs(folder))
+    try:
+        flight.port()
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
+        os.kill(next(pid for name, pid in flight.children().items() if name.startswith("joystick")), signal.SIGKILL)
+        flying.wait_until(lambda: (folder / "starts").read_text().count("\n") == 2, "no second life")
+        for _ in range(3):
+            assert "MANIPULATOR is alive" in flying.gse(flight, "ping", "MANIPULATOR").stdout
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    finally:
+        flight.abandon()
+    _assert_gone(flight)
