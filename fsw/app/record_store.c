@@ -42,18 +42,26 @@ static void close_files(record_store_t* const store, const unsigned count)
     }
 }
 
-static bool name_file(const seat_t* const seat, const unsigned index, char* const path)
+/// `<storage>/<component>.<kind>`, to which more can be added.
+static text_t name_of(const seat_t* const seat, const char* const kind, char* const path)
 {
     text_t text = text_in(path, RUN_PATH_MAX);
     text_add(&text, seat->run->storage);
     text_add(&text, "/");
     text_add(&text, seat->run->components[seat->component].name);
-    text_add(&text, ".journal.");
+    text_add(&text, ".");
+    text_add(&text, kind);
+    return text;
+}
+
+static bool name_file(const seat_t* const seat, const unsigned index, char* const path)
+{
+    text_t text = name_of(seat, "journal.", path);
     text_add_unsigned(&text, index);
     return !text.cut;
 }
 
-/// Make the next copy of a medium; `path` is that of the medium.
+/// Make the next copy of what is, or would be, at `path`.
 static status_t open_copy(osal_file_t* const copy, const char* const path, char* const out_path)
 {
     status_t status = STATUS_OK;
@@ -74,7 +82,7 @@ static status_t open_copy(osal_file_t* const copy, const char* const path, char*
     return osal_file_create(copy, out_path);
 }
 
-static status_t copy_all(osal_file_t* const from, osal_file_t* const to)
+static status_t copy_file(osal_file_t* const from, osal_file_t* const to)
 {
     uint8_t octets[PIECE];
     uint64_t size   = 0U;
@@ -87,19 +95,25 @@ static status_t copy_all(osal_file_t* const from, osal_file_t* const to)
             status = osal_file_write(to, octets, piece);
         }
     }
-    return (status == STATUS_OK) ? osal_file_sync(to) : status;
+    return status;
 }
 
-/// Copy one medium. A copy that is not whole is removed.
-static status_t keep_file(record_store_t* const store, const unsigned index)
+typedef struct { // What is copied: a file or, where it is null, octets.
+    osal_file_t* file;
+    const uint8_t* octets;
+    size_t size;
+} original_t;
+
+/// Copy what is damaged. A copy that is not whole is removed.
+static status_t keep_copy(const char* const path, const original_t* const original)
 {
-    char path[RUN_PATH_MAX];
     char copy_path[RUN_PATH_MAX] = {'\0'};
     osal_file_t copy;
-    status_t status =
-        name_file(store->seat, index, path) ? open_copy(&copy, path, copy_path) : STATUS_TOO_LARGE;
+    status_t status = open_copy(&copy, path, copy_path);
     if (status == STATUS_OK) {
-        status = copy_all(&store->files[index], &copy);
+        status = (original->file != NULL) ? copy_file(original->file, &copy)
+                                          : osal_file_write(&copy, original->octets, original->size);
+        status = (status == STATUS_OK) ? osal_file_sync(&copy) : status;
         osal_file_close(&copy);
         if (status != STATUS_OK) {
             (void)osal_file_remove(copy_path);
@@ -107,7 +121,7 @@ static status_t keep_file(record_store_t* const store, const unsigned index)
     }
     char line[(2U * RUN_PATH_MAX) + 64U];
     text_t text = text_in(line, sizeof line);
-    text_add(&text, "the journal is damaged: ");
+    text_add(&text, "damaged: ");
     text_add(&text, path);
     if (status == STATUS_OK) {
         text_add(&text, "; a copy is ");
@@ -118,6 +132,22 @@ static status_t keep_file(record_store_t* const store, const unsigned index)
     }
     osal_console_complain(line);
     return status;
+}
+
+bool record_store_keep(const seat_t* const seat, const char* const kind, const uint8_t* const octets,
+                       const size_t size)
+{
+    FSW_ASSERT((seat != NULL) && (kind != NULL) && (octets != NULL));
+    char path[RUN_PATH_MAX];
+    const original_t original = {.octets = octets, .size = size};
+    return !name_of(seat, kind, path).cut && (keep_copy(path, &original) == STATUS_OK);
+}
+
+static status_t keep_file(record_store_t* const store, const unsigned index)
+{
+    char path[RUN_PATH_MAX];
+    const original_t original = {.file = &store->files[index]};
+    return name_file(store->seat, index, path) ? keep_copy(path, &original) : STATUS_TOO_LARGE;
 }
 
 static bool keep_media(void* const context)

@@ -34,5 +34,8 @@ typedef struct { // Private, except `journal`.
 MUST_USE status_t record_store_open(record_store_t* store, seat_t* seat, journal_slot_t* slots,
                                     size_t capacity, bool waits);
 void record_store_close(record_store_t* store);
+/// Copy something else that is damaged to `<storage>/<component>.<kind>.damaged.<m>`, as media. True: there
+/// is a copy.
+MUST_USE bool record_store_keep(const seat_t* seat, const char* kind, const uint8_t* octets, size_t size);
 
 #endif // FSW_APP_RECORD_STORE_H

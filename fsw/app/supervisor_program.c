@@ -275,6 +275,11 @@ static vitals_t* open_vitals(const seat_t* const seat)
                : NULL;
 }
 
+static bool keep_vitals(void* const context, const vitals_t* const vitals)
+{
+    return record_store_keep((const seat_t*)context, "vitals", (const uint8_t*)vitals, sizeof *vitals);
+}
+
 bool supervisor_open(seat_t* const seat, program_t* const out_program)
 {
     if (!is_fitting(seat) || (seat_open_inbox(seat, inbox, MISSION_SUBSYSTEMS_MAX - 1U) != STATUS_OK) ||
@@ -308,7 +313,9 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         .journal          = &storage.records.journal,
         .optional         = {&storage.services, supervisor_add_services},
         .store_media      = storage.stores.media,
-        .vitals           = open_vitals(seat)};
+        .log_records      = __atomic_load_n(&seat->run->log_records, __ATOMIC_ACQUIRE),
+        .vitals           = open_vitals(seat),
+        .keep_vitals      = keep_vitals};
     const status_t status = supervisor_init(&storage.supervisor, &config);
     if (status != STATUS_OK) {
         text_t text = text_in(seat->error, sizeof seat->error);

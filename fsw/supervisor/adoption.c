@@ -423,7 +423,9 @@ void adoption_begin(supervisor_t* const supervisor)
     vitals_rings_t rings         = rings_of(supervisor);
     supervisor->lives            = 1U;
     supervisor->log_strategy     = (uint8_t)supervisor->mission->log_strategy;
-    supervisor->log_past         = (packet_log_past_t){.next_number = 1U, .size = UINT64_MAX};
+    supervisor->log_past         = (packet_log_past_t){.next_number    = supervisor->config.log_records + 1U,
+                                                       .written_number = supervisor->config.log_records,
+                                                       .size           = UINT64_MAX};
     if (supervisor->config.vitals == NULL) {
         return;
     }
@@ -446,6 +448,9 @@ void adoption_begin(supervisor_t* const supervisor)
     }
     if ((status == STATUS_INVALID) || is_older) {
         supervisor->vitals_damage = (status == STATUS_OK) ? ADOPTION_OLDER : ADOPTION_NOTHING;
+        supervisor->are_vitals_kept =
+            (supervisor->config.keep_vitals != NULL) &&
+            supervisor->config.keep_vitals(supervisor->config.platform.context, supervisor->config.vitals);
     }
 }
 
@@ -469,7 +474,7 @@ static void ask_members(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const roster_entry_t* const entry = &supervisor->roster[i];
-        if (!entry->is_in_doubt) {
+        if ((entry->process != PROCESS_RUNNING) || (entry->mission->apid == SUPERVISOR_APID)) {
             continue;
         }
         octet_writer_t writer = pus_tc_begin(&supervisor->requester, entry->mission->apid,
@@ -479,12 +484,28 @@ static void ask_members(supervisor_t* const supervisor)
     }
 }
 
+void adoption_reopen(supervisor_t* const supervisor)
+{
+    if (supervisor->vitals_damage != ADOPTION_NOTHING) {
+        return;
+    }
+    ask_members(supervisor); // In a sequence that they may not follow: these requests can be lost.
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        message_probe(supervisor->config.endpoint, supervisor->mission->subsystems[i].apid);
+    }
+    ask_members(supervisor);
+}
+
 void adoption_tell(supervisor_t* const supervisor)
 {
     if (supervisor->vitals_damage != ADOPTION_WHOLE) {
         const uint8_t left        = (supervisor->vitals_damage == ADOPTION_OLDER) ? 1U : 0U;
+        const uint8_t octets[2]   = {left, truth(supervisor->are_vitals_kept)};
         supervisor->vitals_damage = ADOPTION_WHOLE;
-        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_VITALS_DAMAGED, &left, 1U);
+        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_VITALS_DAMAGED, octets, sizeof octets);
+        if (left == 0U) {
+            mode_fall_back(supervisor);
+        }
     }
     if (!supervisor->is_adopted) {
         return;

@@ -41,19 +41,6 @@ void raise_u16_u16(supervisor_t* const supervisor, const uint16_t event_id, cons
     (void)subsystem_raise(&supervisor->component, event_id, octets, writer.position);
 }
 
-void error_set_mode(supervisor_t* const supervisor, const uint8_t mode, const uint8_t cause)
-{
-    if (supervisor->mode == mode) {
-        return;
-    }
-    const pus_mode_transition_t transition = {.previous = supervisor->mode, .mode = mode, .cause = cause};
-    const uint8_t octets[2]                = {supervisor->mode, mode};
-    supervisor->mode                       = mode;
-    (void)pus_mode_transition_report(component_process(&supervisor->component), &transition,
-                                     supervisor->now_ns);
-    (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_MODE_CHANGED, octets, sizeof octets);
-}
-
 static uint16_t number_of(const supervisor_t* const supervisor, const mission_plan_t* const plan)
 {
     return (plan != NULL) ? (uint16_t)(plan - supervisor->mission->plans) : PLAN_BUILT_IN;
@@ -188,7 +175,7 @@ static void act(supervisor_t* const supervisor, const plan_run_t* const run,
                 const mission_action_t* const action)
 {
     if (action->kind == MISSION_ACTION_MODE) {
-        error_set_mode(supervisor, action->mode, (uint8_t)PUS_CAUSE_PLAN);
+        mode_set(supervisor, action->mode, (uint8_t)PUS_CAUSE_PLAN);
     } else if (action->kind == MISSION_ACTION_STATE) {
         const uint16_t target = (action->target == MISSION_SELF) ? run->apid : action->target;
         if (action->target == MISSION_NETWORK) {

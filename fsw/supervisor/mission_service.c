@@ -11,7 +11,7 @@ static pus_reply_t set_mode(void* const context, const uint8_t mode, const pus_t
     if (mission_find_mode(supervisor->mission, mode) == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, mode);
     }
-    error_set_mode(supervisor, mode, (uint8_t)PUS_CAUSE_REQUEST);
+    mode_set(supervisor, mode, (uint8_t)PUS_CAUSE_REQUEST);
     return pus_done();
 }
 

@@ -79,8 +79,8 @@ const pus_persistence_t* onboard_persistence(struct supervisor* const supervisor
     return (journal != NULL) ? &supervisor->onboard.persistence : NULL;
 }
 
-static void tell_refused(struct supervisor* const supervisor, const uint8_t table, const uint32_t key,
-                         const status_t status)
+void onboard_tell_refused(struct supervisor* const supervisor, const uint8_t table, const uint32_t key,
+                          const status_t status)
 {
     uint8_t octets[6];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
@@ -100,11 +100,16 @@ static void take_back(void* const context, const uint8_t table, const uint32_t k
     while ((place < BINDINGS) && (bindings[place]->type != table)) {
         place++;
     }
-    const bool is_ours    = (place < BINDINGS) && (bindings[place]->restore != NULL);
-    const status_t status = is_ours ? bindings[place]->restore(supervisor, key, octets, size)
-                                    : component_restore(&supervisor->component, table, key, octets, size);
+    status_t status = STATUS_OK;
+    if (table == PUS_SERVICE_MISSION) {
+        status = mode_restore(supervisor, octets, size);
+    } else if ((place < BINDINGS) && (bindings[place]->restore != NULL)) {
+        status = bindings[place]->restore(supervisor, key, octets, size);
+    } else {
+        status = component_restore(&supervisor->component, table, key, octets, size);
+    }
     if (status != STATUS_OK) {
-        tell_refused(supervisor, table, key, status);
+        onboard_tell_refused(supervisor, table, key, status);
     }
 }
 
@@ -113,13 +118,13 @@ void onboard_restore(struct supervisor* const supervisor)
     if (supervisor->config.journal != NULL) {
         const status_t status = journal_replay(supervisor->config.journal, take_back, supervisor);
         if (status != STATUS_OK) {
-            tell_refused(supervisor, 0U, 0U, status);
+            onboard_tell_refused(supervisor, 0U, 0U, status);
         }
     }
     for (size_t i = 0U; i < BINDINGS; i++) {
         const status_t status = (bindings[i]->start != NULL) ? bindings[i]->start(supervisor) : STATUS_OK;
         if (status != STATUS_OK) {
-            tell_refused(supervisor, bindings[i]->type, 0U, status);
+            onboard_tell_refused(supervisor, bindings[i]->type, 0U, status);
         }
     }
 }
@@ -128,13 +133,11 @@ void onboard_tell_damage(struct supervisor* const supervisor)
 {
     uint8_t octets[JOURNAL_DAMAGE_SIZE];
     const journal_t* const journal = supervisor->config.journal;
-    if (!supervisor->onboard.has_told_damage && (journal != NULL) &&
-        journal_tell_damage(journal, 0U, octets)) {
+    if ((journal != NULL) && journal_tell_damage(journal, 0U, octets)) {
         (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_JOURNAL_DAMAGED, octets,
                               sizeof octets);
-        error_set_mode(supervisor, 0U, (uint8_t)PUS_CAUSE_OWN_ERROR);
+        mode_fall_back(supervisor);
     }
-    supervisor->onboard.has_told_damage = true;
 }
 
 status_t onboard_release(void* const context, const uint8_t* const packet, const size_t size)

@@ -80,7 +80,6 @@ typedef struct { // Private to fsw/supervisor.
 typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
     pus_persistence_t persistence;                  // Of the journal.
     uint32_t refused;                               // Records that nobody took back.
-    bool has_told_damage;                           // Damage to the journal was reported.
     uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX]; // While requests wait: no credit since then; 0: had some.
     octet_ring_t released;
     uint8_t release_storage[ONBOARD_RELEASE_OCTETS];
@@ -121,7 +120,9 @@ size_t onboard_open(struct supervisor* supervisor, pus_service_t* services);
 /// Give all services their lasting records back, then start those that ask for it. A record that is refused
 /// is counted, and told by the event RECORD_REFUSED.
 void onboard_restore(struct supervisor* supervisor);
-/// In the first step: raise JOURNAL_DAMAGED and fall back to mode SAFE if lasting records were lost.
+/// Raise an event: a lasting record was not taken back, or not written.
+void onboard_tell_refused(struct supervisor* supervisor, uint8_t table, uint32_t key, status_t status);
+/// In the first step: raise JOURNAL_DAMAGED and enter the fallback mode if lasting records were lost.
 void onboard_tell_damage(struct supervisor* supervisor);
 /// Step all services, then route what they have released. Returns the time of the next wake.
 uint64_t onboard_step(struct supervisor* supervisor, uint64_t now_ns);

@@ -177,11 +177,6 @@ static uint64_t pause_ns(const uint8_t deaths)
     return (deaths <= 1U) ? 0U : ((deaths == 2U) ? SHORT_PAUSE_NS : LONG_PAUSE_NS);
 }
 
-static void fall_back(supervisor_t* const supervisor)
-{
-    error_set_mode(supervisor, 0U, (uint8_t)PUS_CAUSE_OWN_ERROR);
-}
-
 static void start_again(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
     entry->is_start_due = false;
@@ -191,11 +186,11 @@ static void start_again(supervisor_t* const supervisor, roster_entry_t* const en
     entry->restarts++;
     supervisor->counters.restarts++;
     if (roster_start(supervisor, entry) != STATUS_OK) {
-        fall_back(supervisor);
+        mode_fall_back(supervisor);
     }
 }
 
-/// Start it again as long as its budget lasts, then fall back to mode SAFE (id 0). A life that lasted the
+/// Start it again as long as its budget lasts, then fall back. A life that lasted the
 /// period of the mission makes the deaths before it forgotten.
 static void restart(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
@@ -208,7 +203,7 @@ static void restart(supervisor_t* const supervisor, roster_entry_t* const entry)
         return;
     }
     if (entry->deaths >= mission->restart_budget) {
-        fall_back(supervisor);
+        mode_fall_back(supervisor);
         return;
     }
     entry->deaths++;

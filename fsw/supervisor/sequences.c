@@ -126,6 +126,7 @@ static void enter_step(supervisor_t* const supervisor, const unsigned step)
         (void)component_request(&supervisor->component, STATE_OFFLINE, CAUSE_SHUTDOWN);
         break;
     default:
+        mode_end(supervisor);
         router_flush_log(supervisor);
         supervisor->is_finished = true;
         supervisor->config.platform.finished(supervisor->config.platform.context);

@@ -185,7 +185,12 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     FSW_ASSERT(supervisor != NULL);
     supervisor->now_ns = now_ns;
     adoption_intake(supervisor);
-    onboard_tell_damage(supervisor);
+    if (!supervisor->has_begun) {
+        adoption_reopen(supervisor);
+        onboard_tell_damage(supervisor);
+        mode_begin(supervisor);
+        supervisor->has_begun = true;
+    }
     ground_flush(supervisor);
     router_take_in(supervisor);
     link_manager_settle(supervisor);

@@ -34,6 +34,7 @@
 #define SUPERVISOR_APID 1U
 #define COMMUNICATION_APID 2U
 #define SUPERVISOR_LINK_SESSIONS 8U
+#define SUPERVISOR_MODE_RECORD 9U ///< Octets of a mode and the time of its beginning [ns of the run].
 #define SUPERVISOR_OWN_EVENTS 16U ///< Events of its own that wait for the end of the step.
 
 /// How the supervisor reaches processes; the launcher is behind it.
@@ -150,7 +151,11 @@ typedef struct {
     component_services_t optional; ///< Services that its descriptor lists.
     const medium_t* store_media;   ///< ONBOARD_STORES of them, for packet stores; null: nothing fits.
     bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, unchanged.
+    uint64_t log_records; ///< Of the packet log in this run so far, as far as it is known without vitals.
     vitals_t* vitals;              ///< From the supervisor that died, for the next one; null: none.
+    /// Copy damaged vitals for analysis; the context is that of the platform. True: there is a copy. Null: no
+    /// copies.
+    bool (*keep_vitals)(void* context, const vitals_t* vitals);
 } supervisor_config_t;
 
 typedef enum { // Of the vitals.
@@ -165,7 +170,10 @@ typedef struct supervisor { // All fields are private.
     component_t component;
     uint64_t now_ns;
     uint64_t next_tick_ns;
+    bool has_begun; // Its first step is done.
     uint8_t mode;
+    bool is_cut_off; // The flight before ended without a shutdown, in the mode of this record:
+    uint8_t cut_off[SUPERVISOR_MODE_RECORD];
     roster_entry_t roster[MISSION_SUBSYSTEMS_MAX];
     bool is_log_failure_told;
     pending_table_t pending;
@@ -176,6 +184,7 @@ typedef struct supervisor { // All fields are private.
     bool is_adopted;      // Taken over from the previous one, not reported yet.
     bool is_continued;    // Taken over after the autostart: bring up only the supervisor itself.
     adoption_damage_t vitals_damage;
+    bool are_vitals_kept;
     uint8_t log_strategy; // First strategy of the packet log.
     packet_log_past_t log_past;
     supervisor_vitals_t kept;

@@ -81,6 +81,9 @@ void adoption_intake(supervisor_t* supervisor);
 void adoption_commit(supervisor_t* supervisor);
 /// Take over from the previous supervisor, if there was one; before the packet log is opened.
 void adoption_begin(supervisor_t* supervisor);
+/// In the first step, if nothing could be taken over: agree with all subsystems on the numbers of messages, and
+/// request their status.
+void adoption_reopen(supervisor_t* supervisor);
 /// In the first step, after the packets of the previous supervisor are processed: report what was not kept,
 /// and request the status of all subsystems.
 void adoption_tell(supervisor_t* supervisor);
@@ -123,10 +126,20 @@ void error_member_lost(supervisor_t* supervisor, uint16_t apid, uint16_t event_i
 /// A member has not been heard for too long.
 void error_member_silent(supervisor_t* supervisor, uint16_t apid);
 void error_run_plans(supervisor_t* supervisor);
-void error_set_mode(supervisor_t* supervisor, uint8_t mode, uint8_t cause);
 /// Raise an event of the supervisor with up to two u16 of auxiliary data.
 void raise_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first);
 void raise_u16_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first, uint16_t second);
+
+/// mode.c
+void mode_set(supervisor_t* supervisor, uint8_t mode, uint8_t cause);
+/// Enter the fallback mode of the mission.
+void mode_fall_back(supervisor_t* supervisor);
+/// Take back the lasting record of the mode. STATUS_OK, STATUS_INVALID.
+status_t mode_restore(supervisor_t* supervisor, const uint8_t* octets, size_t size);
+/// In the first step: enter the fallback mode if the flight before was cut off, and keep the record.
+void mode_begin(supervisor_t* supervisor);
+/// The mission is shut down: the next flight begins in its initial mode.
+void mode_end(supervisor_t* supervisor);
 
 /// sequences.c
 void sequence_autostart(supervisor_t* supervisor);

@@ -17,7 +17,7 @@ TABLE = {
     ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts restartPeriod recommission bootTime deviceDeadline hangAfter supervisorPatience node",
     ("Subsystem", "Power"): "state! watts!",
     ("Mission", "Modes"): "",
-    ("Modes", "Mode"): "name! id! initial",
+    ("Modes", "Mode"): "name! id! initial fallback",
     ("Mission", "Users"): "",
     ("Users", "User"): "name! id!",
     ("Mission", "Permissions"): "",
@@ -146,11 +146,14 @@ def _list_subsystems(mission, container):
 
 def _modes(mission, container):
     for index, element in enumerate(container.children):
-        initial = element.flag("initial")
-        mission.modes.append({"name": element.identifier(), "id": element.unsigned("id", 0, 7), "initial": initial})
+        flags = {name: element.flag(name) for name in ("initial", "fallback")}
+        mission.modes.append({"name": element.identifier(), "id": element.unsigned("id", 0, 7), **flags})
         unique(container.children[: index + 1], "name", "id")
     if sum(mode["initial"] for mode in mission.modes) != 1:
         container.fail("exactly one <Mode> must have initial=\"true\"")
+    fallbacks = sum(mode["fallback"] for mode in mission.modes)
+    if fallbacks > 1 or (fallbacks == 0 and all(mode["id"] != 0 for mode in mission.modes)):
+        container.fail("one <Mode> must have fallback=\"true\" or, where none has, id 0")
 
 
 def _users(_, container):

@@ -35,14 +35,24 @@ static void end_modes(source_t* const source)
 {
     mission_descriptor_t* const mission = source->item;
     uint32_t initial                    = 0U;
+    uint32_t fallback                   = 0U;
     for (uint16_t i = 0U; i < mission->mode_count; i++) {
-        if (mission->modes[i].is_initial) {
-            mission->initial_mode = mission->modes[i].id;
+        const mission_mode_t* const mode = &mission->modes[i];
+        if (mode->is_initial) {
+            mission->initial_mode = mode->id;
             initial++;
+        }
+        if (mode->is_fallback) {
+            mission->fallback_mode = mode->id;
+            fallback++;
         }
     }
     if (initial != 1U) {
         source_fail(source, source->line, "exactly one <Mode> must have initial=\"true\"");
+    } else if ((fallback > 1U) || (mission_find_mode(mission, mission->fallback_mode) == NULL)) {
+        source_fail(source, source->line, "one <Mode> must have fallback=\"true\" or, where none has, id 0");
+    } else {
+        // Each is one of them.
     }
 }
 

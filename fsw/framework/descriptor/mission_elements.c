@@ -134,6 +134,7 @@ static const source_attribute_t mode_attributes[] = {
     NAMED_AS(SOURCE_UPPER, mission_mode_t),
     NUMBERED(0U, 7U, mission_mode_t, id),
     {.name = "initial", .form = SOURCE_FLAG, SOURCE_TO(mission_mode_t, is_initial)},
+    {.name = "fallback", .form = SOURCE_FLAG, SOURCE_TO(mission_mode_t, is_fallback)},
 };
 static const source_attribute_t user_attributes[]  = {NAMED_AS(SOURCE_UPPER, mission_user_t),
                                                       NUMBERED(1U, 0x7FFFU, mission_user_t, id)};

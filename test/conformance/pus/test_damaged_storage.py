@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Damage to the storage between two flights: it is told in an event, what was damaged is kept, and the mission falls back to mode
-SAFE. The flight after that one tells nothing."""
+"""Damage to the storage between two flights: it is told in an event, what was damaged is kept, and the mission enters its
+fallback mode. The flight after that one tells nothing."""
 
 import signal
 import subprocess
@@ -25,7 +25,8 @@ def _zero(path):
 
 
 def _cut(path):
-    path.write_bytes(path.read_bytes()[:-36])
+    octets = path.read_bytes()
+    path.write_bytes(octets[: len(octets) // 2])
 
 
 def _fly(folder, storage, act):

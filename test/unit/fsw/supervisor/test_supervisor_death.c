@@ -17,6 +17,7 @@
 
 static vitals_t vitals;
 static supervisor_config_t configuration;
+static uint32_t life;
 
 static void configure(supervisor_config_t* config)
 {
@@ -28,6 +29,7 @@ void setUp(void)
 {
     (void)memset(&vitals, 0, sizeof vitals);
     bed_configure = configure;
+    life          = 1U;
     bed_open_up();
 }
 
@@ -42,7 +44,8 @@ static void die(void)
     static message_place_t inbox[sizeof bed.inbox / sizeof bed.inbox[0]];
     osal_file_close(&bed.supervisor.log.file); // As the system does.
     (void)memset(&bed.supervisor, 0, sizeof bed.supervisor);
-    message_open(&bed.endpoint, SUPERVISOR_APID, 1U, bed.endpoint.carrier, inbox,
+    life++; // Unless it takes over the life of the channels.
+    message_open(&bed.endpoint, SUPERVISOR_APID, life, bed.endpoint.carrier, inbox,
                  sizeof inbox / sizeof inbox[0]);
     for (unsigned i = 0U; i < BED_MEMBERS; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&bed.endpoint, bed.members[i].apid));
@@ -328,7 +331,8 @@ static void a_damaged_commit_falls_back_to_the_one_before(void)
     vitals.banks[(vitals.banks[0].generation > vitals.banks[1].generation) ? 0U : 1U].state.mode ^= 1U;
     die();
     bed_step();
-    TEST_ASSERT_TRUE(bed_has(DAMAGED "01"));
+    TEST_ASSERT_TRUE(bed_has(DAMAGED "0100"));
+    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, bed.supervisor.mode);
     TEST_ASSERT_TRUE(bed_has(RESTARTED));
 }
 
@@ -336,11 +340,46 @@ static void without_anything_to_take_over_it_begins_anew_and_says_so(void)
 {
     vitals.banks[0].sum ^= 1U;
     vitals.banks[1].sum ^= 1U;
+    configuration.log_records = bed.supervisor.log.next_number - 1U;
     die();
     bed_step();
     TEST_ASSERT_TRUE(bed.supervisor.lives == 1U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 129.4 from 8001")); // The members know.
+    TEST_ASSERT_FALSE(bed_has("1 TC 129.4"));
+    expect_whole_log();
+    TEST_ASSERT_TRUE(bed_has(DAMAGED "0000"));
+    TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, bed.supervisor.mode); // Nobody knows what was under way.
     bed_run(60U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
+}
+
+static bool can_keep;
+static const vitals_t* kept;
+
+static bool keep_vitals(void* context, const vitals_t* of)
+{
+    TEST_ASSERT_EQUAL_PTR(configuration.platform.context, context);
+    kept = of;
+    return can_keep;
+}
+
+/// For analysis, before it is written over.
+static void what_was_damaged_is_kept(void)
+{
+    configuration.keep_vitals = keep_vitals;
+    die();
+    TEST_ASSERT_NULL(kept);
+    for (unsigned i = 0U; i < 2U; i++) {
+        can_keep = (i == 0U);
+        vitals.banks[0].sum ^= 1U;
+        vitals.banks[1].sum ^= 1U;
+        die();
+        TEST_ASSERT_EQUAL_PTR(&vitals, kept);
+        bed_step();
+        TEST_ASSERT_TRUE(bed_has(can_keep ? DAMAGED "0001" : DAMAGED "0000"));
+        bed_run(5U);
+        bed_forget();
+    }
 }
 
 /// Where it ran as a thread, its messages are as it has left them: they are not taken over a second time.
@@ -381,6 +420,7 @@ int main(void)
     RUN_TEST(the_word_of_the_member_wins);
     RUN_TEST(a_damaged_commit_falls_back_to_the_one_before);
     RUN_TEST(without_anything_to_take_over_it_begins_anew_and_says_so);
+    RUN_TEST(what_was_damaged_is_kept);
     RUN_TEST(messages_that_were_kept_go_on_as_they_are);
     return UNITY_END();
 }

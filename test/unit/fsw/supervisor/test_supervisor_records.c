@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the supervisor's services keep, where it comes back after a power cut, and what is told of records
 // that do not.
+#include "fsw/supervisor/supervisor_internal.h"
 #include "test/support/recorded_media.h"
 #include "test/unit/fsw/supervisor/bed.h"
 #include "test/unit/fsw/supervisor/releases.h"
@@ -10,6 +11,7 @@
 
 #define RECORDS 256U
 #define LONE_REACHED "18 TC 17.1 from 1\n"
+#define INTERRUPTED "G 5.2 0017"
 #define MS 1000000ULL
 
 static journal_t journal;
@@ -66,6 +68,20 @@ static void power_cut(void)
     begin_anew();
 }
 
+static void set_mode(uint8_t mode)
+{
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, &mode, 1U);
+    bed_run(1U);
+    TEST_ASSERT_EQUAL_UINT8(mode, bed.supervisor.mode);
+}
+
+static void shut_down(void)
+{
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    bed_run(60U);
+    TEST_ASSERT_TRUE(bed.is_finished);
+}
+
 static void definitions_of_each_service_come_back(void)
 {
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
@@ -79,8 +95,8 @@ static void definitions_of_each_service_come_back(void)
     REQUEST(PUS_SERVICE_HOUSEKEEPING, 29U, "\1\0\1\1"); // Of the component itself: TC[3,29] of a structure.
     bed_forget();
     power_cut();
-    TEST_ASSERT_FALSE(bed_has("G 5."));
     TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.onboard.refused);
+    set_mode(MODE_NOMINAL);
     const onboard_t* const onboard = &bed.supervisor.onboard;
     TEST_ASSERT_EQUAL_UINT32(1U, onboard->schedules.time.schedule.count);
     TEST_ASSERT_EQUAL_UINT32(1U, onboard->schedules.position.schedule.count);
@@ -123,9 +139,86 @@ static void a_damaged_journal_is_told(void)
     bed_forget();
     bed_run(20U);
     TEST_ASSERT_FALSE(bed_has("G 5.4 005A"));
+    shut_down();
     power_cut();
     TEST_ASSERT_FALSE(bed_has("G 5.4 005A"));
     TEST_ASSERT_NOT_EQUAL(0U, bed.supervisor.mode);
+}
+
+// ---- The mode ----
+
+static void after_a_power_cut_it_begins_in_the_fallback_mode(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, bed.supervisor.mode);
+    power_cut();
+    TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, bed.supervisor.mode);
+    TEST_ASSERT_TRUE(
+        bed_has(INTERRUPTED "010000000000000000\n")); // In the mode it had begun with, from 0 on.
+    TEST_ASSERT_TRUE(bed_has("G 131.2 010001\n"));
+    bed_forget();
+    power_cut();
+    TEST_ASSERT_TRUE(bed_has(INTERRUPTED "000000000000000000\n"));
+    TEST_ASSERT_FALSE(bed_has("G 131.2 0000"));
+    bed_run(40U);
+    set_mode(MODE_NOMINAL);
+    bed_forget();
+    power_cut();
+    TEST_ASSERT_TRUE(bed_has(INTERRUPTED "01000000003B9ACA00\n")); // Since 1 s.
+    bed_forget();
+    bed_run(20U);
+    TEST_ASSERT_FALSE(bed_has(INTERRUPTED));
+}
+
+static void after_a_shutdown_it_begins_in_the_initial_mode(void)
+{
+    set_mode(MODE_SAFE);
+    shut_down();
+    power_cut();
+    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, bed.supervisor.mode);
+    TEST_ASSERT_FALSE(bed_has("G 5."));
+}
+
+static void fall_back_to_nominal(supervisor_config_t* const config)
+{
+    static mission_descriptor_t mission;
+    give_journal(config);
+    mission               = *config->mission;
+    mission.fallback_mode = MODE_NOMINAL;
+    mission.initial_mode  = MODE_SAFE;
+    config->mission       = &mission;
+}
+
+static void the_mission_says_what_the_fallback_mode_is(void)
+{
+    bed_configure = fall_back_to_nominal;
+    power_cut();
+    TEST_ASSERT_TRUE(bed_has(INTERRUPTED));
+    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, bed.supervisor.mode);
+}
+
+static void a_record_that_is_no_mode_is_told(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, PUS_SERVICE_MISSION, 0U, (const uint8_t*)"a", 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
+    power_cut();
+    TEST_ASSERT_TRUE(bed_has("G 5.2 000B8300000000"));
+    TEST_ASSERT_FALSE(bed_has(INTERRUPTED));
+    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, bed.supervisor.mode);
+}
+
+static void a_disk_that_takes_no_record_stops_no_mode(void)
+{
+    for (unsigned failing = 1U; failing <= 2U; failing++) { // Writing it, and making it last.
+        recorded.failure    = STATUS_IO;
+        recorded.fail_from  = recorded.calls + failing;
+        recorded.fail_count = 1U;
+        bed_forget();
+        mode_fall_back(&bed.supervisor);
+        bed_run(1U);
+        TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, bed.supervisor.mode);
+        TEST_ASSERT_TRUE(bed_has("G 5.2 000B8300000000"));
+        set_mode(MODE_NOMINAL);
+    }
 }
 
 static void a_journal_that_cannot_be_read_is_told(void)
@@ -219,6 +312,11 @@ int main(void)
     RUN_TEST(definitions_of_each_service_come_back);
     RUN_TEST(a_record_of_nobody_is_told);
     RUN_TEST(a_damaged_journal_is_told);
+    RUN_TEST(after_a_power_cut_it_begins_in_the_fallback_mode);
+    RUN_TEST(after_a_shutdown_it_begins_in_the_initial_mode);
+    RUN_TEST(the_mission_says_what_the_fallback_mode_is);
+    RUN_TEST(a_record_that_is_no_mode_is_told);
+    RUN_TEST(a_disk_that_takes_no_record_stops_no_mode);
     RUN_TEST(a_journal_that_cannot_be_read_is_told);
     RUN_TEST(a_service_that_cannot_begin_is_told);
     RUN_TEST(a_release_is_never_lost_untold);

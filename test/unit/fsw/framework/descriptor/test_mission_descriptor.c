@@ -157,6 +157,11 @@ static const damage_t damages[] = {
      "<Power state='OPERATIONAL' watts='120'/><Power state='OPERATIONAL' watts='1'/>", 4U, "each state once"},
     {" initial='true'", "", 7U, "exactly one <Mode>"},
     {"name='SAFE' id='0'", "name='SAFE' id='0' initial='true'", 7U, "exactly one <Mode>"},
+    {"name='SAFE' id='0'", "name='SAFE' id='1'", 7U,
+     "one <Mode> must have fallback=\"true\" or, where none has, id 0"},
+    {"<Mode name='SAFE' id='0'/>\n<Mode name",
+     "<Mode name='SAFE' id='0' fallback='true'/>\n<Mode fallback='true' name", 7U,
+     "one <Mode> must have fallback"},
     {"name='NOMINAL' id='3'", "name='NOMINAL' id='0'", 8U, "id 0 is taken in line 7"},
     {"name='NOMINAL' id='3'", "name='NOMINAL' id='8'", 8U, "a number from 0 to 7"},
     {"tc='8,1'", "tc='8.1'", 11U, "service and subtype like 8,1"},
@@ -291,6 +296,17 @@ static void how_long_a_subsystem_lives_without_supervisor_is_the_missions(void)
                                               "descriptor='hand.xml' supervisorPatience='100ms'")));
     TEST_ASSERT_EQUAL_UINT32(3000000U, mission_find_subsystem(&mission, 16U)->supervisor_patience_us);
     TEST_ASSERT_EQUAL_UINT32(100000U, mission_find_subsystem(&mission, 17U)->supervisor_patience_us);
+}
+
+static void the_fallback_mode_is_the_one_marked_or_0(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document));
+    TEST_ASSERT_EQUAL_UINT8(0U, mission.fallback_mode);
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "id='3'", "id='3' fallback='true'")));
+    TEST_ASSERT_EQUAL_UINT8(3U, mission.fallback_mode);
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "name='SAFE' id='0'",
+                                              "name='SAFE' id='5' fallback='true'")));
+    TEST_ASSERT_EQUAL_UINT8(5U, mission.fallback_mode);
 }
 
 static void a_rule_may_select_anything(void)
@@ -536,6 +552,7 @@ int main(void)
     RUN_TEST(reads_epochs_of_leap_years_and_at_the_ends);
     RUN_TEST(time_is_reported_in_the_format_of_the_mission);
     RUN_TEST(how_long_a_subsystem_lives_without_supervisor_is_the_missions);
+    RUN_TEST(the_fallback_mode_is_the_one_marked_or_0);
     RUN_TEST(a_rule_may_select_anything);
     RUN_TEST(of_several_mistakes_the_first_is_told);
     RUN_TEST(paths_are_relative_to_the_mission_or_absolute);

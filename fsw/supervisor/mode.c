@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// The operation mode of the mission. Its lasting record {mode, since} is in the journal from the first step
+// to the end of the shutdown. If a supervisor that took over nothing finds it, the flight before was cut off,
+// and nobody knows the state of the spacecraft: the mission begins in its fallback mode.
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include <string.h>
+
+/// A disk that does not take the record keeps no mode from being entered.
+static void keep(supervisor_t* const supervisor)
+{
+    journal_t* const journal = supervisor->config.journal;
+    uint8_t octets[SUPERVISOR_MODE_RECORD];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_u8(&writer, supervisor->mode);
+    octet_write_u64(&writer, supervisor->now_ns);
+    if (journal == NULL) {
+        return;
+    }
+    status_t status = journal_put(journal, PUS_SERVICE_MISSION, 0U, octets, writer.position);
+    if (status == STATUS_OK) {
+        status = journal_commit(journal);
+    }
+    if (status != STATUS_OK) {
+        onboard_tell_refused(supervisor, PUS_SERVICE_MISSION, 0U, status);
+    }
+}
+
+void mode_set(supervisor_t* const supervisor, const uint8_t mode, const uint8_t cause)
+{
+    if (supervisor->mode == mode) {
+        return;
+    }
+    const pus_mode_transition_t transition = {.previous = supervisor->mode, .mode = mode, .cause = cause};
+    const uint8_t octets[2]                = {supervisor->mode, mode};
+    supervisor->mode                       = mode;
+    (void)pus_mode_transition_report(component_process(&supervisor->component), &transition,
+                                     supervisor->now_ns);
+    (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_MODE_CHANGED, octets, sizeof octets);
+    keep(supervisor);
+}
+
+void mode_fall_back(supervisor_t* const supervisor)
+{
+    mode_set(supervisor, supervisor->mission->fallback_mode, (uint8_t)PUS_CAUSE_OWN_ERROR);
+}
+
+status_t mode_restore(supervisor_t* const supervisor, const uint8_t* const octets, const size_t size)
+{
+    if (size != sizeof supervisor->cut_off) {
+        return STATUS_INVALID;
+    }
+    (void)memcpy(supervisor->cut_off, octets, sizeof supervisor->cut_off);
+    supervisor->is_cut_off = !supervisor->is_adopted;
+    return STATUS_OK;
+}
+
+void mode_begin(supervisor_t* const supervisor)
+{
+    if (supervisor->is_cut_off) {
+        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_FLIGHT_INTERRUPTED,
+                              supervisor->cut_off, sizeof supervisor->cut_off);
+        mode_fall_back(supervisor);
+    }
+    if (!supervisor->is_adopted) {
+        keep(supervisor);
+    }
+}
+
+void mode_end(supervisor_t* const supervisor)
+{
+    journal_t* const journal = supervisor->config.journal;
+    if ((journal != NULL) && (journal_erase(journal, PUS_SERVICE_MISSION, 0U) == STATUS_OK)) {
+        (void)journal_commit(journal); // If it fails, the next flight begins in the fallback mode.
+    }
+}

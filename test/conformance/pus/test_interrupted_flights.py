@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A flight that ends without a shutdown, or a supervisor whose checkpoint is damaged: nobody knows what was under way. It is told,
+and flown past in the fallback mode of the mission."""
+
+import mmap
+import os
+import signal
+import subprocess
+
+import flying
+import pytest
+import station as stations
+
+INTERRUPTED, VITALS_DAMAGED = "event=23", "event=22"
+SAFE, NOMINAL = 0, 1
+SUPERVISOR, MANIPULATOR = 1, 16
+
+
+def _supervisor_told(folder):
+    """What the supervisor reported, as pusdump writes it."""
+    lines = subprocess.run([flying.ROOT / "build/bin/pusdump", folder / "packets.log"], check=True, capture_output=True, text=True).stdout
+    return [line for line in lines.splitlines() if " TM 1 " in line]
+
+
+def _events(folder, number):
+    return [line for line in _supervisor_told(folder) if number in line.split()]
+
+
+def _set_mode(ground, mode):
+    assert ground.settle(ground.send_data(SUPERVISOR, 131, 1, bytes([mode]))).is_completed
+
+
+def _assert_in_fallback_mode(ground):
+    """To disable an event takes mode NOMINAL; the refusal tells mode and state."""
+    refused = ground.settle(ground.send_data(MANIPULATOR, 5, 6, bytes([1, 0, 1]))).failure
+    assert (refused.code, refused.detail >> 8) == (0x0110, SAFE)
+
+
+def _begin(folder, storage):
+    flight = stations.launch(folder, "--storage", storage, "--form", "processes")
+    return flight, stations.Station(flight, stations.Notes())
+
+
+def _shut_down(flight, ground, code=0):
+    ground.close()
+    flight.process.send_signal(signal.SIGINT)
+    assert flight.wait().code == code, flight.told()
+
+
+def _cut_off(flight, ground):
+    """The launcher dies, and all others with it."""
+    flight.process.kill()
+    flight.wait()
+    ground.close()
+    flying.wait_until(lambda: not flight.leftovers(), "processes of the flight are left")
+
+
+@pytest.mark.parametrize("mode", [SAFE, NOMINAL])
+def test_a_flight_after_one_that_was_cut_off_begins_in_the_fallback_mode(tmp_path, mode):
+    storage = tmp_path / "storage"
+    flight, ground = _begin(tmp_path / "1", storage)
+    _set_mode(ground, mode)
+    _cut_off(flight, ground)
+    assert not _events(tmp_path / "1", INTERRUPTED)
+
+    flight, ground = _begin(tmp_path / "2", storage)
+    _assert_in_fallback_mode(ground)
+    _set_mode(ground, NOMINAL)
+    _shut_down(flight, ground)
+    (told,) = _events(tmp_path / "2", INTERRUPTED)
+    assert f"auxiliary={mode:02X}" in told.upper().replace("AUXILIARY", "auxiliary")
+
+    flight, ground = _begin(tmp_path / "3", storage)
+    _shut_down(flight, ground)
+    assert not _events(tmp_path / "3", INTERRUPTED)
+
+
+def _flip_both_banks(identity):
+    """A bit in the middle of each bank of the supervisor's checkpoint; the octets as they are then."""
+    with open(f"/dev/shm/{identity}.vitals", "r+b") as file, mmap.mmap(file.fileno(), 0) as memory:
+        for place in (4096, len(memory) // 2 + 4096):
+            memory[place] ^= 1
+        return memory[:]
+
+
+def test_a_damaged_checkpoint_is_told_kept_and_flown_past(tmp_path):
+    storage = tmp_path / "storage"
+    flight, ground = _begin(tmp_path / "1", storage)
+    ground.do("SUPERVISOR", 17, 1)
+    victim = flight.children()["supervisor"]
+    os.kill(victim, signal.SIGSTOP)
+    octets = _flip_both_banks(flight.identity)
+    os.kill(victim, signal.SIGKILL)
+    ground.report(5, 4, apid=SUPERVISOR)
+    _assert_in_fallback_mode(ground)
+    _shut_down(flight, ground, code=1)
+    (told,) = _events(tmp_path / "1", VITALS_DAMAGED)
+    assert told.endswith("auxiliary=0001")
+    kept = (storage / "SUPERVISOR.vitals.damaged.0").read_bytes()
+    assert kept[4096:8192] == octets[4096:8192]
