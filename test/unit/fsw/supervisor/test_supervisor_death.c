@@ -83,6 +83,17 @@ static void it_goes_on_and_says_so(void)
     expect_whole_log();
 }
 
+static void who_is_stopped_is_not_asked(void)
+{
+    const uint8_t apid[2] = {0U, LONE};
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, apid, sizeof apid);
+    bed_run(2U);
+    die();
+    bed_run(2U);
+    TEST_ASSERT_TRUE(bed_has("17 TC 129.4 from 8001"));
+    TEST_ASSERT_FALSE(bed_has("18 TC 129.4 from 8001"));
+}
+
 static void a_request_that_is_under_way_is_answered_once(void)
 {
     bed.members[BED_ARM].is_passive = true;
@@ -407,6 +418,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(it_goes_on_and_says_so);
+    RUN_TEST(who_is_stopped_is_not_asked);
     RUN_TEST(a_request_that_is_under_way_is_answered_once);
     RUN_TEST(what_comes_while_it_is_dead_is_done_once);
     RUN_TEST(a_subsystem_that_dies_meanwhile_still_ends_its_requests);

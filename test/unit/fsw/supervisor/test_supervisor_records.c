@@ -178,6 +178,19 @@ static void after_a_shutdown_it_begins_in_the_initial_mode(void)
     TEST_ASSERT_FALSE(bed_has("G 5."));
 }
 
+/// Rather a flight too many in the fallback mode than one too few.
+static void a_disk_that_forgets_nothing_leaves_the_record(void)
+{
+    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    recorded.failure    = STATUS_IO;
+    recorded.fail_from  = recorded.calls + 1U;
+    recorded.fail_count = 1000U;
+    bed_run(60U);
+    TEST_ASSERT_TRUE(bed.is_finished);
+    power_cut();
+    TEST_ASSERT_TRUE(bed_has(INTERRUPTED));
+}
+
 static void fall_back_to_nominal(supervisor_config_t* const config)
 {
     static mission_descriptor_t mission;
@@ -314,6 +327,7 @@ int main(void)
     RUN_TEST(a_damaged_journal_is_told);
     RUN_TEST(after_a_power_cut_it_begins_in_the_fallback_mode);
     RUN_TEST(after_a_shutdown_it_begins_in_the_initial_mode);
+    RUN_TEST(a_disk_that_forgets_nothing_leaves_the_record);
     RUN_TEST(the_mission_says_what_the_fallback_mode_is);
     RUN_TEST(a_record_that_is_no_mode_is_told);
     RUN_TEST(a_disk_that_takes_no_record_stops_no_mode);
