@@ -16,6 +16,8 @@ sys.path[:0] = [str(ROOT / "test" / "hil" / "guest"), str(ROOT / "test" / "missi
 import cases
 import flying
 import lives
+import second_reader
+import test_mission_fan_out as fan_out
 
 METHOD = sys.argv[1] if len(sys.argv) > 1 else "udp"
 OUT = pathlib.Path(os.environ.get("OUT", "."))
@@ -160,6 +162,14 @@ def case_lives_are_those_of_the_image():
         for name in ("packets.log", *lives.BUS_LOGS):
             assert flight.octets(name) == flights[0].octets(name), f"{name} of {flight.folder}"
         assert_gone(flight)
+
+
+def case_one_port_feeds_readers_on_both_computers():
+    """Whatever becomes of one reader, the other does not lose a sample."""
+    house = second_reader.build(run("shadow"))
+    judged = fan_out.fly(house, run("shadowed"), *NODES, "--links", METHOD)
+    fan_out.judge(judged)
+    assert judged.facts["transport"] == METHOD
 
 
 # --- links between nodes -------------------------------------------------------------------------------------------
