@@ -178,6 +178,7 @@ static status_t loop(const char* const executable, const program_t* const progra
         wake_ns = program->step(program->self, osal_clock_now_ns(&seat->clock),
                                 osal_clock_octets_due(&seat->clock));
         run_block_beat(seat->run, seat->component, osal_clock_now_ns(&seat->clock), wake_ns);
+        seat_watch_supervisor(seat, seat->clock.calendar, osal_clock_now_ns(&seat->clock));
         follow_priority(executable, program, &priority);
     }
 }
@@ -210,6 +211,8 @@ int executive_main(const int argument_count, char* const arguments[], const char
         return complain(executable, "cannot start the tasks of its loops");
     }
     note_attributes(executable);
+    run_block_beat(storage.seat.run, storage.seat.component, 0U,
+                   OSAL_CALENDAR_NEVER); // Its earlier life's counts no more.
     const status_t status = loop(executable, &program);
     loop_tasks_stop(&storage.loop_tasks);
     program.close(program.self);

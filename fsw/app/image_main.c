@@ -212,6 +212,7 @@ static void begin_life(image_t* const self, const unsigned participant)
         give_up(self, participant);
         return;
     }
+    run_block_beat(self->run, index, 0U, OSAL_CALENDAR_NEVER); // Its earlier life's counts no more.
     osal_calendar_done(self->calendar, participant, 0U);
 }
 
@@ -295,6 +296,7 @@ static void run_component(image_t* const self, const unsigned participant, const
     seat_pump(&self->seats[component], grant->messages, program->link_datagram, program->self);
     const uint64_t wake_ns = program->step(program->self, grant->now_ns, grant->octets);
     run_block_beat(self->run, component, grant->now_ns, wake_ns);
+    seat_watch_supervisor(&self->seats[component], self->calendar, grant->now_ns);
     osal_calendar_done(self->calendar, participant, wake_ns);
 }
 

@@ -7,6 +7,7 @@
 
 #include <string.h>
 
+#define NS_PER_US 1000U
 #define PUMP_PATIENCE_MS 100U
 #define PUMP_TRIES 50U      ///< Five seconds of wall-clock time for what the kernel owes.
 #define CUT_PATIENCE_MS 10U ///< The same, where something was lost already: the way may be cut.
@@ -144,6 +145,23 @@ void seat_told(seat_t* const seat, const unsigned component, const uint64_t now_
     FSW_ASSERT((seat != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
     if (seat->peers[component].told_ns <= run_block_last_beat(seat->run, component).step_ns) {
         seat->peers[component].told_ns = now_ns;
+    }
+}
+
+void seat_watch_supervisor(const seat_t* const seat, osal_calendar_t* const calendar, const uint64_t now_ns)
+{
+    FSW_ASSERT(seat != NULL);
+    unsigned index = 0U;
+    if ((calendar == NULL) || (seat->apid == DESCRIPTOR_SUPERVISOR_APID) ||
+        !run_block_find(seat->run, DESCRIPTOR_SUPERVISOR_APID, &index)) {
+        return;
+    }
+    const uint64_t promised_ns =
+        run_block_last_beat(seat->run, index).wake_ns; // Never, before its first step.
+    const uint64_t patience_ns = (uint64_t)seat->mission->subsystems[index].hang_after_us * NS_PER_US;
+    if ((now_ns > promised_ns) && ((now_ns - promised_ns) > patience_ns) &&
+        osal_calendar_is_present(calendar, run_participant(index))) {
+        osal_calendar_kill(calendar, run_participant(index), OSAL_CALENDAR_ANY_LIFE);
     }
 }
 

@@ -96,6 +96,10 @@ void seat_pump(seat_t* seat, uint32_t messages, void (*link_datagram)(void* cont
 void seat_delivered(void* context, uint16_t to);
 /// A message was sent to another component at that time [ns of the run].
 void seat_told(seat_t* seat, unsigned component, uint64_t now_ns);
+/// Kill the supervisor if it is later than its promise by more than the mission allows: it finds who hangs,
+/// and nobody else would find it. Called after each step. Null calendar: not in simulated time, nothing is
+/// done.
+void seat_watch_supervisor(const seat_t* seat, osal_calendar_t* calendar, uint64_t now_ns);
 /// Life of another component to which deliveries go now, as the calendar counts lives.
 uint32_t seat_life_of(const seat_t* seat, unsigned component);
 /// Close everything that the seat itself has opened; inherited sockets stay open for the next life.

@@ -14,6 +14,7 @@ import pytest
 
 SLOT_S = 0.0005
 BOOT_S = 0.050  # Declared for the supervisor where its mission says nothing.
+FOUND_S = 0.031  # Its promise, 20 ms more, and the step of a member.
 BRINGING_UP_S = (0.1, 1.5)
 BUSY_S = (2.0, 3.8)
 END_S = 4.4
@@ -191,6 +192,24 @@ def test_death_while_members_come_up(folder, undisturbed):
 def test_death_by_many_points(folder, undisturbed, part):
     """A thousand instants, one in ten while members come up."""
     _fly_all(folder, undisturbed, _draw(PART // 10, part, BRINGING_UP_S) + _draw(PART - PART // 10, part))
+
+
+def test_a_supervisor_that_hangs_is_killed_and_comes_back(folder):
+    """The members find it by its beat, at the same instant in every form; one that hangs for less goes on."""
+    folder.mkdir()
+    for name, words, ends in (("hang", ["2.5 fault hang supervisor"], 1), ("blink", ["2.5 fault hang supervisor", "2.52 fault resume supervisor"], 0)):
+        path = flying.write_scenario(folder / f"{name}.scn", *words, *_lines())
+        flights = [flying.fly(folder / f"{name}-{form}", "--scenario", path, "--form", form, "--duration", 20) for form in ("image", "processes")]
+        for flight in flights:
+            assert flight.facts["reproducible"] is True, flight.told()
+            assert flight.facts["simulated_s"] < 2 * END_S
+            _assert_log_is_whole(flight)
+            _assert_each_request_ends_once(flight)
+            assert sum(direction == "TM" and raw[7:9] == bytes([5, 2]) and raw[21:23] == RESTARTED for _, direction, raw in flight.packets) == ends
+            flying.assert_clean(flight)
+        if ends:
+            assert _back_after_s(flights[0], 2.5) <= FOUND_S + BOOT_S + 3 * SLOT_S + 1e-9
+        assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
 
 
 def test_death_in_the_image(folder, undisturbed):
