@@ -177,7 +177,7 @@ def fly(ground, folder, drawn):
         flight.abandon()
     ends = folder / "ends"
     seen = rules.Seen(
-        flight, drawn.lines, drawn.end_s, drives(flight.folder / "truth.lcm"), drawn.is_determined, bool(drawn.cuts), drawn.loses_operator,
+        flight, drawn.lines, drawn.end_s, drives(flight.folder / "truth.lcm"), drawn.is_determined, bool(drawn.cuts),
         ends.read_text(encoding="utf-8") if ends.exists() else "",
     )  # fmt: skip
     return flight, rules.violations(seen)

@@ -17,7 +17,7 @@ DEVICES = (("robot", "JOINT1"), ("robot", "JOINT2"), ("joystick", "STICK"))
 SHORTEST_S, LONGEST_S = 10.0, 60.0
 SETTLE_S = 6.0  # From the last fault to the end: every time-out of a request has passed.
 AGAIN_S = 2.5  # Where the operator brings all up again, so long after half of the flight.
-OUTAGE_S = 0.052  # The supervisor is back after its boot time and three slots.
+OUTAGE_S = 0.083  # One that hangs is found after 31 ms; the supervisor is back after its boot time and three slots.
 STORM = "for i = 1, {0} do event(16) end"
 DAMAGES = ("flip", "zero", "cut", "empty", "noise")
 OPENED = 3  # Writes into a record store by which it is there.
@@ -38,12 +38,11 @@ class Drawn:
     damages: list = field(default_factory=list)  # (file of the record store, how, where of 1)
     cuts: list = field(default_factory=list)  # (from, until [s]) in which the way between the nodes is cut
     is_split: bool = False  # The members are on different nodes.
-    loses_operator: bool = False  # Its connection ends with communication, at an instant of wall-clock time.
 
     @property
     def is_determined(self):
         """The same octets each time and in each form."""
-        return not self.cuts and not self.loses_operator
+        return not self.cuts
 
     def moment(self, rng):
         """Any grant of the calendar between the bring-up and the end."""
@@ -70,13 +69,14 @@ def _stop(rng, flight):
 
 
 def _supervisor(rng, flight):
-    flight.lines.append(f"{flight.moment(rng):.6f} fault kill SUPERVISOR")
+    at, kind = flight.moment(rng), rng.choice(("kill", "kill", "hang", "blink"))
+    flight.lines.append(f"{at:.6f} fault {'kill' if kind == 'kill' else 'hang'} SUPERVISOR")
+    if kind == "blink":
+        flight.lines.append(f"{at + rng.choice((0.0005, 0.004, 0.015)):.6f} fault resume SUPERVISOR")
 
 
 def _communication(rng, flight):
-    at = flight.moment(rng)
-    flight.lines.append(f"{at:.6f} " + rng.choice(("fault kill COMMUNICATION", "fault hang COMMUNICATION")))
-    flight.loses_operator = True
+    flight.lines.append(f"{flight.moment(rng):.6f} fault {rng.choice(('kill', 'hang'))} COMMUNICATION")
 
 
 def _plug(rng, flight):

@@ -38,7 +38,6 @@ class Seen:
     drives: tuple = ()  # As the truth of the flight tells them.
     is_determined: bool = True
     has_cut: bool = False  # The way between nodes: datagrams are lost.
-    loses_operator: bool = False
     ends: str = ""  # What the probe has written.
     memo: dict = field(default_factory=dict)
 
@@ -62,11 +61,6 @@ class Seen:
                 return [number for (number,) in database.execute("SELECT number FROM packet ORDER BY number")]
 
         return self.of("numbers", found)
-
-    @property
-    def flown_s(self):
-        """Until when the flight has to answer."""
-        return min(self.end_s, self.flight.facts["simulated_s"]) if self.loses_operator else self.end_s
 
     def faults(self):
         """(time_ns, words) of what happens to processes and buses, by scenario or operator."""
@@ -143,7 +137,7 @@ def _endings(seen):
 
 
 def every_request_ends_once(seen):
-    requests, endings, last_ns = _requests(seen), _endings(seen), int((seen.flown_s - CUT_S) * NS_PER_S)
+    requests, endings, last_ns = _requests(seen), _endings(seen), int((seen.end_s - CUT_S) * NS_PER_S)
     for key in endings.keys() - requests.keys():
         yield f"{key} ended by {endings[key]} and was never asked"
     for key, times in requests.items():
@@ -235,7 +229,7 @@ def _ends_as_it_should(seen):
     flight, facts = seen.flight, seen.flight.facts
     if flight.code is None or flight.code < 0:
         yield f"the launcher ended with {flight.code}"
-    if facts["simulated_s"] < seen.flown_s:
+    if facts["simulated_s"] < seen.end_s:
         yield f"the flight ended at {facts['simulated_s']} s: {facts['exit_reason']}"
     if seen.is_determined and not facts["reproducible"]:
         yield "the flight is not reproducible"

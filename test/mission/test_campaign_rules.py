@@ -86,7 +86,7 @@ def _numbered(packets):
 
 def _seen(packets, lines=(), numbers=None, drives=(), ends="", **how):
     """A flight that is made up: what was drawn for it goes to Seen, the rest to Told."""
-    drawn = {name: how.pop(name) for name in ("is_determined", "has_cut", "loses_operator") if name in how}
+    drawn = {name: how.pop(name) for name in ("is_determined", "has_cut") if name in how}
     memo = {"packets": packets, "numbers": list(range(1, len(packets) + 1)) if numbers is None else numbers}
     return rules.Seen(Told(**how), list(lines), END_S, drives, ends=ends, memo=memo, **drawn)
 
@@ -208,7 +208,7 @@ def test_high_that_comes_late():
     assert len(_violations(late)) == 1
     assert _violations(late, has_cut=True) == []
     assert _violations(late, ["4.970000 fault kill SUPERVISOR"]) == []  # Nobody was there to take it.
-    assert len(_violations(late, ["4.940000 fault kill SUPERVISOR"])) == 1
+    assert len(_violations(late, ["4.910000 fault kill SUPERVISOR"])) == 1
     assert len(_violations(late, ["5.010000 fault kill SUPERVISOR"])) == 1
 
 
@@ -250,19 +250,11 @@ def test_what_is_told_beside_the_packets(how):
     [
         {"ends": "supervisor 9\nhirosco 10\nsimulator 4\npython3.11 99\n"},
         {"console": "[ 1.0 s] try state X: not carried out: required real-time link missing"},
-        {"facts": {"simulated_s": END_S - 5, "exit_reason": "", "reproducible": True}, "loses_operator": True},
         {"facts": {"simulated_s": END_S, "exit_reason": "", "reproducible": False}, "is_determined": False},
     ],
 )
 def test_what_may_be(how):
     assert _violations([], **how) == []
-
-
-def test_who_loses_the_operator_answers_until_then():
-    facts = {"simulated_s": 5.0, "exit_reason": "", "reproducible": False}
-    how = {"facts": facts, "loses_operator": True, "is_determined": False}
-    assert len(_violations([PING], **how)) == 1
-    assert _violations([_tc(4.9, MANIPULATOR, 7)], **how) == []
 
 
 def test_a_report_that_is_missing():
