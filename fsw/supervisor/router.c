@@ -6,6 +6,8 @@
 
 #define HOUSEKEEPING_REPORT 25U
 #define DIAGNOSTIC_REPORT 26U
+#define APID_MASK 0x07FFU                // In the first word of a packet.
+#define REQUEST_PATIENCE_NS 100000000ULL ///< A subsystem that lives takes something in more often than that.
 #define NO_PACKETS_LIMIT (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
 
 /// The ring has taken the place of what is selected, or gives it back: told once each.
@@ -230,6 +232,7 @@ status_t router_route_whole(supervisor_t* const supervisor, const uint8_t* const
 
 typedef struct { // Of one intake.
     supervisor_t* supervisor;
+    bool is_ground_held;                    // The ground's next request waits for its addressee.
     uint16_t taken[MISSION_SUBSYSTEMS_MAX]; // Of each subsystem.
 } intake_t;
 
@@ -246,8 +249,9 @@ static bool admits(void* const context, const uint16_t peer)
     intake_t* const intake      = (intake_t*)context;
     const uint16_t* const taken = taken_of(intake, peer);
     return (taken != NULL) && (*taken < MESSAGE_WINDOW) &&
-           ((peer != COMMUNICATION_APID) || (ground_takes_requests(intake->supervisor) &&
-                                             component_may_accept(&intake->supervisor->component)));
+           ((peer != COMMUNICATION_APID) ||
+            (!intake->is_ground_held && ground_takes_requests(intake->supervisor) &&
+             component_may_accept(&intake->supervisor->component)));
 }
 
 static bool is_peer(void* const context, const uint16_t peer)
@@ -255,16 +259,45 @@ static bool is_peer(void* const context, const uint16_t peer)
     return *(const uint16_t*)context == peer;
 }
 
+/// Whether the ground's next packet is a request for a subsystem that has no room for it now. It waits, and
+/// behind it all that the ground sends, for as long as a subsystem that lives needs to take something in. Who
+/// needs longer is refused its requests at once from then on, until it takes something in.
+static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head, const size_t size)
+{
+    const bool is_request       = (size >= PUS_TC_HEADER_SIZE) && pus_packet_is_tc(head, size);
+    const uint16_t apid         = is_request ? (uint16_t)(octets_u16_at(head) & APID_MASK) : 0U;
+    roster_entry_t* const entry = roster_find(supervisor, apid);
+    if ((entry == NULL) || !roster_is_there(entry) || router_has_room(supervisor, apid)) {
+        supervisor->held_for = 0U;
+        if (entry != NULL) {
+            entry->is_clogged = false;
+        }
+        return false;
+    }
+    if (supervisor->held_for != apid) {
+        supervisor->held_for = apid;
+        supervisor->held_ns  = supervisor->now_ns;
+    }
+    entry->is_clogged =
+        entry->is_clogged || ((supervisor->now_ns - supervisor->held_ns) >= REQUEST_PATIENCE_NS);
+    return !entry->is_clogged;
+}
+
 /// Take the next packet into a block of its size, log and route it, and give the block back: whoever still
-/// needs it holds it, too. Without a block it is handled all the same, but cannot wait.
+/// needs it holds it, too. Without a block it is handled all the same, but cannot wait. STATUS_OK,
+/// STATUS_EMPTY, STATUS_BUSY (the ground's, which waits).
 static status_t take_one(supervisor_t* const supervisor, const message_filter_t* const filter,
                          uint16_t* const out_from)
 {
     message_endpoint_t* const endpoint = supervisor->config.endpoint;
+    const uint8_t* head                = NULL;
     size_t size                        = 0U;
-    status_t status                    = message_next(endpoint, filter, out_from, &size);
+    status_t status                    = message_next(endpoint, filter, out_from, &head, &size);
     if (status != STATUS_OK) {
         return status;
+    }
+    if ((*out_from == COMMUNICATION_APID) && must_wait(supervisor, head, size)) {
+        return STATUS_BUSY;
     }
     uint8_t* const block        = ((size > 0U) && (size <= PUS_PACKET_MAX))
                                       ? ground_backlog_take(&supervisor->ground_backlog, size)
@@ -291,11 +324,15 @@ void router_take_in(supervisor_t* const supervisor)
     intake_t intake               = {.supervisor = supervisor};
     const message_filter_t filter = {&intake, admits};
     uint16_t from                 = 0U;
-    for (unsigned i = 0U; (i < NO_PACKETS_LIMIT) && (take_one(supervisor, &filter, &from) == STATUS_OK);
-         i++) {
-        uint16_t* const taken = taken_of(&intake, from);
-        FSW_ASSERT(taken != NULL); // Only peers send, and each has its place.
-        *taken = (uint16_t)(*taken + 1U);
+    status_t status               = STATUS_OK;
+    for (unsigned i = 0U; (i < NO_PACKETS_LIMIT) && (status != STATUS_EMPTY); i++) {
+        status                = take_one(supervisor, &filter, &from);
+        intake.is_ground_held = intake.is_ground_held || (status == STATUS_BUSY);
+        if (status == STATUS_OK) {
+            uint16_t* const taken = taken_of(&intake, from);
+            FSW_ASSERT(taken != NULL); // Only peers send, and each has its place.
+            *taken = (uint16_t)(*taken + 1U);
+        }
     }
     message_take_control(supervisor->config.endpoint); // Of those, too, whose packets wait.
 }

@@ -103,6 +103,7 @@ typedef struct { // What is known of one subsystem.
     uint64_t configuration_hash; ///< the supervisor's.
     bool is_interface_foreign;
     bool is_in_doubt; ///< Taken over from the previous supervisor, not reported since.
+    bool is_clogged;  ///< It took nothing of a full window for so long that the ground waits for it no more.
     doubt_t doubt;
     struct {
         uint32_t request_id; ///< TC[129,4], if DOUBT_ASKED.
@@ -224,6 +225,8 @@ typedef struct supervisor { // All fields are private.
     supervisor_messages_t messages;   // Published.
     ground_backlog_t ground_backlog;
     octet_ring_t ground_kept; // Copy of the backlog for the next life.
+    uint16_t held_for;        // Addressee of the ground's next request, which has no room there; 0: none.
+    uint64_t held_ns;         // Since when.
     uint64_t ground_moved_ns; // When a waiting report was sent last, or no report waited.
     bool is_ground_behind;    // Reports were dropped since the backlog was empty.
     bool is_ground_news;      // And this was not reported yet.

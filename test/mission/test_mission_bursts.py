@@ -52,7 +52,7 @@ def _burst(link, apid):
 
 @pytest.mark.parametrize("apid", [SUPERVISOR, JOYSTICK])
 def test_each_request_of_a_burst_ends_once(hangar, apid):
-    """What has no room at its addressee is told so (TM[1,10]); all others are answered, without a gap in the numbers."""
+    """They wait for room at their addressee, and each is answered, without a gap in the numbers."""
     flight = flying.start(hangar / f"burst-{apid}", "--scenario", "none", "--duration", ENDLESS_S, "--form", "image")
     try:
         with contextlib.closing(flying.connect(flight.port())) as link:
@@ -63,8 +63,6 @@ def test_each_request_of_a_burst_ends_once(hangar, apid):
         flight.wait()
     assert set(ends.values()) == {1}, "a request ended twice"
     assert messages[COMPLETED] == messages[ALIVE] == messages[(1, 1)] == messages[(1, 3)]
-    assert messages[COMPLETED] + messages[UNROUTED] == REQUESTS
-    assert messages[COMPLETED] > 0
-    assert apid == JOYSTICK or messages[UNROUTED] == 0, "the supervisor's own requests wait on the ground's side"
+    assert messages[COMPLETED] == REQUESTS and messages[UNROUTED] == 0, "requests wait on the ground's side"
     if apid == JOYSTICK:  # Of the supervisor's own, ground that is behind misses housekeeping, which is in the log.
         assert len(sequence) == max(sequence) - min(sequence) + 1

@@ -14,7 +14,8 @@ import pytest
 from spacepackets.ecss import PusTc
 
 USER = 2
-SUPERVISOR, MANIPULATOR = 1, 16
+SUPERVISOR, MANIPULATOR, JOYSTICK = 1, 16, 17
+SLOT_S = 0.0005
 GROUND_MISUSED = struct.pack(">H", 22)
 
 
@@ -77,16 +78,63 @@ def mission(folder, tmp_path):
     flying.assert_clean(flight)
 
 
+@pytest.mark.parametrize("apid", [SUPERVISOR, MANIPULATOR])
 @pytest.mark.parametrize("count", [5000, pytest.param(100_000, marks=pytest.mark.long)])
-def test_burst_of_requests_gets_every_answer(mission, count):
+def test_burst_of_requests_gets_every_answer(mission, apid, count):
     """A storm of TC[17,1] gets slower; each one still gets its acceptance, start, answer and completion, without a gap."""
     ground = Ground(mission.port())
-    ground.ask(SUPERVISOR, count)
+    ground.ask(apid, count)
     flying.wait_until(lambda: ground.answers[1, 7] >= count, f"{count} completions, not {ground.answers}", 60 + count / 200)
     assert ground.answers == {(1, 1): count, (1, 3): count, (17, 2): count, (1, 7): count}
-    heard = sorted(set(ground.sequences[SUPERVISOR][-10000:]))
-    assert len(heard) == min(10000, len(ground.sequences[SUPERVISOR])), "no number twice"
+    heard = sorted(set(ground.sequences[apid][-10000:]))
+    assert len(heard) == min(10000, len(ground.sequences[apid])), "no number twice"
     ground.stream.close()
+
+
+PINGS = 200
+FIRST_S, SPACING_S = 0.5, 0.02
+PATIENCE_S = 0.1  # of the supervisor with who takes nothing in
+
+
+def _fly_under_burst(folder, path, *lines):
+    """The operator pings the joystick, at known times, while another client floods the manipulator; (flight, answers to the flood)."""
+    pings = [f"{FIRST_S + SPACING_S * i:.6f} operator ping JOYSTICK" for i in range(PINGS)]
+    scenario = flying.write_scenario(path, *pings, *lines, "3000.0 operator ping JOYSTICK")
+    flight = flying.start(folder, "--scenario", scenario)
+    try:
+        ground = Ground(flight.port())
+        ground.ask(MANIPULATOR, 20000)
+        flying.wait_until(lambda: ground.ended() >= 20000 and flight.steps() >= PINGS, f"the end of all, not {ground.answers}", 120)
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    finally:
+        flight.abandon()
+    return flight, ground.answers
+
+
+def _delays_s(flight):
+    """Of each ping of the operator, from its time in the scenario to its end."""
+    ends = [t / 1e9 for t, kind, raw in flight.packets
+            if kind == "TM" and raw[:2] == bytes((8, JOYSTICK)) and raw[7:9] == b"\1\7" and raw[11:13] != struct.pack(">H", USER)]
+    return [end - (FIRST_S + SPACING_S * i) for i, end in enumerate(ends[:PINGS])]
+
+
+def test_burst_to_one_does_not_keep_others_waiting(folder, tmp_path):
+    """What fills the mailbox of one subsystem waits in the connection; a request to another one passes within few slots."""
+    flight, answers = _fly_under_burst(folder, tmp_path / "flood.scn")
+    assert answers == {(1, 1): 20000, (1, 3): 20000, (17, 2): 20000, (1, 7): 20000}
+    delays = _delays_s(flight)
+    assert len(delays) == PINGS and max(delays) <= 20 * SLOT_S, max(delays)
+
+
+def test_burst_to_a_subsystem_that_hangs_holds_others_up_once(folder, tmp_path):
+    """Its requests end with a reason: refused, or lost with it; others wait until it is known, and no longer."""
+    flight, answers = _fly_under_burst(folder, tmp_path / "hang.scn", f"{FIRST_S + 0.1:.6f} fault hang manipulator")
+    assert sum(answers[1, subtype] for subtype in (2, 7, 8, 10)) == 20000
+    assert answers[1, 7] == answers[17, 2] < 20000
+    delays = _delays_s(flight)
+    assert len(delays) == PINGS and max(delays) <= PATIENCE_S + 20 * SLOT_S, max(delays)
+    assert sum(delay > 20 * SLOT_S for delay in delays) <= 2 * PATIENCE_S / SPACING_S
 
 
 def test_operator_gets_the_place_of_an_idle_client(mission):
@@ -104,7 +152,7 @@ def test_operator_gets_the_place_of_an_idle_client(mission):
         return served.answers[1, 7] == 1
 
     flying.wait_until(is_served, "a place", 60)
-    assert sum(client.is_ended for client in idle) >= 1
+    flying.wait_until(lambda: any(client.is_ended for client in idle), "the end of an idle connection")
     flying.wait_until(lambda: any(client.misuses for client in [*idle, served]), "GROUND_MISUSED")
     for client in [*idle, served]:
         client.stream.close()

@@ -194,6 +194,7 @@ static offer_t offer(flow_tcp_t* const flow, const flow_tcp_user_t* const user, 
     client->held -= start;
     if (start > 0U) {
         (void)memmove(client->buffer, &client->buffer[start], client->held);
+        flow->first = (index + 1U) % flow->capacity;
     }
     if (taken == FLOW_TCP_BUSY) {
         return OFFER_BUSY;
@@ -249,7 +250,9 @@ status_t flow_tcp_step(flow_tcp_t* const flow, const flow_tcp_user_t* const user
         return STATUS_CLOSED;
     }
     accept_clients(flow, user);
-    for (unsigned i = 0U; i < flow->capacity; i++) {
+    const unsigned first = flow->first; // Who sends without end leaves room for who is behind it.
+    for (unsigned k = 0U; k < flow->capacity; k++) {
+        const unsigned i   = (first + k) % flow->capacity;
         const size_t left  = limit_octets - *out_octets;
         const size_t share = (user->allowance != NULL) ? user->allowance(user->context, i) : left;
         *out_octets += read_client(flow, user, i, (share < left) ? share : left);

@@ -73,6 +73,7 @@ typedef struct { // Private, except counters: read-only.
     size_t buffer_octets;
     quota_t* quota; // Of sockets; null: not counted.
     flow_tcp_counters_t counters;
+    unsigned first; // Client that the next step begins with: behind the one served last.
 } flow_tcp_t;
 
 /// Closed, no clients. `buffers` holds capacity x buffer_octets octets; buffer_octets >= the longest frame.

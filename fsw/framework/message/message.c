@@ -537,18 +537,19 @@ static message_channel_t* next_channel(message_endpoint_t* const endpoint,
 }
 
 status_t message_next(message_endpoint_t* const endpoint, const message_filter_t* const filter,
-                      uint16_t* const out_from, size_t* const out_size)
+                      uint16_t* const out_from, const uint8_t** const out_head, size_t* const out_size)
 {
-    FSW_ASSERT((endpoint != NULL) && (out_from != NULL) && (out_size != NULL));
+    FSW_ASSERT((endpoint != NULL) && (out_from != NULL) && (out_head != NULL) && (out_size != NULL));
     judge_news(endpoint);
     const message_channel_t* const channel = next_channel(endpoint, filter);
     if (channel == NULL) {
         return_all_credit(endpoint);
         return STATUS_EMPTY;
     }
-    uint8_t none = 0U;
-    (void)octet_ring_look(&channel->inbox.blocks, 0U, &none, 0U, out_size);
+    (void)octet_ring_look(&channel->inbox.blocks, 0U, endpoint->frame,
+                          MESSAGE_HEADER_OCTETS + MESSAGE_HEAD_OCTETS, out_size);
     *out_from = channel->peer;
+    *out_head = &endpoint->frame[MESSAGE_HEADER_OCTETS];
     *out_size -= MESSAGE_HEADER_OCTETS;
     return STATUS_OK;
 }

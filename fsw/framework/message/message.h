@@ -45,6 +45,7 @@
 #define MESSAGE_WINDOW 32U           ///< Blocks under way on a channel and direction.
 #define MESSAGE_WINDOW_OCTETS 32768U ///< Octets of these with their headers.
 #define MESSAGE_PEERS_MAX CAPACITY_SUBSYSTEMS
+#define MESSAGE_HEAD_OCTETS 16U      ///< Of a block that waits, to be looked at.
 #define MESSAGE_RESERVE 8U           ///< Blocks of a window reserved for message_send.
 #define MESSAGE_RESERVE_OCTETS 8192U ///< Octets of a window reserved for message_send.
 /// Inboxes that hold full windows of `peers` channels: each block takes its frame and four octets more.
@@ -139,9 +140,10 @@ void message_take_control(message_endpoint_t* endpoint);
 /// after the last two the content of `octets` is undefined.
 MUST_USE status_t message_receive(message_endpoint_t* endpoint, uint16_t* out_from, uint8_t* octets,
                                   size_t capacity, size_t* out_size);
-/// Sender and size of the block that message_receive_if would take. STATUS_OK, STATUS_EMPTY.
+/// Sender, size and first octets (up to MESSAGE_HEAD_OCTETS) of the block that message_receive_if would take;
+/// the octets are there until the endpoint does anything else. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t message_next(message_endpoint_t* endpoint, const message_filter_t* filter,
-                               uint16_t* out_from, size_t* out_size);
+                               uint16_t* out_from, const uint8_t** out_head, size_t* out_size);
 /// As message_receive, but only from peers that the filter admits. Blocks of other peers wait, and their
 /// credit is not returned.
 MUST_USE status_t message_receive_if(message_endpoint_t* endpoint, const message_filter_t* filter,

@@ -180,13 +180,85 @@ static void what_cannot_be_delivered_is_unrouted(void)
     (void)bed_tc(2046U, PUS_SERVICE_TEST, 1U, NULL, 0U);
     bed_run(1U);
     bed_expect("G 1.10 #1 0001 7FE\n");
+}
+
+#define PLAIN_WINDOW (MESSAGE_WINDOW - MESSAGE_RESERVE) // A mailbox holds one window, less what orders need.
+#define PATIENCE_TICKS 10U
+
+/// The ground's next request waits while its addressee has no room, and what is behind it does, too.
+static void a_request_waits_for_room_at_its_addressee(void)
+{
     bed.members[BED_ARM].is_deaf = true;
-    for (unsigned i = 0U; i < 32U; i++) { // Its mailbox holds one window, less what orders need.
+    for (unsigned i = 0U; i < (PLAIN_WINDOW + 2U); i++) {
         (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
         bed_step();
     }
-    bed_expect("G 1.10 #26 0109 10\nG 1.10 #27 0109 10\nG 1.10 #28 0109 10\nG 1.10 #29 0109 10\n"
-               "G 1.10 #30 0109 10\nG 1.10 #31 0109 10\nG 1.10 #32 0109 10\nG 1.10 #33 0109 10\n");
+    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(PATIENCE_TICKS - 1U);
+    bed_expect("");
+    bed.members[BED_ARM].is_deaf    = false; // In time.
+    bed.members[BED_ARM].is_passive = true;
+    bed_run(3U);
+    const char* text = bed_look();
+    for (unsigned i = 0U; i < (PLAIN_WINDOW + 2U); i++) {
+        text = strstr(text, "16 TC 17.1 from 1\n");
+        TEST_ASSERT_NOT_NULL(text);
+        text++;
+    }
+    TEST_ASSERT_NOT_NULL(strstr(text, "17 TC 17.1 from 1\n"));
+    TEST_ASSERT_NULL(strstr(text, "G 1.10"));
+}
+
+/// Others are held up once, for a time that has an end; reports and orders never.
+static void who_takes_nothing_in_does_not_hold_others_up(void)
+{
+    bed.members[BED_ARM].is_deaf = true;
+    for (unsigned i = 0U; i < PLAIN_WINDOW; i++) {
+        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        bed_step();
+    }
+    const uint16_t first  = bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    const uint16_t second = bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    bed_event(BED_LONE, 1U, 77U);
+    bed_step();
+    bed_expect("G/18 5.1 004D\n");
+    bed_run(PATIENCE_TICKS);
+    char expected[128];
+    (void)snprintf(expected, sizeof expected, "G 1.10 #%u 0109 10\nG 1.10 #%u 0109 10\n", first, second);
+    TEST_ASSERT_TRUE(bed_has(expected));
+    TEST_ASSERT_TRUE(bed_has("17 TC 17.1 from 1"));
+    bed_forget();
+    const uint16_t third = bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U); // It is known now.
+    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(1U);
+    (void)snprintf(expected, sizeof expected, "G 1.10 #%u 0109 10\n", third);
+    TEST_ASSERT_TRUE(bed_has(expected) && bed_has("17 TC 17.1 from 1"));
+    bed.members[BED_ARM].is_deaf = false; // It takes in again, and is waited for again.
+    bed_run(2U);
+    bed_forget();
+    for (unsigned i = 0U; i < (2U * PLAIN_WINDOW); i++) {
+        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        bed_run(1U);
+    }
+    bed_run(2U);
+    TEST_ASSERT_FALSE(bed_has("G 1.10"));
+}
+
+/// A process that is gone does not hold anybody up.
+static void a_request_to_who_is_gone_does_not_wait(void)
+{
+    bed.members[BED_ARM].is_deaf = true;
+    for (unsigned i = 0U; i < (PLAIN_WINDOW + 1U); i++) {
+        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        bed_step();
+    }
+    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed.members[BED_ARM].is_running = false;
+    bed_run(4U);
+    TEST_ASSERT_TRUE(bed_has("G 1.10 #24 0002 10"));
+    TEST_ASSERT_TRUE(bed_has("17 TC 17.1 from 1"));
 }
 
 static void reports_wait_for_the_ground_in_order(void)
@@ -505,6 +577,9 @@ int main(void)
     RUN_TEST(nobody_speaks_for_another);
     RUN_TEST(reports_of_others_are_dropped);
     RUN_TEST(what_cannot_be_delivered_is_unrouted);
+    RUN_TEST(a_request_waits_for_room_at_its_addressee);
+    RUN_TEST(who_takes_nothing_in_does_not_hold_others_up);
+    RUN_TEST(a_request_to_who_is_gone_does_not_wait);
     RUN_TEST(reports_wait_for_the_ground_in_order);
     RUN_TEST(what_nothing_allows_is_denied);
     RUN_TEST(what_a_rule_allows_passes_in_its_mode_and_state);
