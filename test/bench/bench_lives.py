@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Deaths and hangs on the clock on the wall: how soon they are found and over, and how long the others wait.
+
+    hang_found_*          a stopped joystick, until the supervisor raises PROCESS_HUNG; baseline: 40 ms
+    hang_others_wait_*    the longest round trip of a ping of the manipulator around it; baseline: 50 ms
+    supervisor_back       a killed supervisor, until its successor reports that it has taken over; baseline: 200 ms
+    restart_to_ready      a killed joystick, until its next life answers a ping; baseline: 200 ms
+
+Baselines are what is demanded. Medians of the rounds; each round is a flight of processes, with TIME=real (`_real`) or on
+clocks of their own (`_free` and the deaths). A free supervisor allows each process 200 ms more, because of the machine's
+other work. The instant of the fault is told on the machine's clock; what it is on the run's, the quickest ping tells."""
+
+import os
+import pathlib
+import shutil
+import signal
+import statistics
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / folder) for folder in ("test/mission", "test/conformance/pus", "gse")]
+
+import flying
+import station as stations
+from hirosco_gse import packets
+
+ROUNDS = 5
+FOLDER = ROOT / "runs" / "bench-lives"
+JOYSTICK, MANIPULATOR, SUPERVISOR = 17, 16, 1
+HUNG, RESTARTED = b"\x00\x1e", b"\x00\x14"
+MS = 1e6
+
+
+class Round:
+    """A flight with both members in PRE_OPERATIONAL, and its clock."""
+
+    def __init__(self, kind):
+        shutil.rmtree(FOLDER, ignore_errors=True)
+        self.flight = flying.start(FOLDER, "--time", kind, "--scenario", "none")
+        self.station = stations.Station(self.flight, stations.Notes())
+        self.pings, self.sent, self.heard = [], [], []  # Machine's time [ns] of each ping of the manipulator, and of each answer.
+        self.station.session.listeners.append(self._note)
+        try:
+            self.bring_up()
+        except AssertionError:
+            self.flight.abandon()
+            raise
+
+    def bring_up(self):
+        """Both members in PRE_OPERATIONAL, with a configuration."""
+        for name in ("JOYSTICK", "MANIPULATOR"):
+            self.station.do(name, 17, 1)
+            self.station.command("state", name, "PRE_OPERATIONAL")
+            self.station.command("config", name, "TELEPRESENCE")
+
+    def _note(self, packet, _):
+        if packet.message == (17, 2) and packet.apid == MANIPULATOR:
+            self.heard.append(time.monotonic_ns())
+
+    def ping(self, count):
+        """Pings of the manipulator, one each 5 ms or less, nobody waits for the answers."""
+        for _ in range(count):
+            self.sent.append(time.monotonic_ns())
+            self.pings.append(self.station.send("MANIPULATOR", 17, 1))
+            self.station.pump(0.005)
+
+    def strike(self, name, number):
+        """The fault, amid pings; the instant [ns] on the machine's clock."""
+        self.ping(40)
+        at_ns = time.monotonic_ns()
+        os.kill(self.flight.children()[name], number)
+        self.ping(100)
+        return at_ns
+
+    def wait_for(self, name):
+        """Ping it until an answer comes."""
+        while True:
+            ping = self.station.send(name, 17, 1)
+            self.station.pump(0.005)
+            if 7 in ping.stages:
+                return
+
+    def end(self):
+        """Land; the packets with their times [ns of the run], what to add to the machine's clock to have the run's, and the
+        longest wait for an answer [ns on the machine's clock]."""
+        try:
+            self.station.wait(lambda: all(ping.is_finished for ping in self.pings), "the end of each ping")
+        except AssertionError:
+            self.flight.abandon()
+            raise
+        self.station.close()
+        self.flight.process.send_signal(signal.SIGINT)
+        self.flight.wait()
+        told = [(at, packets.parse(raw)) for at, _, raw in self.flight.packets]
+        shutil.rmtree(FOLDER, ignore_errors=True)
+        arrived = [at for at, p in told if p.direction == "TC" and p.apid == MANIPULATOR and p.message == (17, 1)][-len(self.sent) :]
+        offset_ns = min(at - sent for at, sent in zip(arrived, self.sent, strict=True))
+        return told, offset_ns, max(heard - sent for sent, heard in zip(self.sent, self.heard, strict=False))
+
+
+def first(told, since_ns, apid, what):
+    """Time of the first report of an application from that instant on."""
+    return next(at for at, p in told if at > since_ns and p.direction == "TM" and p.apid == apid and what(p))
+
+
+def is_event(identity, subject=b""):
+    """Whether a packet reports that event, about that subject."""
+    return lambda p: p.service == 5 and p.data[:2] == identity and p.data[2:].startswith(subject)
+
+
+def hang(kind):
+    """(found, others wait) [ms]."""
+    flown = Round(kind)
+    at_ns = flown.strike("joystick", signal.SIGSTOP)
+    told, offset_ns, wait_ns = flown.end()
+    since_ns = at_ns + offset_ns
+    return (first(told, since_ns, SUPERVISOR, is_event(HUNG, JOYSTICK.to_bytes(2, "big"))) - since_ns) / MS, wait_ns / MS
+
+
+def death(name, apid, what):
+    """From the kill to the first such report [ms]."""
+    flown = Round("free")
+    since_ns = flown.strike(name, signal.SIGKILL)
+    flown.wait_for(name.upper())
+    told, offset_ns, _ = flown.end()
+    return (first(told, since_ns + offset_ns, apid, what) - since_ns - offset_ns) / MS
+
+
+def rounds(measure, *words):
+    """Its values; a round that a machine with other work has spoilt is told and flown again, a few times."""
+    values, spoilt = [], 0
+    while len(values) < ROUNDS:
+        try:
+            values.append(measure(*words))
+        except AssertionError as error:
+            spoilt += 1
+            print(f"  a round of {measure.__name__} {words[0]} again: {str(error).splitlines()[0][:120]}", flush=True)
+            if spoilt > ROUNDS:
+                raise
+    return values
+
+
+def tell(name, values, bound):
+    """A row: the bound is the baseline."""
+    ratios = [value / bound for value in values]
+    print(f"BENCH {name} {statistics.median(values):.3f} ms {bound} {statistics.median(ratios):.3f} {min(ratios):.3f} {max(ratios):.3f}")
+
+
+def main():
+    """Fly the rounds and print the BENCH lines."""
+    for kind in ("real", "free"):
+        found = rounds(hang, kind)
+        tell(f"hang_found_{kind}", [value for value, _ in found], 40)
+        tell(f"hang_others_wait_{kind}", [value for _, value in found], 50)
+    tell("supervisor_back", rounds(death, "supervisor", SUPERVISOR, is_event(RESTARTED)), 200)
+    tell("restart_to_ready", rounds(death, "joystick", JOYSTICK, lambda p: p.message == (17, 2)), 200)
+
+
+if __name__ == "__main__":
+    main()
