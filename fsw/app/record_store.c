@@ -26,13 +26,13 @@ static status_t leave_to_system(void* const context)
     return STATUS_OK;
 }
 
-static medium_t medium_of(osal_file_t* const file, const bool waits)
+static medium_t medium_of(record_store_t* const store, const unsigned index, const bool waits)
 {
-    medium_t medium = file_medium(file);
+    medium_t medium = file_medium(&store->files[index]);
     if (!waits) {
         medium.sync = leave_to_system;
     }
-    return medium;
+    return (store->guard.open != NULL) ? store->guard.open(store->guard.context, index, medium) : medium;
 }
 
 static void close_files(record_store_t* const store, const unsigned count)
@@ -182,7 +182,7 @@ status_t record_store_open(record_store_t* const store, seat_t* const seat, jour
         return complain(seat, path, named);
     }
     const journal_configuration_t configuration = {
-        .media        = {medium_of(&store->files[0], waits), medium_of(&store->files[1], waits)},
+        .media        = {medium_of(store, 0U, waits), medium_of(store, 1U, waits)},
         .limit        = JOURNAL_LIMIT,
         .slack        = JOURNAL_SLACK,
         .slots        = slots,

@@ -21,8 +21,15 @@
 
 #define RECORD_STORE_COPIES 4U ///< Of each damaged medium.
 
-typedef struct { // Private, except `journal`.
+/// What stands between the journal and each of its media, the first or the second; null: nothing.
+typedef struct {
+    void* context;
+    medium_t (*open)(void* context, unsigned index, medium_t medium);
+} record_store_guard_t;
+
+typedef struct { // Private, except `journal`, and `guard`, which is set before it is opened.
     const seat_t* seat;
+    record_store_guard_t guard;
     osal_file_t files[2];
     journal_t journal;
 } record_store_t;

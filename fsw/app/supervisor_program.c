@@ -7,6 +7,7 @@
 #include "fsw/framework/base/text.h"
 #include "fsw/framework/subsystem/fitting.h"
 #include "fsw/supervisor/supervisor.h"
+#include "fsw/supervisor/undo.h"
 #include "generated/supervisor_services.h"
 #include "osal/include/osal/console.h"
 
@@ -25,6 +26,9 @@ typedef struct {
     supervisor_services_t services;
     journal_slot_t slots[JOURNAL_SLOTS(RECORDS_MAX)];
     osal_shm_t vitals;
+    undo_medium_t journal_media[2];
+    undo_medium_t guarded[ONBOARD_STORES];
+    medium_t store_media[ONBOARD_STORES];
 } supervisor_program_t;
 
 static supervisor_program_t storage;
@@ -280,8 +284,40 @@ static bool keep_vitals(void* const context, const vitals_t* const vitals)
     return record_store_keep((const seat_t*)context, "vitals", (const uint8_t*)vitals, sizeof *vitals);
 }
 
+#define FIRST_STORE 2U ///< Number of its medium, behind those of the journal.
+
+static medium_t guard_journal(void* const context, const unsigned number, const medium_t medium)
+{
+    return undo_open(&storage.journal_media[number], (vitals_t*)context, (uint8_t)number, &medium);
+}
+
+static void guard_stores(vitals_t* const vitals)
+{
+    for (unsigned i = 0U; i < ONBOARD_STORES; i++) {
+        storage.store_media[i] =
+            undo_open(&storage.guarded[i], vitals, (uint8_t)(FIRST_STORE + i), &storage.stores.media[i]);
+    }
+}
+
+static void note_arrival(void* const context, const uint8_t* const frame, const size_t size)
+{
+    vitals_t* const vitals = (vitals_t*)context;
+    (void)vitals_add(vitals, &vitals->arrivals, frame, size, NULL, 0U);
+}
+
+/// What has arrived outlives the process: it stays in the socket until it is in the vitals.
+static void keep_arrivals(seat_t* const seat, vitals_t* const vitals)
+{
+    if ((vitals != NULL) && osal_socket_is_open(&seat->message_socket)) {
+        osal_socket_defer(&seat->message_socket);
+        message_watch(&seat->endpoint, (message_arrival_t){vitals, note_arrival});
+    }
+}
+
 bool supervisor_open(seat_t* const seat, program_t* const out_program)
 {
+    vitals_t* const vitals = open_vitals(seat);
+    storage.records.guard  = (record_store_guard_t){vitals, guard_journal};
     if (!is_fitting(seat) || (seat_open_inbox(seat, inbox, MISSION_SUBSYSTEMS_MAX - 1U) != STATUS_OK) ||
         !open_files(seat) ||
         (record_store_open(&storage.records, seat, storage.slots, RECORDS_MAX, true) != STATUS_OK)) {
@@ -291,6 +327,7 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         record_store_close(&storage.records);
         return false;
     }
+    guard_stores(vitals);
     const supervisor_config_t config = {
         .mission             = seat->mission,
         .descriptor          = seat->own,
@@ -312,9 +349,9 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         .files            = file_store(&storage.files),
         .journal          = &storage.records.journal,
         .optional         = {&storage.services, supervisor_add_services},
-        .store_media      = storage.stores.media,
+        .store_media      = storage.store_media,
         .log_records      = __atomic_load_n(&seat->run->log_records, __ATOMIC_ACQUIRE),
-        .vitals           = open_vitals(seat),
+        .vitals           = vitals,
         .keep_vitals      = keep_vitals};
     const status_t status = supervisor_init(&storage.supervisor, &config);
     if (status != STATUS_OK) {
@@ -325,6 +362,7 @@ bool supervisor_open(seat_t* const seat, program_t* const out_program)
         text_add(&text, status_text(status));
         return false;
     }
+    keep_arrivals(seat, vitals);
     storage.seat = seat;
     *out_program = (program_t){.self          = &storage,
                                .step          = step,

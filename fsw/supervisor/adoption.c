@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a supervisor leaves to the next one if it dies, and how that one takes it over: at the end of each
-// step all that others count on is committed to the vitals. Only what was committed happened; a supervisor
-// that dies between two steps is continued without a packet lost or doubled.
+// step all that others count on is committed to the vitals. Only what was committed happened (effects.c,
+// undo.h, packet_log.h), and frames that arrive later are kept in an annex: whenever a supervisor dies, it is
+// continued without a packet lost or doubled.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "fsw/framework/base/assertion.h"
@@ -16,13 +17,12 @@ CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(all_counters_have_room, sizeof(supervisor_counters_t) <= (VITALS_COUNTERS * sizeof(uint32_t)));
 
 #define LOG_RING 2U    ///< Of the rings; before it the backlog to ground and released requests.
-#define FIRST_INBOX 3U ///< And behind it what waits from each peer.
-
-#define UNKNOWN_BLOCKS 8U ///< That a step has sent to one peer beside what came of its inboxes, at most.
+#define FIRST_INBOX 4U ///< Behind it the effects, then what waits from each peer.
 
 static vitals_rings_t rings_of(supervisor_t* const supervisor)
 {
-    vitals_rings_t rings = {{&supervisor->ground_kept, &supervisor->onboard.released, &supervisor->log.ring}};
+    vitals_rings_t rings = {{&supervisor->ground_kept, &supervisor->onboard.released, &supervisor->log.ring,
+                             &supervisor->effects}};
     for (size_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
         rings.list[FIRST_INBOX + i] = message_waiting(supervisor->config.endpoint, i);
     }
@@ -290,7 +290,6 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     state->now_ns              = supervisor->now_ns;
     state->log_number          = supervisor->log.next_number;
     state->log_written         = supervisor->log.written_number;
-    state->log_size            = packet_log_whole(&supervisor->log);
     state->log_strategy        = (uint8_t)supervisor->log.wanted;
     state->is_log_failure_told = truth(supervisor->is_log_failure_told);
     state->lives               = supervisor->lives;
@@ -303,6 +302,7 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     state->orbit_period_ms     = supervisor->path.period_ms;
     state->has_shutdown_token  = truth(supervisor->has_shutdown_token);
     state->shutdown_token      = keep_token(&supervisor->shutdown_token);
+    (void)memcpy(state->log_sizes, supervisor->log.whole, sizeof state->log_sizes);
     (void)memcpy((uint8_t*)state->counters, (const uint8_t*)&supervisor->counters,
                  sizeof supervisor->counters);
     keep_members(supervisor, state);
@@ -314,43 +314,15 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     pus_counts(component_process(&supervisor->component), &supervisor->requester, &state->counts);
 }
 
-static void commit(supervisor_t* const supervisor)
-{
-    const vitals_rings_t rings = rings_of(supervisor);
-    keep(supervisor, &supervisor->kept);
-    ground_keep(supervisor);
-    vitals_commit(supervisor->config.vitals, &supervisor->kept, &rings);
-}
-
 void adoption_commit(supervisor_t* const supervisor)
 {
-    if ((supervisor->config.vitals != NULL) && !supervisor->is_finished) {
-        commit(supervisor);
-        vitals_set_busy(supervisor->config.vitals, false);
+    if (supervisor->config.vitals != NULL) {
+        const vitals_rings_t rings = rings_of(supervisor);
+        keep(supervisor, &supervisor->kept);
+        ground_keep(supervisor);
+        vitals_commit(supervisor->config.vitals, &supervisor->kept, &rings);
+        supervisor->performed = 0U;
     }
-}
-
-static bool has_mail(const supervisor_t* const supervisor)
-{
-    for (size_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
-        const octet_ring_t* const waiting = message_waiting(supervisor->config.endpoint, i);
-        if ((waiting != NULL) && (waiting->blocks > 0U)) {
-            return true;
-        }
-    }
-    return false;
-}
-
-void adoption_intake(supervisor_t* const supervisor)
-{
-    if ((supervisor->config.vitals == NULL) || supervisor->is_finished || supervisor->is_adopted) {
-        return; // The first step of all is the rest of the last one of the supervisor before.
-    }
-    message_take_control(supervisor->config.endpoint);
-    if (has_mail(supervisor)) {
-        commit(supervisor);
-    }
-    vitals_set_busy(supervisor->config.vitals, true);
 }
 
 /// The verification of a negotiation or of the shutdown goes on.
@@ -382,6 +354,24 @@ static void leave_own(supervisor_t* const supervisor)
     }
 }
 
+/// The channels go on in the life they have; then what has arrived after the commit.
+static void take_messages(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
+{
+    message_endpoint_t* const endpoint = supervisor->config.endpoint;
+    const vitals_t* const vitals       = supervisor->config.vitals;
+    size_t place                       = 0U;
+    size_t size                        = 0U;
+    message_resume_clock(endpoint, state->message_life, state->message_stamp);
+    for (uint16_t i = 0U; i < state->channel_count; i++) {
+        message_resume(endpoint, &state->channels[i]);
+    }
+    const uint8_t* frame = vitals_next(vitals, &vitals->arrivals, &place, &size);
+    for (; frame != NULL; frame = vitals_next(vitals, &vitals->arrivals, &place, &size)) {
+        const status_t status = message_deliver(endpoint, frame, size);
+        (void)status; // It had room before.
+    }
+}
+
 static void take(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
 {
     supervisor->now_ns              = state->now_ns;
@@ -406,12 +396,8 @@ static void take(supervisor_t* const supervisor, const supervisor_vitals_t* cons
     take_requests(&supervisor->own, state->own);
     leave_own(supervisor);
     ground_resume(supervisor);
-    const bool is_kept = supervisor->config.is_endpoint_kept;
-    if (!is_kept) {
-        message_resume_clock(supervisor->config.endpoint, state->message_life, state->message_stamp);
-    }
-    for (uint16_t i = 0U; (i < state->channel_count) && !is_kept; i++) {
-        message_resume(supervisor->config.endpoint, &state->channels[i]);
+    if (!supervisor->config.is_endpoint_kept) {
+        take_messages(supervisor, state);
     }
     pus_counts_resume(component_process(&supervisor->component), &supervisor->requester, &state->counts);
     component_tell_time(&supervisor->component, state->now_ns);
@@ -424,8 +410,7 @@ void adoption_begin(supervisor_t* const supervisor)
     supervisor->lives            = 1U;
     supervisor->log_strategy     = (uint8_t)supervisor->mission->log_strategy;
     supervisor->log_past         = (packet_log_past_t){.next_number    = supervisor->config.log_records + 1U,
-                                                       .written_number = supervisor->config.log_records,
-                                                       .size           = UINT64_MAX};
+                                                       .written_number = supervisor->config.log_records};
     if (supervisor->config.vitals == NULL) {
         return;
     }
@@ -437,12 +422,13 @@ void adoption_begin(supervisor_t* const supervisor)
     const status_t status =
         vitals_adopt(supervisor->config.vitals, &limits, &supervisor->kept, &rings, &is_older);
     if (status == STATUS_OK) {
-        supervisor->was_busy = vitals_is_busy(supervisor->config.vitals);
         take(supervisor, &supervisor->kept);
+        effects_resume(supervisor);
         const supervisor_vitals_t* const kept = &supervisor->kept;
         supervisor->log_strategy              = kept->log_strategy;
-        supervisor->log_past                  = (packet_log_past_t){
-                             .next_number = kept->log_number, .written_number = kept->log_written, .size = kept->log_size};
+        supervisor->log_past =
+            (packet_log_past_t){.next_number = kept->log_number, .written_number = kept->log_written};
+        (void)memcpy(supervisor->log_past.sizes, kept->log_sizes, sizeof kept->log_sizes);
         supervisor->log_past.ring =
             vitals_waiting(supervisor->config.vitals, LOG_RING, &supervisor->log_past.ring_octets);
     }
@@ -509,9 +495,6 @@ void adoption_tell(supervisor_t* const supervisor)
     }
     if (!supervisor->is_adopted) {
         return;
-    }
-    if (supervisor->was_busy) { // It had sent more than what was just done again.
-        message_leave_out(supervisor->config.endpoint, UNKNOWN_BLOCKS);
     }
     component_tell_time(&supervisor->component, supervisor->now_ns);
     supervisor->is_adopted = false;

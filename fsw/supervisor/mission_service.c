@@ -62,8 +62,8 @@ static pus_reply_t start_process(void* const context, const uint16_t apid, const
     if ((apid == SUPERVISOR_APID) || (entry->process == PROCESS_RUNNING)) {
         return pus_refused(PUS_FAILURE_STATE, apid);
     }
-    const status_t status = roster_start(supervisor, entry);
-    return (status == STATUS_OK) ? pus_done() : pus_failed(PUS_FAILURE_IO, (uint32_t)status);
+    roster_start(supervisor, entry);
+    return pus_done();
 }
 
 static pus_reply_t stop_process(void* const context, const uint16_t apid, const pus_token_t* const token,
@@ -79,10 +79,7 @@ static pus_reply_t stop_process(void* const context, const uint16_t apid, const 
     if ((apid == SUPERVISOR_APID) || (entry->process != PROCESS_RUNNING) || (entry->state != STATE_OFFLINE)) {
         return pus_refused(PUS_FAILURE_STATE, apid);
     }
-    const status_t status = supervisor->config.platform.stop(supervisor->config.platform.context, apid);
-    if (status != STATUS_OK) {
-        return pus_failed(PUS_FAILURE_IO, (uint32_t)status);
-    }
+    effects_stop(supervisor, entry, false);
     entry->process = PROCESS_STOPPED;
     roster_end_pending(supervisor, apid);
     return pus_done();

@@ -440,6 +440,7 @@ static status_t select_file(packet_log_t* const log, const packet_log_strategy_t
         log->is_open          = true;
         log->size             = job.size;
         log->is_cut[strategy] = false;
+        log->whole[strategy]  = job.size;
         log->wanted           = strategy;
         log->strategy         = strategy;
         log->first_number     = oldest_number(log);
@@ -485,9 +486,9 @@ status_t packet_log_open_after(packet_log_t* const log, const char* const folder
     log->next_number    = past->next_number;
     log->written_number = past->written_number;
     log->ring_records   = ring_records;
-    if ((unsigned)strategy < (unsigned)PACKET_LOG_STRATEGIES) {
-        log->is_cut[strategy] = true;
-        log->whole[strategy]  = past->size;
+    for (unsigned i = 0U; i < (unsigned)PACKET_LOG_STRATEGIES; i++) {
+        log->is_cut[i] = (past->ring != NULL);
+        log->whole[i]  = (past->ring != NULL) ? past->sizes[i] : UINT64_MAX; // Until it is opened.
     }
     octet_ring_init(&log->ring, log->ring_storage, sizeof log->ring_storage);
     if (past->ring_octets > 0U) {
@@ -509,7 +510,7 @@ status_t packet_log_open(packet_log_t* const log, const char* const folder,
                          const packet_log_strategy_t strategy, const uint64_t next_number,
                          const uint32_t ring_records)
 {
-    const packet_log_past_t past = {next_number, next_number - 1U, UINT64_MAX, NULL, 0U};
+    const packet_log_past_t past = {.next_number = next_number, .written_number = next_number - 1U};
     return packet_log_open_after(log, folder, strategy, &past, ring_records);
 }
 
@@ -522,15 +523,6 @@ status_t packet_log_start_writer(packet_log_t* const log)
     const status_t status = osal_task_start(&log->writer, write_for_loop, log, 0);
     log->has_writer       = (status == STATUS_OK);
     return status;
-}
-
-uint64_t packet_log_whole(const packet_log_t* const log)
-{
-    FSW_ASSERT(log != NULL);
-    if (log->is_open) {
-        return log->size;
-    }
-    return log->is_cut[log->wanted] ? log->whole[log->wanted] : UINT64_MAX;
 }
 
 void packet_log_abandon(packet_log_t* const log)

@@ -81,7 +81,7 @@ typedef struct {                    // All fields are private, except the first 
     osal_file_t file;
     bool is_open;  // Also while the ring is in force and is being written to the file.
     uint64_t size; // Of the file: whole records.
-    uint64_t whole[PACKET_LOG_STRATEGIES]; // Whole records in this strategy's file when a write was cut.
+    uint64_t whole[PACKET_LOG_STRATEGIES]; // Whole records in each strategy's file [octets].
     bool is_cut[PACKET_LOG_STRATEGIES];
     uint64_t now_ns;
     uint64_t file_first; // First record of the ring that goes into the file.
@@ -110,8 +110,8 @@ MUST_USE status_t packet_log_open(packet_log_t* log, const char* folder, packet_
 typedef struct { // State of the log of a program that died, from its last commit.
     uint64_t next_number;
     uint64_t written_number;
-    uint64_t size;       ///< Of the file of its strategy; later octets are cut off.
-    const uint8_t* ring; ///< Its ring, copied by octet_ring_copy.
+    uint64_t sizes[PACKET_LOG_STRATEGIES]; ///< Of the files (`whole`); later octets are cut off.
+    const uint8_t* ring;                   ///< Its ring, copied by octet_ring_copy; null: no log before.
     size_t ring_octets;
 } packet_log_past_t;
 
@@ -121,8 +121,6 @@ MUST_USE status_t packet_log_open_after(packet_log_t* log, const char* folder, p
 /// From now on a task of its own does what waits for the disk, until the log is closed. For runs in which
 /// time does not stand still while a program waits. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task).
 MUST_USE status_t packet_log_start_writer(packet_log_t* log);
-/// Octets of the selected file that are whole records, for packet_log_past_t; UINT64_MAX: not known.
-uint64_t packet_log_whole(const packet_log_t* log);
 /// Close the file without writing, as at the end of the program; the log has no writer.
 void packet_log_abandon(packet_log_t* log);
 /// Keep a packet.

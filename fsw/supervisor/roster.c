@@ -156,25 +156,26 @@ bool roster_is_there(const roster_entry_t* const entry)
     return (entry->process == PROCESS_RUNNING) && (entry->is_heard || !entry->is_restarted);
 }
 
-status_t roster_start(supervisor_t* const supervisor, roster_entry_t* const entry)
+void roster_start(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
-    const supervisor_platform_t* const platform = &supervisor->config.platform;
-    const status_t status = platform->start(platform->context, entry->mission->apid, supervisor->link_epoch,
-                                            (uint64_t)entry->mission->boot_time_us * NS_PER_US);
-    if (status == STATUS_OK) {
-        entry->process      = PROCESS_RUNNING;
-        entry->is_heard     = false;
-        entry->is_restarted = true;
-        entry->is_start_due = false;
-        entry->started_ns   = supervisor->now_ns;
-    }
-    return status;
+    effects_start(supervisor, entry);
+    entry->process      = PROCESS_RUNNING;
+    entry->is_heard     = false;
+    entry->is_restarted = true;
+    entry->is_start_due = false;
+    entry->started_ns   = supervisor->now_ns;
 }
 
 /// At once, then after a pause: what dies as soon as it is started does not take the processor from all.
 static uint64_t pause_ns(const uint8_t deaths)
 {
     return (deaths <= 1U) ? 0U : ((deaths == 2U) ? SHORT_PAUSE_NS : LONG_PAUSE_NS);
+}
+
+void roster_start_failed(supervisor_t* const supervisor, roster_entry_t* const entry)
+{
+    entry->process = PROCESS_LOST;
+    mode_fall_back(supervisor);
 }
 
 static void start_again(supervisor_t* const supervisor, roster_entry_t* const entry)
@@ -185,9 +186,7 @@ static void start_again(supervisor_t* const supervisor, roster_entry_t* const en
     }
     entry->restarts++;
     supervisor->counters.restarts++;
-    if (roster_start(supervisor, entry) != STATUS_OK) {
-        mode_fall_back(supervisor);
-    }
+    roster_start(supervisor, entry);
 }
 
 /// Start it again as long as its budget lasts, then fall back. A life that lasted the
@@ -244,18 +243,17 @@ static bool is_hung(const supervisor_t* const supervisor, const roster_entry_t* 
 
 static void watch_one(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
-    const supervisor_platform_t* const platform = &supervisor->config.platform;
-    const uint16_t apid                         = entry->mission->apid;
+    const uint16_t apid = entry->mission->apid;
     if (entry->is_start_due && (supervisor->now_ns >= entry->restart_ns)) {
         start_again(supervisor, entry);
         return;
     }
-    if ((entry->process == PROCESS_RUNNING) && !platform->is_running(platform->context, apid)) {
+    if ((entry->process == PROCESS_RUNNING) && !effects_is_running(supervisor, entry)) {
         process_lost(supervisor, entry, SUPERVISOR_EVENT_PROCESS_LOST);
         return;
     }
     if ((entry->process == PROCESS_RUNNING) && is_hung(supervisor, entry)) {
-        (void)platform->kill(platform->context, apid);
+        effects_stop(supervisor, entry, true);
         process_lost(supervisor, entry, SUPERVISOR_EVENT_PROCESS_HUNG);
         return;
     }

@@ -127,9 +127,8 @@ static void enter_step(supervisor_t* const supervisor, const unsigned step)
         break;
     default:
         mode_end(supervisor);
-        router_flush_log(supervisor);
         supervisor->is_finished = true;
-        supervisor->config.platform.finished(supervisor->config.platform.context);
+        effects_finish(supervisor);
         break;
     }
 }

@@ -7,6 +7,7 @@
 
 #include <stddef.h>
 
+#define ROUNDS 2U
 #define TICK_NS 10000000ULL
 #define HEARTBEATS 3U ///< In the time that a subsystem stays OPERATIONAL without the supervisor.
 
@@ -152,6 +153,7 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     ground_backlog_init(&supervisor->ground_backlog);
     octet_ring_init(&supervisor->ground_kept, supervisor->ground_storage, sizeof supervisor->ground_storage);
     pending_init(&supervisor->own);
+    effects_init(supervisor);
     init_component(supervisor);
     adoption_begin(supervisor);
     const status_t status = packet_log_open_after(&supervisor->log, config->log_folder,
@@ -180,11 +182,24 @@ static void tick(supervisor_t* const supervisor)
     sequence_shutdown(supervisor);
 }
 
+/// What the step has done takes effect. If something of it fails, that is news of the same step.
+static void finish_step(supervisor_t* const supervisor)
+{
+    bool is_news = true;
+    for (unsigned round = 0U; is_news && (round < ROUNDS); round++) {
+        error_own_events(supervisor);
+        adoption_commit(supervisor);
+        const uint64_t next_number = supervisor->log.next_number;
+        router_flush_log(supervisor);
+        is_news = effects_perform(supervisor) || (supervisor->log.next_number != next_number);
+    }
+}
+
 uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     FSW_ASSERT(supervisor != NULL);
     supervisor->now_ns = now_ns;
-    adoption_intake(supervisor);
+    (void)effects_perform(supervisor); // Of the step before, or of the life before.
     if (!supervisor->has_begun) {
         adoption_reopen(supervisor);
         onboard_tell_damage(supervisor);
@@ -204,10 +219,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     }
     recommission_step(supervisor);
     const uint64_t onboard_wake_ns = onboard_step(supervisor, now_ns);
-    router_flush_log(supervisor);
-    error_own_events(supervisor);
-    router_flush_log(supervisor); // Their reports, too: what is not written dies with the supervisor.
-    adoption_commit(supervisor);
+    finish_step(supervisor);
     uint64_t wake_ns = (component_wake_ns < onboard_wake_ns) ? component_wake_ns : onboard_wake_ns;
     return (wake_ns < supervisor->next_tick_ns) ? wake_ns : supervisor->next_tick_ns;
 }

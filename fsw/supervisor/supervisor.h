@@ -37,7 +37,8 @@
 #define SUPERVISOR_MODE_RECORD 9U ///< Octets of a mode and the time of its beginning [ns of the run].
 #define SUPERVISOR_OWN_EVENTS 16U ///< Events of its own that wait for the end of the step.
 
-/// How the supervisor reaches processes; the launcher is behind it.
+/// How the supervisor reaches processes; the launcher is behind it. Orders come when the step that gave them
+/// is committed; if the supervisor dies at that moment, the next one may give one of them again.
 typedef struct {
     void* context;
     /// Begin a new life of the process, whose first step is `boot_ns` from now. Real-time links that it opens
@@ -73,6 +74,12 @@ typedef enum {
     DOUBT_ASKED   ///< Heard again; its status was requested.
 } doubt_t;
 
+typedef enum { // Of a process to which an order was given that is not carried out yet.
+    PRESUMED_NOTHING = 0,
+    PRESUMED_RUNNING,
+    PRESUMED_GONE
+} presumed_t;
+
 typedef struct { // What is known of one subsystem.
     const mission_subsystem_t* mission;
     process_state_t process;
@@ -96,6 +103,7 @@ typedef struct { // What is known of one subsystem.
         uint32_t request_id; ///< Of the last order; 0: none.
         uint64_t time_ns;
     } order;
+    presumed_t presumed; ///< See effects.c.
     uint64_t heard_ns;
     uint64_t started_ns;
     uint64_t
@@ -153,7 +161,7 @@ typedef struct {
     const medium_t* store_media;   ///< ONBOARD_STORES of them, for packet stores; null: nothing fits.
     bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, unchanged.
     uint64_t log_records; ///< Of the packet log in this run so far, as far as it is known without vitals.
-    vitals_t* vitals;              ///< From the supervisor that died, for the next one; null: none.
+    vitals_t* vitals;     ///< From the supervisor that died, for the next one; null: none.
     /// Copy damaged vitals for analysis; the context is that of the platform. True: there is a copy. Null: no
     /// copies.
     bool (*keep_vitals)(void* context, const vitals_t* vitals);
@@ -180,7 +188,6 @@ typedef struct supervisor { // All fields are private.
     pending_table_t pending;
     pending_table_t own;  // Requests to the supervisor itself.
     pending_table_t left; // Of these, requests of the previous supervisor that cannot continue.
-    bool was_busy;        // The previous supervisor died in the middle of a step.
     uint32_t lives;       // Number of supervisor lives in this run.
     bool is_adopted;      // Taken over from the previous one, not reported yet.
     bool is_continued;    // Taken over after the autostart: bring up only the supervisor itself.
@@ -227,11 +234,14 @@ typedef struct supervisor { // All fields are private.
     octet_ring_t ground_kept; // Copy of the backlog for the next life.
     uint16_t held_for;        // Addressee of the ground's next request, which has no room there; 0: none.
     uint64_t held_ns;         // Since when.
+    octet_ring_t effects;     // What this step does to others, or what was not taken yet.
+    uint32_t performed;       // Effects of the last commit.
     uint64_t ground_moved_ns; // When a waiting report was sent last, or no report waited.
     bool is_ground_behind;    // Reports were dropped since the backlog was empty.
     bool is_ground_news;      // And this was not reported yet.
     packet_log_t log;
     uint8_t ground_storage[GROUND_OCTETS];
+    uint8_t effect_storage[EFFECTS_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
 } supervisor_t;
 

@@ -5,6 +5,22 @@
 
 #include "fsw/supervisor/supervisor.h"
 
+/// effects.c
+/// From now on frames leave only by effects_perform.
+void effects_init(supervisor_t* supervisor);
+/// Orders to the process of a subsystem. They are carried out by effects_perform, but effects_is_running
+/// answers as if they had been already.
+void effects_start(supervisor_t* supervisor, roster_entry_t* entry);
+void effects_stop(supervisor_t* supervisor, roster_entry_t* entry, bool is_hung);
+bool effects_is_running(const supervisor_t* supervisor, const roster_entry_t* entry);
+/// The mission is over.
+void effects_finish(supervisor_t* supervisor);
+/// Perform all effects, which must be committed. True: a frame was not taken; those are performed by the next
+/// call, and must be committed again.
+bool effects_perform(supervisor_t* supervisor);
+/// Leave out the effects of the adopted commit that were performed.
+void effects_resume(supervisor_t* supervisor);
+
 /// router.c
 void router_take_in(supervisor_t* supervisor);
 /// Write out the packet log; a failure is an event.
@@ -61,8 +77,9 @@ void roster_init(supervisor_t* supervisor);
 /// True if its process runs and, if it was started again, has reported since: before its first report in a
 /// new life no packet is sent to it.
 bool roster_is_there(const roster_entry_t* entry);
-/// Order a new life of its process. Statuses of supervisor_platform_t.start.
-status_t roster_start(supervisor_t* supervisor, roster_entry_t* entry);
+/// Order a new life of its process; and what follows if the platform refuses it.
+void roster_start(supervisor_t* supervisor, roster_entry_t* entry);
+void roster_start_failed(supervisor_t* supervisor, roster_entry_t* entry);
 /// Update the entry from a report that passed.
 void roster_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// End every request that a subsystem which is gone still owed an answer to.
@@ -74,10 +91,8 @@ void roster_watch(supervisor_t* supervisor);
 /// Electrical power [W] of all subsystems, with one of them in another state.
 uint32_t roster_power_w(const supervisor_t* supervisor, uint16_t apid, state_t state);
 
-/// adoption.c: commit the data that the next supervisor takes over: at the beginning of a step, when all
-/// arrived packets are in the inboxes, and at its end. If the supervisor dies between the two commits, the
-/// next one repeats the step.
-void adoption_intake(supervisor_t* supervisor);
+/// adoption.c: commit the data that the next supervisor takes over, at the end of a step, before its effects
+/// are performed. If the supervisor dies before, the next one repeats the step.
 void adoption_commit(supervisor_t* supervisor);
 /// Take over from the previous supervisor, if there was one; before the packet log is opened.
 void adoption_begin(supervisor_t* supervisor);

@@ -14,6 +14,7 @@
 #define SESSION_STEPS 6U  // session_step_t.
 #define SHUTDOWN_STEPS 6U // sequences.c.
 #define SESSION_TIME_NS 10000000000ULL
+#define ANNEX_FRAME (2U * sizeof(uint32_t))
 #define PRIME 0x100000001B3ULL // Of FNV-1a, here over words.
 
 CAPACITY_CHECK(both_states_have_room, (2U * sizeof(supervisor_vitals_t)) <= VITALS_STATES_MAX);
@@ -148,16 +149,96 @@ status_t vitals_adopt(vitals_t* const vitals, const vitals_limits_t* const limit
     return STATUS_INVALID;
 }
 
-void vitals_set_busy(vitals_t* const vitals, const bool is_busy)
+// ---- Annexes ----
+
+static uint64_t count_of(const vitals_t* const vitals, const vitals_mark_t* const mark)
 {
-    FSW_ASSERT(vitals != NULL);
-    __atomic_store_n(&vitals->is_busy, is_busy ? 1U : 0U, __ATOMIC_SEQ_CST);
+    return (__atomic_load_n(&mark->generation, __ATOMIC_ACQUIRE) == generation_of(newest(vitals)))
+               ? __atomic_load_n(&mark->count, __ATOMIC_ACQUIRE)
+               : 0U;
 }
 
-bool vitals_is_busy(const vitals_t* const vitals)
+static void set_count(const vitals_t* const vitals, vitals_mark_t* const mark, const uint64_t count)
+{
+    const uint64_t generation = generation_of(newest(vitals));
+    if (mark->generation != generation) {
+        __atomic_store_n(&mark->count, 0U, __ATOMIC_SEQ_CST); // While it belongs to an earlier commit.
+        __atomic_store_n(&mark->generation, generation, __ATOMIC_SEQ_CST);
+    }
+    __atomic_store_n(&mark->count, count, __ATOMIC_RELEASE);
+}
+
+/// Octets of the blocks of an annex: whatever is in there, none is outside of it.
+static size_t used_of(const vitals_t* const vitals, const vitals_annex_t* const annex)
+{
+    const uint64_t used = count_of(vitals, &annex->used);
+    return (used <= sizeof annex->octets) ? (size_t)used : 0U;
+}
+
+static uint32_t size_at(const vitals_annex_t* const annex, const size_t place)
+{
+    uint32_t size = 0U;
+    (void)memcpy((uint8_t*)&size, &annex->octets[place], sizeof size);
+    return size;
+}
+
+bool vitals_add(const vitals_t* const vitals, vitals_annex_t* const annex, const uint8_t* const head,
+                const size_t head_size, const uint8_t* const octets, const size_t size)
+{
+    FSW_ASSERT((vitals != NULL) && (annex != NULL) && (head != NULL) && ((octets != NULL) || (size == 0U)));
+    const uint32_t length = (uint32_t)(head_size + size);
+    const size_t place    = used_of(vitals, annex);
+    if ((length + ANNEX_FRAME) > (sizeof annex->octets - place)) {
+        return false;
+    }
+    uint8_t* const block = &annex->octets[place];
+    (void)memcpy(block, (const uint8_t*)&length, sizeof length);
+    (void)memcpy(&block[sizeof length], head, head_size);
+    if (size > 0U) {
+        (void)memcpy(&block[sizeof length + head_size], octets, size);
+    }
+    (void)memcpy(&block[sizeof length + length], (const uint8_t*)&length, sizeof length);
+    set_count(vitals, &annex->used, place + length + ANNEX_FRAME); // From here on it counts.
+    return true;
+}
+
+const uint8_t* vitals_next(const vitals_t* const vitals, const vitals_annex_t* const annex,
+                           size_t* const place, size_t* const out_size)
+{
+    FSW_ASSERT((vitals != NULL) && (annex != NULL) && (place != NULL) && (out_size != NULL));
+    const size_t left = used_of(vitals, annex) - *place;
+    *out_size         = (left >= ANNEX_FRAME) ? size_at(annex, *place) : 0U;
+    if ((left < ANNEX_FRAME) || (*out_size > (left - ANNEX_FRAME))) {
+        return NULL;
+    }
+    const uint8_t* const block = &annex->octets[*place + sizeof(uint32_t)];
+    *place += *out_size + ANNEX_FRAME;
+    return block;
+}
+
+const uint8_t* vitals_before(const vitals_t* const vitals, const vitals_annex_t* const annex,
+                             size_t* const place, size_t* const out_size)
+{
+    FSW_ASSERT((vitals != NULL) && (annex != NULL) && (place != NULL) && (out_size != NULL));
+    const size_t left = used_of(vitals, annex) - *place;
+    *out_size         = (left >= ANNEX_FRAME) ? size_at(annex, left - sizeof(uint32_t)) : 0U;
+    if ((left < ANNEX_FRAME) || (*out_size > (left - ANNEX_FRAME))) {
+        return NULL;
+    }
+    *place += *out_size + ANNEX_FRAME;
+    return &annex->octets[left - *out_size - sizeof(uint32_t)];
+}
+
+void vitals_note_performed(vitals_t* const vitals, const uint32_t count)
 {
     FSW_ASSERT(vitals != NULL);
-    return __atomic_load_n(&vitals->is_busy, __ATOMIC_SEQ_CST) != 0U;
+    set_count(vitals, &vitals->performed, count);
+}
+
+uint32_t vitals_performed(const vitals_t* const vitals)
+{
+    FSW_ASSERT(vitals != NULL);
+    return (uint32_t)count_of(vitals, &vitals->performed);
 }
 
 // ---- What can be ----

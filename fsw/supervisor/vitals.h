@@ -8,6 +8,10 @@
 /// writer dies, one bank is whole. In addition to its fields, a bank holds the content of the rings that were
 /// given to the commit; usually these are empty.
 ///
+/// Annexes belong to the last commit, and are empty again with the next one: the frames that have arrived
+/// since, what is needed to undo the writes since, and how many effects of the commit were performed. A block
+/// of an annex is there or not, whenever the writer dies.
+///
 /// Ownership  The memory is the caller's. Context: one loop of one process at a time. Time: O(size), about 12
 /// KiB.
 #ifndef FSW_SUPERVISOR_VITALS_H
@@ -31,12 +35,15 @@
 #define VITALS_PLANS 16U
 #define VITALS_COUNTERS 16U
 #define VITALS_RELEASED_OCTETS 65536U
-#define VITALS_RINGS (3U + MESSAGE_PEERS_MAX)
+#define VITALS_RINGS (4U + MESSAGE_PEERS_MAX)
 #define VITALS_STATES_MAX 32768U ///< The fields of both banks together [octets].
 /// Octets of all rings of a bank, each as full as can be.
 #define VITALS_OCTETS                                                                                        \
     (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + GROUND_OCTETS + VITALS_RELEASED_OCTETS +                    \
-     PACKET_LOG_RING_OCTETS)
+     PACKET_LOG_RING_OCTETS + EFFECTS_OCTETS)
+/// Full windows of all peers, and frames without data.
+#define EFFECTS_OCTETS (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + 32768U)
+#define VITALS_ANNEX_OCTETS EFFECTS_OCTETS
 #define VITALS_NO_PLAN 0U ///< vitals_plan_t.plan: built in.
 
 typedef struct { // pus_token_t.
@@ -112,11 +119,11 @@ typedef struct {   // What waited in an octet ring.
 } vitals_ring_t;
 
 typedef struct {
-    uint64_t interface_hash; ///< Of the mission.
-    uint64_t now_ns;         ///< Of the commit.
-    uint64_t log_number;     ///< Of the next record.
-    uint64_t log_written;    ///< Last record that is in a file.
-    uint64_t log_size;       ///< Of the file with that record; UINT64_MAX: there is none.
+    uint64_t interface_hash;                   ///< Of the mission.
+    uint64_t now_ns;                           ///< Of the commit.
+    uint64_t log_number;                       ///< Of the next record.
+    uint64_t log_written;                      ///< Last record that is in a file.
+    uint64_t log_sizes[PACKET_LOG_STRATEGIES]; ///< Of the files.
     uint64_t shutdown_ns;
     uint64_t orbit_since_ns;
     uint64_t orbit_position;
@@ -157,8 +164,20 @@ typedef struct {         // Private.
     uint8_t octets[VITALS_OCTETS]; // Content of the rings, one after the other.
 } vitals_bank_t;
 
+typedef struct { // Private: how much, if it belongs to the last commit; else nothing.
+    uint64_t generation;
+    uint64_t count;
+} vitals_mark_t;
+
 typedef struct { // Private.
-    uint32_t is_busy;
+    vitals_mark_t used;
+    uint8_t octets[VITALS_ANNEX_OCTETS]; // Blocks, each with its size u32 before and behind it.
+} vitals_annex_t;
+
+typedef struct {             // Private, except the annexes' places.
+    vitals_annex_t arrivals; ///< Frames, as message_watch has shown them.
+    vitals_annex_t undo;     ///< See undo.h.
+    vitals_mark_t performed;
     vitals_bank_t banks[2];
 } vitals_t;
 
@@ -202,9 +221,18 @@ vitals_flaw_t vitals_check(const supervisor_vitals_t* state, const vitals_limits
 MUST_USE status_t vitals_adopt(vitals_t* vitals, const vitals_limits_t* limits,
                                supervisor_vitals_t* out_state, const vitals_rings_t* rings, bool* out_older);
 
-/// Mark that the supervisor works between two commits: its last commit does not contain this work.
-void vitals_set_busy(vitals_t* vitals, bool is_busy);
-bool vitals_is_busy(const vitals_t* vitals);
+/// Add a block in two parts to an annex; the second may be null if its size is 0. False: no room.
+bool vitals_add(const vitals_t* vitals, vitals_annex_t* annex, const uint8_t* head, size_t head_size,
+                const uint8_t* octets, size_t size);
+/// The first block, and the one behind it; null: that was the last. `place` begins at 0.
+const uint8_t* vitals_next(const vitals_t* vitals, const vitals_annex_t* annex, size_t* place,
+                           size_t* out_size);
+/// The last block, and the one before it; null: that was the first. `place` begins at 0.
+const uint8_t* vitals_before(const vitals_t* vitals, const vitals_annex_t* annex, size_t* place,
+                             size_t* out_size);
+/// Note how many effects of the last commit were performed; and how many that was.
+void vitals_note_performed(vitals_t* vitals, uint32_t count);
+uint32_t vitals_performed(const vitals_t* vitals);
 /// Content of a ring in the adopted bank, as octet_ring_copy wrote it; valid until the next commit.
 const uint8_t* vitals_waiting(const vitals_t* vitals, size_t ring, size_t* out_octets);
 

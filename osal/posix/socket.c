@@ -4,6 +4,7 @@
 
 #include "fsw/framework/base/assertion.h"
 #include "osal/include/osal/clock.h"
+#include "osal/posix/socket_receive.h"
 
 #include <arpa/inet.h>
 #include <errno.h>
@@ -154,6 +155,25 @@ status_t osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* oc
     return (sent >= 0) ? STATUS_OK : status_of_send(errno);
 }
 
+void osal_socket_defer(osal_socket_t* sock)
+{
+    FSW_ASSERT(sock != NULL);
+    sock->is_deferred = true;
+}
+
+ssize_t socket_receive(osal_socket_t* sock, struct msghdr* message)
+{
+    uint8_t octet = 0U;
+    while (sock->is_held) { // An error tells of a datagram sent earlier, and has left this one.
+        sock->is_held = (recv(sock->descriptor, &octet, sizeof octet, MSG_DONTWAIT) < 0) &&
+                        ((errno == EINTR) || (errno == ECONNREFUSED));
+    }
+    const ssize_t size =
+        recvmsg(sock->descriptor, message, MSG_DONTWAIT | (sock->is_deferred ? MSG_PEEK : 0));
+    sock->is_held = sock->is_deferred && (size >= 0);
+    return size;
+}
+
 status_t osal_udp_receive(osal_socket_t* sock, osal_address_t* out_from, uint8_t* octets, size_t capacity,
                           size_t* out_size)
 {
@@ -164,7 +184,7 @@ status_t osal_udp_receive(osal_socket_t* sock, osal_address_t* out_from, uint8_t
           .msg_name = &from, .msg_namelen = sizeof(from), .msg_iov = &place, .msg_iovlen = 1U};
     ssize_t size = 0;
     do {
-        size = recvmsg(sock->descriptor, &message, MSG_DONTWAIT);
+        size = socket_receive(sock, &message);
         // ECONNREFUSED tells of a datagram sent earlier; it says nothing about what waits here.
     } while ((size < 0) && ((errno == EINTR) || (errno == ECONNREFUSED)));
     *out_size = 0U;
@@ -219,7 +239,7 @@ status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client, osa
         descriptor     = accept4(listener->descriptor, (struct sockaddr*)(void*)&peer, &size,
                                  SOCK_CLOEXEC | SOCK_NONBLOCK);
     } while ((descriptor < 0) && ((errno == EINTR) || (errno == ECONNABORTED)));
-    *out_client = (osal_socket_t){descriptor, 0U, 0U};
+    *out_client = (osal_socket_t){.descriptor = descriptor};
     *out_peer   = (osal_address_t){0U, 0U};
     if (descriptor < 0) {
         if (is_short_of_descriptors(errno)) {
@@ -399,8 +419,8 @@ status_t osal_local_pair(osal_socket_t* sock, osal_socket_t* out_peer)
     FSW_ASSERT((sock != NULL) && (out_peer != NULL));
     int pair[2]      = {-1, -1};
     const int result = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, pair);
-    *sock            = (osal_socket_t){(result == 0) ? pair[0] : -1, 0U, 0U};
-    *out_peer        = (osal_socket_t){(result == 0) ? pair[1] : -1, 0U, 0U};
+    *sock            = (osal_socket_t){.descriptor = (result == 0) ? pair[0] : -1};
+    *out_peer        = (osal_socket_t){.descriptor = (result == 0) ? pair[1] : -1};
     return (result == 0) ? STATUS_OK : STATUS_IO;
 }
 

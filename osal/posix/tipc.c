@@ -3,6 +3,7 @@
 #include "osal/include/osal/tipc.h"
 
 #include "fsw/framework/base/assertion.h"
+#include "osal/posix/socket_receive.h"
 
 #include <errno.h>
 #include <linux/tipc.h>
@@ -162,7 +163,7 @@ status_t osal_tipc_receive(osal_socket_t* sock, uint64_t* out_from, uint8_t* oct
     ssize_t size          = 0;
     (void)memset(&from, 0, sizeof(from));
     do {
-        size = recvmsg(sock->descriptor, &message, MSG_DONTWAIT);
+        size = socket_receive(sock, &message);
     } while ((size < 0) && (errno == EINTR));
     *out_size = 0U;
     *out_from = identity_of(&from);

@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """The supervisor dies in a busy flight and comes back: nobody but the packet log notices.
 
-A point is an instant of the flight at which `fault kill supervisor` strikes. One that fails flies again, alone, with
-    POINTS=2.1335 build/venv/bin/python -m pytest test/mission/test_mission_supervisor_death.py -k by_points
+A point is an instant of the flight at which `fault kill supervisor` strikes: between two steps. A call is one of the
+system within a step, at which kill_point.c strikes; an odd number: when it returns. What fails flies again, alone, with
+    POINTS=2.1335,2.7120 build/venv/bin/python -m pytest test/mission/test_mission_supervisor_death.py -k by_points
+    CALLS=5310 build/venv/bin/python -m pytest test/mission/test_mission_supervisor_death.py -k by_calls
 """
 
 import os
+import pathlib
 import random
+import shutil
 import sqlite3
+import subprocess
 
 import flying
 import pytest
+from hirosco_gse import packets
 
 SLOT_S = 0.0005
 BOOT_S = 0.050  # Declared for the supervisor where its mission says nothing.
@@ -18,9 +24,11 @@ FOUND_S = 0.031  # Its promise, 20 ms more, and the step of a member.
 BRINGING_UP_S = (0.1, 1.5)
 BUSY_S = (2.0, 3.8)
 END_S = 4.4
-POINTS = 12
-LONG_POINTS = 1000
-PART = 50  # Points of one test.
+TICK_S = 0.010  # The supervisor steps so often at least.
+APART_S = 0.2  # Two points of one flight.
+FLIGHTS, LONG_FLIGHTS = 6, 500  # Of two points each.
+CALLS, LONG_CALLS = 8, 300
+PARTS = 20  # Tests of a long campaign.
 RESTARTED = bytes.fromhex("0014")
 SUPERVISOR = 1
 RESTARTED_CODE = 0x040B
@@ -70,17 +78,43 @@ def undisturbed(hangar):
     return flight
 
 
-def _fly(folder, point, form="processes"):
+def _fly(folder, points, form="processes"):
     folder.mkdir(exist_ok=True)
-    name = f"{round(point / SLOT_S)}-{form}"
-    return flying.fly(folder / name, "--scenario", _write(folder, name, [point]), "--form", form, "--port", flying.free_port())
+    name = f"{round(points[0] / SLOT_S)}-{form}"
+    return flying.fly(folder / name, "--scenario", _write(folder, name, points), "--form", form, "--port", flying.free_port())
 
 
 def _draw(count, seed, part=BUSY_S):
-    """Instants of a part of the flight."""
-    drawn = random.Random(seed)
+    """Pairs of instants of a part of the flight."""
+    drawn, pairs = random.Random(seed), []
     first, last = (round(time_s / SLOT_S) for time_s in part)
-    return [drawn.randrange(first, last) * SLOT_S for _ in range(count)]
+    while len(pairs) < count:
+        pair = sorted(drawn.randrange(first, last) * SLOT_S for _ in range(2))
+        if pair[1] - pair[0] >= APART_S:
+            pairs.append(pair)
+    return pairs
+
+
+@pytest.fixture(scope="module")
+def mortal(hangar):
+    """Programs whose supervisor can be killed within a step."""
+    programs = hangar / "mortal"
+    shutil.copytree(flying.BIN, programs)
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", programs / "kill.so", pathlib.Path(__file__).with_name("kill_point.c"), "-ldl"], check=True)
+    (programs / "supervisor").rename(programs / "supervisor.plain")
+    (programs / "supervisor").write_text(f'#!/bin/sh\nLD_PRELOAD="{programs}/kill.so" exec "{programs}/supervisor.plain" "$@"\n', encoding="utf-8")
+    (programs / "supervisor").chmod(0o755)
+    return programs
+
+
+def _fly_to_call(folder, mortal, lines, call):
+    """A flight in which the supervisor dies at that call; 0: it lives. The flight, and the number of calls."""
+    folder.mkdir(parents=True, exist_ok=True)
+    mark = folder / f"{call}.mark"
+    path = flying.write_scenario(folder / f"call-{call}.scn", *lines)
+    environment = {"KILL_POINT": str(call), "KILL_MARK": str(mark)} if call else {"KILL_MARK": str(mark)}
+    flight = flying.fly(folder / f"call-{call}", "--scenario", path, "--port", flying.free_port(), binaries=mortal, environment=environment)
+    return flight, int(mark.read_text(encoding="ascii") or "0")
 
 
 # ---- What holds after each ----
@@ -128,18 +162,21 @@ def _assert_links_stay_fresh(flight):
     assert not stale
 
 
-def _back_after_s(flight, point):
+def _returns_s(flight):
+    """When each next supervisor told that it is there, and the last record before."""
+    times_s, found = [0.0], []
     for time_ns, direction, raw in flight.packets:
+        if time_ns / 1e9 > times_s[-1]:
+            times_s.append(time_ns / 1e9)
         if direction == "TM" and _apid(raw) == SUPERVISOR and raw[7:9] == bytes([5, 2]) and raw[21:23] == RESTARTED:
-            return time_ns / 1e9 - point
-    raise AssertionError("no SUPERVISOR_RESTARTED")
+            found.append((times_s[-1], times_s[-2]))
+    return found
 
 
-def _assert_goes_on(flight, point):
+def _assert_goes_on(flight, deaths, end_s=END_S):
     assert flight.code == (0 if flight.facts["form"] == "image" else 1), flight.told()  # a death fails a run of processes
-    assert flight.facts["reproducible"] is True
-    assert flight.facts["simulated_s"] >= END_S
-    assert _back_after_s(flight, point) <= BOOT_S + 3 * SLOT_S + 1e-9
+    assert flight.facts["simulated_s"] >= end_s
+    assert len(_returns_s(flight)) == deaths
     _assert_log_is_whole(flight)
     _assert_nothing_is_doubled_or_missing(flight)
     _assert_links_stay_fresh(flight)
@@ -147,23 +184,46 @@ def _assert_goes_on(flight, point):
     flying.assert_clean(flight)
 
 
-def _assert_nobody_notices(flight, undisturbed, point):
-    _assert_goes_on(flight, point)
+def _assert_goes_on_after(flight, points, end_s=END_S):
+    _assert_goes_on(flight, len(points), end_s)
+    for (back_s, _), point in zip(_returns_s(flight), points):
+        assert back_s - point <= BOOT_S + 3 * SLOT_S + 1e-9
+
+
+def _assert_goes_on_after_call(flight):
+    _assert_goes_on(flight, 1)
+    for back_s, last_s in _returns_s(flight):
+        assert back_s - last_s <= TICK_S + BOOT_S + 3 * SLOT_S + 1e-9
+
+
+def _assert_nobody_notices(flight, undisturbed):
     for name in flying.BUS_LOGS:
         assert flight.octets(name) == undisturbed.octets(name), name
 
 
-def _fly_all(folder, undisturbed, points):
+def _fly_all(folder, undisturbed, pairs):
     """Commands that take effect on a bus come later where they wait for the supervisor: only the others leave no trace."""
-    for point in points:
-        flight = _fly(folder, point)
+    for points in pairs:
+        flight = _fly(folder, points)
         try:
-            if point >= BUSY_S[0]:
-                _assert_nobody_notices(flight, undisturbed, point)
-            else:
-                _assert_goes_on(flight, point)
+            _assert_goes_on_after(flight, points)
+            assert flight.facts["reproducible"] is True
+            if points[0] >= BUSY_S[0]:
+                _assert_nobody_notices(flight, undisturbed)
         except AssertionError as error:
-            raise AssertionError(f"POINTS={point:.4f}: {error}") from error
+            raise AssertionError(f"POINTS={','.join(f'{point:.4f}' for point in points)}: {error}") from error
+        shutil.rmtree(flight.folder)
+
+
+def _fly_all_calls(folder, mortal, undisturbed, calls):
+    for call in calls:
+        flight, _ = _fly_to_call(folder, mortal, _lines(), call)
+        try:
+            _assert_goes_on_after_call(flight)
+            _assert_nobody_notices(flight, undisturbed)
+        except AssertionError as error:
+            raise AssertionError(f"CALLS={call}: {error}") from error
+        shutil.rmtree(flight.folder)
 
 
 # ---- Tests ----
@@ -178,20 +238,21 @@ def test_undisturbed_flight_is_whole(undisturbed):
 
 def test_death_by_points(folder, undisturbed):
     """At instants drawn from a seed, or at those that POINTS names."""
-    named = [float(text) for text in os.environ.get("POINTS", "").split()]
-    _fly_all(folder, undisturbed, named or _draw(POINTS, "short"))
+    named = [[float(text) for text in pair.split(",")] for pair in os.environ.get("POINTS", "").split()]
+    _fly_all(folder, undisturbed, named or _draw(FLIGHTS, "short"))
 
 
 def test_death_while_members_come_up(folder, undisturbed):
     """Configurations, negotiations and transitions under way go on."""
-    _fly_all(folder, undisturbed, _draw(POINTS // 2, "up", BRINGING_UP_S))
+    _fly_all(folder, undisturbed, _draw(FLIGHTS // 2, "up", BRINGING_UP_S))
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("part", range(LONG_POINTS // PART))
+@pytest.mark.parametrize("part", range(PARTS))
 def test_death_by_many_points(folder, undisturbed, part):
-    """A thousand instants, one in ten while members come up."""
-    _fly_all(folder, undisturbed, _draw(PART // 10, part, BRINGING_UP_S) + _draw(PART - PART // 10, part))
+    """A thousand instants, two in each flight, one in ten while members come up."""
+    count = LONG_FLIGHTS // PARTS
+    _fly_all(folder, undisturbed, _draw(count // 10, part, BRINGING_UP_S) + _draw(count - count // 10, part))
 
 
 def test_a_supervisor_that_hangs_is_killed_and_comes_back(folder):
@@ -214,9 +275,131 @@ def test_a_supervisor_that_hangs_is_killed_and_comes_back(folder):
 
 def test_death_in_the_image(folder, undisturbed):
     """In one address space the same octets."""
-    point = _draw(1, "image")[0]
-    flights = [_fly(folder, point, form) for form in ("processes", "image")]
+    points = _draw(1, "image")[0]
+    flights = [_fly(folder, points, form) for form in ("processes", "image")]
     for flight in flights:
-        _assert_nobody_notices(flight, undisturbed, point)
+        _assert_goes_on_after(flight, points)
+        _assert_nobody_notices(flight, undisturbed)
     for name in flying.TRACED:
         assert flights[0].octets(name) == flights[1].octets(name), name
+
+
+# ---- Within a step ----
+
+
+@pytest.fixture(scope="module")
+def busy_calls(hangar, mortal, undisturbed):
+    """Numbers of the first call while the flight is busy, and of the last."""
+    lines = [line for line in _lines() if float(line.split()[0]) < BUSY_S[0]]
+    _, first = _fly_to_call(hangar / "calls", mortal, [*lines, f"{BUSY_S[0]} operator shutdown"], 0)
+    flight, last = _fly_to_call(hangar / "all-calls", mortal, _lines(), 0)
+    for name in flying.TRACED:
+        assert flight.octets(name) == undisturbed.octets(name), name
+    return 2 * first, 2 * (last - last // 10)  # The end of the flight needs few.
+
+
+def _draw_calls(count, seed, between):
+    drawn = random.Random(seed)
+    return [drawn.randrange(*between) for _ in range(count)]
+
+
+def test_death_by_calls(folder, mortal, busy_calls, undisturbed):
+    """At calls drawn from a seed, or at those that CALLS names."""
+    named = [int(text) for text in os.environ.get("CALLS", "").split()]
+    _fly_all_calls(folder, mortal, undisturbed, named or _draw_calls(CALLS, "short", busy_calls))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("part", range(PARTS))
+def test_death_by_many_calls(folder, mortal, busy_calls, undisturbed, part):
+    """Hundreds of them."""
+    _fly_all_calls(folder, mortal, undisturbed, _draw_calls(LONG_CALLS // PARTS, part, busy_calls))
+
+
+# ---- At work ----
+
+WORK_S = (1.0, 1.5)
+WORK_END_S = 1.8
+ACTIVITIES = 750  # Of which a report has more packets than one step sends.
+AT_END = 100  # Calls of the shutdown, about.
+DEATHS, LONG_DEATHS = 2, 20  # Of each work, at instants and at calls.
+
+
+def _steps(step, each_s):
+    """Lines of the operator, one after the other while there is work."""
+    count = round((WORK_S[1] - WORK_S[0]) / each_s)
+    return [f"{WORK_S[0] + number * each_s:.4f} operator {step(number)}" for number in range(count)]
+
+
+def _fill_schedule():
+    """Activities far in the future, five in each request."""
+    lines = []
+    for first in range(0, ACTIVITIES, 5):
+        requests = [packets.build_tc(17, first + number, 17, 1, source=2).hex() for number in range(5)]
+        entries = ",".join(f'{{"group_id":1,"release_time":9e5,"request":"{request}"}}' for request in requests)
+        lines.append(f"0.4 operator tc SUPERVISOR 11,4 sub_schedule_id=1 'n=[{entries}]'")
+    return lines
+
+
+SCHEDULE = [
+    "0.3 operator tc SUPERVISOR 11,22 'n=[{\"group_id\":1,\"group_status\":\"enabled\"}]'",
+    "0.3 operator at +0.6 ping JOYSTICK",
+    "0.3 operator tc SUPERVISOR 11,20 n=[1]",
+    "0.3 operator schedule enable",
+]
+STORM = b"for i = 1, 200 do event(16) end"
+WORKS = {
+    "log": _steps(lambda number: f"nowait log {('sqlite', 'ascii', 'ring')[number % 3]}", 0.005),
+    "schedule": SCHEDULE + _steps(lambda number: "at +0.15 ping MANIPULATOR", 0.005),
+    "report": SCHEDULE + _fill_schedule() + _steps(lambda number: "nowait tc SUPERVISOR 11,16", 0.06),
+    "storm": [
+        f"0.3 operator tc SUPERVISOR 18,1 obcp_id=STORM obcp_code={STORM.hex()} checksum={packets.crc16(STORM)}",
+        *_steps(lambda number: ("nowait tc SUPERVISOR 18,3 obcp_id=STORM observability_level=0 n=[]" if number % 25 == 0 else "nowait ping MANIPULATOR"), 0.004),
+    ],
+}
+
+
+def _assert_reports_are_whole(flight):
+    """Who completes a request for a report has sent all of it."""
+    entries, asked = 0, []
+    for _, direction, raw in flight.packets:
+        if direction == "TC" and raw[7:9] == bytes([11, 16]):
+            asked.append(raw[:4])
+        elif direction == "TM" and raw[7:9] == bytes([11, 10]):
+            entries += int.from_bytes(raw[21:23], "big")
+        elif direction == "TM" and raw[7] == 1 and raw[8] in (3, 7, 8) and raw[21:25] in asked:
+            assert raw[8] != 7 or entries >= ACTIVITIES
+            entries = 0
+
+
+def _fly_work(folder, mortal, work, count):
+    lines = [*WORKS[work], f"{WORK_END_S} operator shutdown"]
+    before = [line for line in WORKS[work] if float(line.split()[0]) < WORK_S[0]]
+    first = _fly_to_call(folder / "calls", mortal, [*before, f"{WORK_S[0]} operator shutdown"], 0)[1]
+    flight, last = _fly_to_call(folder / "all-calls", mortal, lines, 0)
+    _assert_each_request_ends_once(flight)
+    for points in _draw(count, work, WORK_S):
+        kills = [f"{point:.4f} fault kill supervisor" for point in points]
+        path = flying.write_scenario(folder / f"{points[0]:.4f}.scn", *kills, *lines)
+        flight = flying.fly(folder / f"{points[0]:.4f}", "--scenario", path, "--port", flying.free_port())
+        _assert_goes_on_after(flight, points, WORK_END_S)
+        _assert_reports_are_whole(flight)
+    for call in _draw_calls(count, work, (2 * (first - AT_END), 2 * (last - AT_END))):
+        flight, _ = _fly_to_call(folder, mortal, lines, call)
+        _assert_goes_on(flight, 1, WORK_END_S)
+        _assert_reports_are_whole(flight)
+
+
+@pytest.mark.parametrize("work", WORKS)
+def test_death_at_work(folder, mortal, work):
+    """While the packet log is switched, a schedule releases, a long report is sent, events storm."""
+    folder.mkdir(exist_ok=True)
+    _fly_work(folder, mortal, work, DEATHS)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("work", WORKS)
+def test_many_deaths_at_work(folder, mortal, work):
+    """The same, more often."""
+    folder.mkdir(exist_ok=True)
+    _fly_work(folder, mortal, work, LONG_DEATHS)

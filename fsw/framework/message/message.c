@@ -31,6 +31,7 @@ void message_open(message_endpoint_t* const endpoint, const uint16_t self, const
     endpoint->self        = self;
     endpoint->life        = life;
     endpoint->carrier     = carrier;
+    endpoint->outlet      = carrier;
     endpoint->places      = places;
     endpoint->place_count = place_count;
 }
@@ -68,14 +69,13 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
         (void)memcpy(&frame[MESSAGE_HEADER_OCTETS], octets, size);
     }
     const status_t status =
-        endpoint->carrier.send(endpoint->carrier.context, channel->peer, frame, MESSAGE_HEADER_OCTETS + size);
+        endpoint->outlet.send(endpoint->outlet.context, channel->peer, frame, MESSAGE_HEADER_OCTETS + size);
     if (status == STATUS_OK) {
         channel->told          = channel->taken;
         channel->untold        = 0U;
         channel->is_introduced = true;
-    } else if (status != STATUS_FULL) {
-        endpoint->counters.unreachable++;
     }
+    endpoint->counters.unreachable += ((status != STATUS_OK) && (status != STATUS_FULL)) ? 1U : 0U;
     return status;
 }
 
@@ -225,6 +225,9 @@ status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* cons
     }
     endpoint->stamp++;
     endpoint->is_news = true;
+    if (endpoint->arrival.arrived != NULL) {
+        endpoint->arrival.arrived(endpoint->arrival.context, frame, size);
+    }
     return STATUS_OK;
 }
 

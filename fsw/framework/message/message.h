@@ -58,6 +58,12 @@ typedef struct {
     status_t (*send)(void* context, uint16_t to, const uint8_t* frame, size_t size);
 } message_carrier_t;
 
+/// Shown each frame that is kept, before the carrier forgets it.
+typedef struct {
+    void* context;
+    void (*arrived)(void* context, const uint8_t* frame, size_t size);
+} message_arrival_t;
+
 typedef struct {
     uint32_t sent;        ///< Blocks accepted by message_send.
     uint32_t received;    ///< Blocks taken by message_receive.
@@ -99,6 +105,8 @@ typedef struct {
 
 typedef struct { // Private, except `counters`.
     message_carrier_t carrier;
+    message_carrier_t outlet; // Where frames go: the carrier, unless they are diverted.
+    message_arrival_t arrival;
     uint16_t self;
     uint32_t life;
     message_place_t* places;

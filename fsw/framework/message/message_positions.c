@@ -63,18 +63,6 @@ void message_resume(message_endpoint_t* const endpoint, const message_position_t
     }
 }
 
-void message_leave_out(message_endpoint_t* const endpoint, const uint32_t blocks)
-{
-    FSW_ASSERT(endpoint != NULL);
-    for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        message_channel_t* const channel = &endpoint->places[i].channel;
-        for (uint32_t k = 0U; (k < blocks) && ((channel->sent - channel->credited) < MESSAGE_WINDOW); k++) {
-            channel->sizes[channel->sent % MESSAGE_WINDOW] = 0U;
-            channel->sent++;
-        }
-    }
-}
-
 octet_ring_t* message_waiting(message_endpoint_t* const endpoint, const size_t index)
 {
     FSW_ASSERT(endpoint != NULL);
@@ -94,4 +82,25 @@ void message_resume_clock(message_endpoint_t* const endpoint, const uint32_t lif
     FSW_ASSERT((endpoint != NULL) && (life >= 1U));
     endpoint->life  = life;
     endpoint->stamp = stamp;
+}
+
+void message_divert(message_endpoint_t* const endpoint, const message_carrier_t outlet)
+{
+    FSW_ASSERT((endpoint != NULL) && (outlet.send != NULL));
+    endpoint->outlet = outlet;
+}
+
+void message_watch(message_endpoint_t* const endpoint, const message_arrival_t arrival)
+{
+    FSW_ASSERT(endpoint != NULL);
+    endpoint->arrival = arrival;
+}
+
+status_t message_forward(message_endpoint_t* const endpoint, const uint16_t to, const uint8_t* const frame,
+                         const size_t size)
+{
+    FSW_ASSERT((endpoint != NULL) && (frame != NULL));
+    const status_t status = endpoint->carrier.send(endpoint->carrier.context, to, frame, size);
+    endpoint->counters.unreachable += ((status != STATUS_OK) && (status != STATUS_FULL)) ? 1U : 0U;
+    return status;
 }

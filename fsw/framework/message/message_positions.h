@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Positions of the channels of a message endpoint, as plain numbers. With them the endpoint of a new process
-/// continues the channels of a process that died, in the same life, and no peer notices.
+/// continues the channels of a process that died, in the same life, and no peer notices. What leaves and what
+/// arrives can be kept for it.
 ///
 /// Ownership  The caller places positions. Context: as the endpoint. Time: O(MESSAGE_WINDOW).
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_POSITIONS_H
@@ -31,9 +32,6 @@ bool message_position_is_sound(const message_position_t* position);
 /// Continue the channel at `position`, which must be sound. No effect if the endpoint does not have that
 /// peer.
 void message_resume(message_endpoint_t* endpoint, const message_position_t* position);
-/// Skip up to `blocks` sequence numbers to each peer: the process that died may have used them after its last
-/// commit.
-void message_leave_out(message_endpoint_t* endpoint, uint32_t blocks);
 /// The blocks that wait in the inbox of the channel with that index. All of them must have been checked,
 /// which is true when message_receive has just returned STATUS_EMPTY or left blocks to wait. Refill it before
 /// message_resume. Null: no such channel.
@@ -41,5 +39,15 @@ octet_ring_t* message_waiting(message_endpoint_t* endpoint, size_t index);
 /// Life of the endpoint as its peers know it, and the stamp of the next frame.
 void message_clock(const message_endpoint_t* endpoint, uint32_t* out_life, uint32_t* out_stamp);
 void message_resume_clock(message_endpoint_t* endpoint, uint32_t life, uint32_t stamp);
+
+/// Give frames to `outlet` instead of the carrier. The caller hands them to message_forward later, in their
+/// order; until then they count as sent.
+void message_divert(message_endpoint_t* endpoint, message_carrier_t outlet);
+/// STATUS_OK; STATUS_FULL: try again; any other: the carrier cannot reach the peer, which will find the frame
+/// missing.
+MUST_USE status_t message_forward(message_endpoint_t* endpoint, uint16_t to, const uint8_t* frame,
+                                  size_t size);
+/// Show each frame that arrives from now on.
+void message_watch(message_endpoint_t* endpoint, message_arrival_t arrival);
 
 #endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_POSITIONS_H

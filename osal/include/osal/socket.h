@@ -15,6 +15,8 @@ typedef struct { // Private; descriptor < 0 when closed.
     int descriptor;
     uint8_t blind; // Waits that are still to begin without a look.
     uint8_t pause; // So many there were after the last look in vain.
+    bool is_deferred;
+    bool is_held; // The datagram that was received last is still in the socket.
 } osal_socket_t;
 
 typedef struct {
@@ -28,7 +30,7 @@ typedef struct {
 /// Closed socket, for initialisation.
 #define OSAL_SOCKET_CLOSED                                                                                   \
     {                                                                                                        \
-        -1, 0U, 0U                                                                                           \
+        -1, 0U, 0U, false, false                                                                             \
     }
 
 /// Bound UDP socket; `receive_bytes` asks the kernel for that much receive buffer (0: leave).
@@ -43,6 +45,10 @@ MUST_USE status_t osal_udp_send(osal_socket_t* socket, osal_address_t to, const 
 /// STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (datagram longer than capacity, dropped), STATUS_IO.
 MUST_USE status_t osal_udp_receive(osal_socket_t* socket, osal_address_t* out_from, uint8_t* octets,
                                    size_t capacity, size_t* out_size);
+
+/// From now on a datagram stays in the UDP or TIPC socket until the next call that receives from it: if the
+/// process dies in between, its successor receives it again.
+void osal_socket_defer(osal_socket_t* socket);
 
 /// Listening TCP socket. Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_tcp_listen(osal_socket_t* socket, osal_address_t local);

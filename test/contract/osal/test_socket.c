@@ -107,6 +107,31 @@ static void test_udp_sends_go_on_when_a_peer_is_gone(void)
     }
 }
 
+static void test_udp_datagram_stays_until_the_next_receive(void)
+{
+    uint8_t in[10];
+    osal_address_t from;
+    size_t size = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&a, any_port, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&b, any_port, 0U));
+    osal_socket_defer(&a);
+    for (uint8_t i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&b, address_of(&a), &i, (i == 0U) ? 0U : 1U));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&a, 5000U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(0U, size);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(1U, in[0]);
+    a.is_held = false; // The process has died, and another one has the socket.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(1U, in[0]);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(2U, in[0]);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof(in), &size));
+}
+
 // --- TCP -------------------------------------------------------------------------------------------------
 
 static void connect_pair(void)
@@ -313,6 +338,7 @@ int main(void)
     RUN_TEST(test_udp_carries_whole_datagrams_in_order);
     RUN_TEST(test_udp_limits);
     RUN_TEST(test_udp_sends_go_on_when_a_peer_is_gone);
+    RUN_TEST(test_udp_datagram_stays_until_the_next_receive);
     RUN_TEST(test_tcp_fills_up_without_blocking_and_delivers_every_octet);
     RUN_TEST(test_tcp_peer_that_ends_is_told_after_its_last_octet);
     RUN_TEST(test_tcp_listener);

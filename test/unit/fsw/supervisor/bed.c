@@ -54,9 +54,6 @@ static status_t stop(void* context, uint16_t apid)
 {
     (void)context;
     bed_member_t* const member = member_of(apid);
-    if (bed.stop_result != STATUS_OK) {
-        return bed.stop_result;
-    }
     bed.stops++;
     if (member != NULL) {
         member->is_running = false;

@@ -69,7 +69,6 @@ typedef struct {
     bool is_stop_requested;
     bool is_finished;
     status_t start_result;
-    status_t stop_result;
     uint32_t link_floor; ///< Of the last start.
     uint64_t boot_ns;
     unsigned kills;

@@ -261,7 +261,7 @@ static void a_disk_fails_below_the_writer(void)
     packet_log_step(&packets, 0U);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_EQUAL_UINT64(SECOND_NS, packets.retry_ns);
-    TEST_ASSERT_EQUAL_UINT64(0U, packet_log_whole(&packets)); // The pipe could not be shortened.
+    TEST_ASSERT_EQUAL_UINT64(0U, packets.whole[PACKET_LOG_ASCII]); // The pipe could not be shortened.
     TEST_ASSERT_EQUAL(0, unlink(path_of("packets.ascii")));
     for (unsigned i = 0U; (packets.strategy == PACKET_LOG_RING) && (i < 100000U); i++) {
         packet_log_step(&packets, SECOND_NS);
@@ -291,7 +291,7 @@ static void a_death_while_the_writer_writes(void)
         const size_t octets          = octet_ring_copy(&packets.ring, ring, sizeof ring);
         const packet_log_past_t past = {.next_number    = packets.next_number,
                                         .written_number = packets.written_number,
-                                        .size           = packet_log_whole(&packets),
+                                        .sizes          = {packets.whole[PACKET_LOG_ASCII]},
                                         .ring           = ring,
                                         .ring_octets    = octets};
         packet_log_close(&packets); // What it wrote after its last commit.

@@ -347,18 +347,6 @@ static void subsystems_are_listed(void)
     bed_expect("G 1.1 #1\nG 1.3 #1\nG 131.11 0000\nG 1.7 #1\n");
 }
 
-static void a_process_that_cannot_be_stopped_goes_on(void)
-{
-    bed_open_up();
-    bed.stop_result = STATUS_IO;
-    (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
-    bed_run(2U);
-    bed_expect("G 1.1 #0\nG 1.3 #0\nG 1.8 #0 0404 14\n");
-    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("18 TC 17.1"));
-}
-
 static void processes_are_stopped_and_started(void)
 {
     bed_open_up();
@@ -422,7 +410,8 @@ static void a_start_that_fails_is_told(void)
     bed.start_result = STATUS_NOT_FOUND;
     (void)process_tc(PUS_MISSION_START_PROCESS, LONE);
     bed_run(2U);
-    bed_expect("G 1.1 #1\nG 1.3 #1\nG 1.8 #1 0404 4\n");
+    bed_expect("G 1.1 #1\nG 1.3 #1\nG 1.7 #1\nG 131.2 010001\nG 5.1 00040100\n");
+    TEST_ASSERT_EQUAL(PROCESS_LOST, bed.supervisor.roster[2].process);
 }
 
 // ---- What members say of themselves ----
@@ -478,7 +467,6 @@ int main(void)
     RUN_TEST(a_log_that_fails_is_told_once_and_goes_on_in_the_ring);
     RUN_TEST(a_log_that_can_be_written_again_is_told);
     RUN_TEST(subsystems_are_listed);
-    RUN_TEST(a_process_that_cannot_be_stopped_goes_on);
     RUN_TEST(processes_are_stopped_and_started);
     RUN_TEST(what_may_not_be_started_or_stopped_stays);
     RUN_TEST(requests_to_a_stopped_process_end);

@@ -400,6 +400,102 @@ static void any_octets_are_judged(void)
     }
 }
 
+// ---- Annexes ----
+
+#define ANNEX (&vitals.arrivals)
+
+static void commit(void)
+{
+    vitals_commit(&vitals, &state, &rings);
+}
+
+static void add(const char* head, const char* rest)
+{
+    TEST_ASSERT_TRUE(
+        vitals_add(&vitals, ANNEX, (const uint8_t*)head, strlen(head), (const uint8_t*)rest, strlen(rest)));
+}
+
+/// The blocks, each with a comma behind it, in their order or the other way round.
+static const char* blocks(bool is_backwards)
+{
+    static char content[200];
+    size_t length        = 0U;
+    size_t place         = 0U;
+    size_t size          = 0U;
+    const uint8_t* block = NULL;
+    do {
+        block = is_backwards ? vitals_before(&vitals, ANNEX, &place, &size)
+                             : vitals_next(&vitals, ANNEX, &place, &size);
+        if (block != NULL) {
+            (void)memcpy(&content[length], block, size);
+            length += size;
+            content[length] = ',';
+            length++;
+        }
+    } while (block != NULL);
+    content[length] = '\0';
+    return content;
+}
+
+static void an_annex_belongs_to_the_last_commit(void)
+{
+    commit();
+    TEST_ASSERT_EQUAL_STRING("", blocks(false));
+    add("ab", "c");
+    add("", "");
+    add("d", "");
+    TEST_ASSERT_EQUAL_STRING("abc,,d,", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("d,,abc,", blocks(true));
+    commit();
+    TEST_ASSERT_EQUAL_STRING("", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("", blocks(true));
+    add("e", "");
+    TEST_ASSERT_EQUAL_STRING("e,", blocks(false));
+}
+
+static void an_annex_that_is_full_takes_no_more(void)
+{
+    static uint8_t octets[65536];
+    commit();
+    unsigned count = 0U;
+    while (vitals_add(&vitals, ANNEX, octets, sizeof octets, NULL, 0U)) {
+        count++;
+    }
+    TEST_ASSERT_EQUAL(VITALS_ANNEX_OCTETS / (sizeof octets + 8U), count);
+    const size_t left = VITALS_ANNEX_OCTETS - (count * (sizeof octets + 8U));
+    TEST_ASSERT_FALSE(vitals_add(&vitals, ANNEX, octets, left - 7U, NULL, 0U));
+    TEST_ASSERT_TRUE(vitals_add(&vitals, ANNEX, octets, left - 8U, NULL, 0U));
+    TEST_ASSERT_FALSE(vitals_add(&vitals, ANNEX, octets, 0U, NULL, 0U));
+}
+
+static void a_damaged_annex_is_read_without_harm(void)
+{
+    commit();
+    add("abc", "");
+    add("def", "");
+    vitals.arrivals.octets[0] ^= 0xFFU;  // Size before the first block,
+    vitals.arrivals.octets[18] ^= 0xFFU; // and behind the last.
+    TEST_ASSERT_EQUAL_STRING("", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("", blocks(true));
+    vitals.arrivals.used.count = 7U;
+    TEST_ASSERT_EQUAL_STRING("", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("", blocks(true));
+    vitals.arrivals.used.count = VITALS_ANNEX_OCTETS + 1U;
+    TEST_ASSERT_EQUAL_STRING("", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("", blocks(true));
+}
+
+static void what_was_performed_is_noted_for_one_commit(void)
+{
+    commit();
+    TEST_ASSERT_EQUAL(0U, vitals_performed(&vitals));
+    vitals_note_performed(&vitals, 1U);
+    vitals_note_performed(&vitals, 2U);
+    TEST_ASSERT_EQUAL(2U, vitals_performed(&vitals));
+    commit();
+    TEST_ASSERT_EQUAL(0U, vitals_performed(&vitals));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -418,5 +514,9 @@ int main(void)
     RUN_TEST(an_octet_of_a_ring_that_changes_refuses_its_bank);
     RUN_TEST(what_a_free_entry_holds_means_nothing);
     RUN_TEST(any_octets_are_judged);
+    RUN_TEST(an_annex_belongs_to_the_last_commit);
+    RUN_TEST(an_annex_that_is_full_takes_no_more);
+    RUN_TEST(a_damaged_annex_is_read_without_harm);
+    RUN_TEST(what_was_performed_is_noted_for_one_commit);
     return UNITY_END();
 }

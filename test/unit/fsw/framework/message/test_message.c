@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Order, credits and losses, each over both carriers.
 #include "fsw/framework/message/message.h"
+#include "fsw/framework/message/message_positions.h"
 
 #include "test/unit/fsw/framework/message/party.h"
 #include "unity.h"
@@ -419,6 +420,49 @@ static void refused_credit_is_offered_again(void)
     party_in_each_form(&party, refuse_all_credit);
 }
 
+static uint8_t diverted[MESSAGE_FRAME_MAX];
+static size_t diverted_size;
+static unsigned arrivals;
+
+static status_t divert(void* context, uint16_t to, const uint8_t* frame, size_t size)
+{
+    (void)context;
+    (void)to;
+    (void)memcpy(diverted, frame, size);
+    diverted_size = size;
+    return STATUS_OK;
+}
+
+static void count_arrival(void* context, const uint8_t* frame, size_t size)
+{
+    (void)context;
+    TEST_ASSERT_EQUAL(diverted_size, size);
+    TEST_ASSERT_EQUAL_MEMORY(diverted, frame, size);
+    arrivals++;
+}
+
+static void diverted_frames_arrive_when_they_are_forwarded(void)
+{
+    unsigned from = 99U;
+    size_t size   = 0U;
+    party_open(&party, PARTY_RING);
+    arrivals = 0U;
+    message_divert(end(0U), (message_carrier_t){NULL, divert});
+    message_watch(end(1U), (message_arrival_t){NULL, count_arrival});
+    TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, (const uint8_t*)"a", 1U));
+    expect_nothing(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, message_forward(end(0U), party_id(1U), diverted, diverted_size));
+    TEST_ASSERT_EQUAL(STATUS_OK, message_forward(end(0U), party_id(1U), diverted, diverted_size));
+    TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &from, taken, sizeof taken, &size));
+    TEST_ASSERT_EQUAL(1U, size);
+    expect_nothing(1U); // Once.
+    TEST_ASSERT_EQUAL(1U, end(1U)->counters.stale);
+    TEST_ASSERT_EQUAL(2U, arrivals);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, message_forward(end(0U), 99U, diverted, diverted_size));
+    TEST_ASSERT_EQUAL(1U, end(0U)->counters.unreachable);
+    party_close(&party);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -436,5 +480,6 @@ int main(void)
     RUN_TEST(the_last_of_a_window_may_come_alone);
     RUN_TEST(a_lost_window_does_not_silence_the_sender);
     RUN_TEST(refused_credit_is_offered_again);
+    RUN_TEST(diverted_frames_arrive_when_they_are_forwarded);
     return UNITY_END();
 }

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/undo.h"
+
+#include "fsw/framework/base/assertion.h"
+#include "fsw/framework/base/octets.h"
+
+#define PIECE 1024U
+#define HEAD_OCTETS 17U // Medium u8 | its size u64 | place u64; then what was there.
+
+static void save(const undo_medium_t* const place, const uint64_t size, const uint64_t offset,
+                 const uint8_t* const octets, const size_t count)
+{
+    uint8_t head[HEAD_OCTETS];
+    octet_writer_t writer = octet_writer(head, sizeof head);
+    octet_write_u8(&writer, place->number);
+    octet_write_u64(&writer, size);
+    octet_write_u64(&writer, offset);
+    (void)vitals_add(place->vitals, &place->vitals->undo, head, sizeof head, octets, count);
+}
+
+/// Save the size of the medium, and of the `count` octets from `offset` on those that are there.
+static void save_all(const undo_medium_t* const place, const uint64_t offset, const uint64_t count)
+{
+    const medium_t* const inner = &place->inner;
+    uint64_t size               = 0U;
+    uint8_t octets[PIECE];
+    if (inner->size(inner->context, &size) != STATUS_OK) {
+        return;
+    }
+    save(place, size, offset, NULL, 0U);
+    uint64_t left = (offset < size) ? (size - offset) : 0U;
+    left          = (left < count) ? left : count;
+    for (uint64_t at = offset; left > 0U; at += PIECE) {
+        const size_t piece = (left < PIECE) ? (size_t)left : PIECE;
+        if (inner->read(inner->context, at, octets, piece) == STATUS_OK) {
+            save(place, size, at, octets, piece);
+        }
+        left -= piece;
+    }
+}
+
+static status_t read_medium(void* const context, const uint64_t offset, uint8_t* const octets,
+                            const size_t size)
+{
+    const undo_medium_t* const place = (const undo_medium_t*)context;
+    return place->inner.read(place->inner.context, offset, octets, size);
+}
+
+static status_t write_medium(void* const context, const uint64_t offset, const uint8_t* const octets,
+                             const size_t size)
+{
+    const undo_medium_t* const place = (const undo_medium_t*)context;
+    save_all(place, offset, size);
+    return place->inner.write(place->inner.context, offset, octets, size);
+}
+
+static status_t sync_medium(void* const context)
+{
+    const undo_medium_t* const place = (const undo_medium_t*)context;
+    return place->inner.sync(place->inner.context);
+}
+
+static status_t size_of_medium(void* const context, uint64_t* const out_size)
+{
+    const undo_medium_t* const place = (const undo_medium_t*)context;
+    return place->inner.size(place->inner.context, out_size);
+}
+
+static status_t resize_medium(void* const context, const uint64_t size)
+{
+    const undo_medium_t* const place = (const undo_medium_t*)context;
+    uint64_t present                 = 0U;
+    const bool is_known              = (place->inner.size(place->inner.context, &present) == STATUS_OK);
+    const bool is_long               = is_known && (present > size) && ((present - size) > UNDO_CUT_MAX);
+    save_all(place, size, is_long ? 0U : UNDO_CUT_MAX);
+    return place->inner.resize(place->inner.context, size);
+}
+
+/// Take one write back. What fails here, the owner of the medium finds when it reads.
+static void undo(const undo_medium_t* const place, const uint8_t* const block, const size_t block_size)
+{
+    const medium_t* const inner = &place->inner;
+    octet_reader_t reader       = octet_reader(block, block_size);
+    const uint8_t number        = octet_read_u8(&reader);
+    const uint64_t size         = octet_read_u64(&reader);
+    const uint64_t offset       = octet_read_u64(&reader);
+    const size_t count          = octet_reader_left(&reader);
+    uint64_t present            = 0U;
+    if (reader.failed || (number != place->number)) {
+        return;
+    }
+    if (count > 0U) {
+        (void)inner->write(inner->context, offset, octet_read_octets(&reader, count), count);
+    }
+    if ((inner->size(inner->context, &present) == STATUS_OK) && (present > size)) {
+        (void)inner->resize(inner->context, size);
+    }
+}
+
+medium_t undo_open(undo_medium_t* const place, vitals_t* const vitals, const uint8_t number,
+                   const medium_t* const inner)
+{
+    FSW_ASSERT((place != NULL) && (inner != NULL));
+    if (vitals == NULL) {
+        return *inner;
+    }
+    *place               = (undo_medium_t){.inner = *inner, .vitals = vitals, .number = number};
+    size_t size          = 0U;
+    size_t from          = 0U;
+    const uint8_t* block = vitals_before(vitals, &vitals->undo, &from, &size);
+    for (; block != NULL; block = vitals_before(vitals, &vitals->undo, &from, &size)) {
+        undo(place, block, size);
+    }
+    return (medium_t){.context = place,
+                      .read    = read_medium,
+                      .write   = write_medium,
+                      .sync    = sync_medium,
+                      .size    = size_of_medium,
+                      .resize  = resize_medium};
+}

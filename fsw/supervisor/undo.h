@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A medium whose writes since the last commit of the vitals can be undone: before each write, what it
+/// overwrites goes into an annex of the vitals. When the next life opens the medium, it is as it was at the
+/// last commit. A write that goes beyond the end needs only the old size. Not saved: what is cut off at once
+/// beyond UNDO_CUT_MAX octets (a medium that is emptied holds nothing that counts), and what an annex has no
+/// room for.
+///
+/// Ownership  The caller places undo_medium_t. Context: one loop. Time: a read of what is overwritten.
+#ifndef FSW_SUPERVISOR_UNDO_H
+#define FSW_SUPERVISOR_UNDO_H
+
+#include "fsw/framework/base/medium.h"
+#include "fsw/supervisor/vitals.h"
+
+#include <stdint.h>
+
+#define UNDO_CUT_MAX 65536U
+
+typedef struct { // Private.
+    medium_t inner;
+    vitals_t* vitals;
+    uint8_t number;
+} undo_medium_t;
+
+/// Undo what the last life has written into `inner` after its last commit, and return the guarded medium.
+/// `number` is the same in each life. Null vitals: `inner` itself.
+medium_t undo_open(undo_medium_t* place, vitals_t* vitals, uint8_t number, const medium_t* inner);
+
+#endif // FSW_SUPERVISOR_UNDO_H

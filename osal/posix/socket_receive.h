@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Receiving a datagram, for UDP and TIPC.
+#ifndef OSAL_POSIX_SOCKET_RECEIVE_H
+#define OSAL_POSIX_SOCKET_RECEIVE_H
+
+#include "osal/include/osal/socket.h"
+
+#include <sys/socket.h>
+
+/// As recvmsg without waiting; honours osal_socket_defer.
+ssize_t socket_receive(osal_socket_t* sock, struct msghdr* message);
+
+#endif // OSAL_POSIX_SOCKET_RECEIVE_H

@@ -1,0 +1,514 @@
+// SPDX-License-Identifier: Apache-2.0
+// The supervisor dies at every point of one busy step: before and after each frame, each write to the packet
+// log, to the journal and to a packet store, each order to a process and each question to the platform. The
+// next one goes on, and everything has happened once.
+#define _GNU_SOURCE
+#include "fsw/supervisor/supervisor.h"
+#include "fsw/supervisor/undo.h"
+#include "test/support/recorded_media.h"
+#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/releases.h"
+#include "unity.h"
+
+#include <setjmp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#define RECORDS 256U
+#define STORE_OCTETS 131072U
+#define RING "RING\0\0\0\0"
+#define RESTARTED "G 5.2 0014"
+#define MS 1000000ULL
+#define APIDS 32U
+
+// ---- Points ----
+
+static jmp_buf killed;
+static bool is_armed;
+static unsigned points;   // So far.
+static unsigned deadline; // The supervisor dies at this one; 0: it lives.
+
+static void point(void)
+{
+    if (is_armed) {
+        points++;
+        if (points == deadline) {
+            is_armed = false;
+            longjmp(killed, 1);
+        }
+    }
+}
+
+// ---- What it does to others ----
+
+ssize_t write(int descriptor, const void* octets, size_t size)
+{
+    point();
+    const ssize_t written = syscall(SYS_write, descriptor, octets, size);
+    point();
+    return written;
+}
+
+int ftruncate(int descriptor, off_t size)
+{
+    point();
+    const int result = (int)syscall(SYS_ftruncate, descriptor, size);
+    point();
+    return result;
+}
+
+static message_carrier_t carrier;
+
+static status_t mortal_send(void* context, uint16_t to, const uint8_t* frame, size_t size)
+{
+    (void)context;
+    point();
+    const status_t status = carrier.send(carrier.context, to, frame, size);
+    point();
+    return status;
+}
+
+static supervisor_platform_t platform;
+
+static status_t mortal_start(void* context, uint16_t apid, uint32_t link_floor, uint64_t boot_ns)
+{
+    point();
+    const status_t status = platform.is_running(context, apid)
+                                ? STATUS_EXISTS
+                                : platform.start(context, apid, link_floor, boot_ns);
+    point();
+    return status;
+}
+
+static status_t mortal_stop(void* context, uint16_t apid)
+{
+    point();
+    const status_t status = platform.is_running(context, apid) ? platform.stop(context, apid) : STATUS_OK;
+    point();
+    return status;
+}
+
+static bool mortal_is_running(void* context, uint16_t apid)
+{
+    point();
+    return platform.is_running(context, apid);
+}
+
+// ---- Media ----
+
+static uint8_t store_octets[STORE_OCTETS];
+static uint64_t store_size; // The context; another one is that of a store that takes nothing.
+
+static status_t read_store(void* context, uint64_t offset, uint8_t* octets, size_t size)
+{
+    if ((offset + size) > *(const uint64_t*)context) {
+        return STATUS_TRUNCATED;
+    }
+    (void)memcpy(octets, &store_octets[offset], size);
+    return STATUS_OK;
+}
+
+static status_t write_store(void* context, uint64_t offset, const uint8_t* octets, size_t size)
+{
+    uint64_t* const end = context;
+    if ((end != &store_size) || ((offset + size) > sizeof store_octets)) {
+        return STATUS_FULL;
+    }
+    (void)memcpy(&store_octets[offset], octets, size);
+    *end = ((offset + size) > *end) ? (offset + size) : *end;
+    return STATUS_OK;
+}
+
+static status_t sync_store(void* context)
+{
+    (void)context;
+    return STATUS_OK;
+}
+
+static status_t size_of_store(void* context, uint64_t* out_size)
+{
+    *out_size = *(const uint64_t*)context;
+    return STATUS_OK;
+}
+
+static status_t resize_store(void* context, uint64_t size)
+{
+    *(uint64_t*)context = (context == &store_size) ? size : 0U;
+    return STATUS_OK;
+}
+
+static medium_t inner[3]; // Journal, journal, store.
+
+static medium_t* inner_of(void* context)
+{
+    return context;
+}
+
+static status_t mortal_read(void* context, uint64_t offset, uint8_t* octets, size_t size)
+{
+    return inner_of(context)->read(inner_of(context)->context, offset, octets, size);
+}
+
+static status_t mortal_write(void* context, uint64_t offset, const uint8_t* octets, size_t size)
+{
+    point();
+    const status_t status = inner_of(context)->write(inner_of(context)->context, offset, octets, size);
+    point();
+    return status;
+}
+
+static status_t mortal_sync(void* context)
+{
+    point();
+    return inner_of(context)->sync(inner_of(context)->context);
+}
+
+static status_t mortal_size(void* context, uint64_t* out_size)
+{
+    return inner_of(context)->size(inner_of(context)->context, out_size);
+}
+
+static status_t mortal_resize(void* context, uint64_t size)
+{
+    point();
+    const status_t status = inner_of(context)->resize(inner_of(context)->context, size);
+    point();
+    return status;
+}
+
+// ---- Lives ----
+
+static vitals_t vitals;
+static journal_t journal;
+static journal_slot_t slots[JOURNAL_SLOTS(RECORDS)];
+static medium_t store_media[ONBOARD_STORES];
+static supervisor_config_t configuration;
+
+static void open_media(void)
+{
+    static undo_medium_t guards[3];
+    medium_t media[3];
+    for (unsigned i = 0U; i < 3U; i++) {
+        const medium_t mortal = {&inner[i],   mortal_read, mortal_write,
+                                 mortal_sync, mortal_size, mortal_resize};
+        media[i]              = undo_open(&guards[i], &vitals, (uint8_t)i, &mortal);
+    }
+    static uint64_t none; // The size of the others.
+    store_media[0] = media[2];
+    for (unsigned i = 1U; i < ONBOARD_STORES; i++) {
+        store_media[i] = (medium_t){&none, read_store, write_store, sync_store, size_of_store, resize_store};
+    }
+    const journal_configuration_t config = {.media    = {media[0], media[1]},
+                                            .limit    = MEDIUM_MAX,
+                                            .slack    = 512U, // Now and then it is compacted.
+                                            .slots    = slots,
+                                            .capacity = RECORDS};
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &config));
+}
+
+static void configure(supervisor_config_t* config)
+{
+    platform                    = config->platform;
+    config->platform.start      = mortal_start;
+    config->platform.stop       = mortal_stop;
+    config->platform.is_running = mortal_is_running;
+    config->vitals              = &vitals;
+    config->journal             = &journal;
+    config->store_media         = store_media;
+    configuration               = *config;
+}
+
+static void note_arrival(void* context, const uint8_t* frame, size_t size)
+{
+    (void)context;
+    TEST_ASSERT_TRUE(vitals_add(&vitals, &vitals.arrivals, frame, size, NULL, 0U));
+}
+
+static void watch_arrivals(void)
+{
+    message_watch(&bed.endpoint, (message_arrival_t){NULL, note_arrival});
+}
+
+/// The next one opens: nothing of the memory of the one before is left.
+static void succeed(void)
+{
+    static message_place_t inbox[sizeof bed.inbox / sizeof bed.inbox[0]];
+    osal_file_close(&bed.supervisor.log.file); // As the system does.
+    (void)memset(&bed.supervisor, 0, sizeof bed.supervisor);
+    message_open(&bed.endpoint, SUPERVISOR_APID, 1U, carrier, inbox, sizeof inbox / sizeof inbox[0]);
+    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&bed.endpoint, bed.members[i].apid));
+    }
+    open_media();
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &configuration));
+    watch_arrivals();
+    bed.now_ns += 5U * BED_TICK_NS;
+}
+
+/// One step that ends at the point `at`. False: it has fewer points.
+static bool dies(unsigned at)
+{
+    bed.endpoint.carrier.send = mortal_send;
+    points                    = 0U;
+    deadline                  = at;
+    if (setjmp(killed) == 0) {
+        is_armed = true;
+        (void)supervisor_step(&bed.supervisor, bed.now_ns);
+        is_armed             = false;
+        bed.endpoint.carrier = carrier;
+        return false;
+    }
+    succeed();
+    return true;
+}
+
+void setUp(void)
+{
+    static const image_t empty[2];
+    recorded_clear(empty);
+    (void)memset(&vitals, 0, sizeof vitals);
+    store_size    = 0U;
+    inner[0]      = recorded_medium(0U);
+    inner[1]      = recorded_medium(1U);
+    inner[2]      = (medium_t){&store_size, read_store, write_store, sync_store, size_of_store, resize_store};
+    bed_configure = configure;
+    open_media();
+    bed_open_up();
+    carrier = bed.endpoint.carrier;
+    watch_arrivals();
+    REQUEST(PUS_SERVICE_STORAGE, 20U, "\1" RING "\0\1\0\0\0\0");
+    REQUEST(PUS_SERVICE_STORAGE, 3U, RING "\1\0\20\1\3\1\32");
+    REQUEST(PUS_SERVICE_STORAGE, 31U, RING "\1\0\20\0");
+    REQUEST(PUS_SERVICE_STORAGE, 1U, "\1" RING);
+    schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
+    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
+    bed_place(BED_HAND, STATE_PRE_OPERATIONAL);
+}
+
+void tearDown(void)
+{
+    bed_close();
+    bed_configure = NULL;
+}
+
+// ---- Judgement ----
+
+static const char* text; // Of all lines since the step.
+
+static unsigned count_lines(const char* start)
+{
+    unsigned count = 0U;
+    for (const char* line = text; line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        count += (strncmp(line, start, strlen(start)) == 0) ? 1U : 0U;
+    }
+    return count;
+}
+
+static uint8_t seen[16384];       // Records of the log, by their number.
+static int32_t last_count[APIDS]; // Sequence count of the last report.
+
+static void see(uint64_t number, const char* hex)
+{
+    unsigned head[4];
+    TEST_ASSERT_TRUE((number >= 1U) && (number < sizeof seen));
+    TEST_ASSERT_EQUAL_MESSAGE(0U, seen[number], "a record is doubled");
+    seen[number] = 1U;
+    TEST_ASSERT_EQUAL(4, sscanf(hex, "%2x%2x%2x%2x", &head[0], &head[1], &head[2], &head[3]));
+    const unsigned apid  = head[1];
+    const int32_t count  = (int32_t)(((head[2] & 0x3FU) << 8U) | head[3]);
+    const bool is_report = (head[0] & 0x10U) == 0U;
+    TEST_ASSERT_TRUE(apid < APIDS);
+    if (is_report && (apid != HAND)) { // That counts anew after its restart.
+        if (last_count[apid] >= 0) {
+            TEST_ASSERT_EQUAL_MESSAGE(last_count[apid] + 1, count, "a sequence count");
+        }
+        last_count[apid] = count;
+    }
+}
+
+/// Text of the records in their order: those of ASCII first, for they are the earlier ones.
+static void expect_whole_log(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_select(&bed.supervisor.log, PACKET_LOG_RING)); // All is written.
+    (void)memset(seen, 0, sizeof seen);
+    for (unsigned i = 0U; i < APIDS; i++) {
+        last_count[i] = -1;
+    }
+    for (const char* line = bed_log_file("packets.ascii"); line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        see(strtoul(line, NULL, 10), strstr(line, " T") + 4);
+    }
+    static char content[1048576];
+    char path[160];
+    size_t size = 0U;
+    (void)snprintf(path, sizeof path, "%s/packets.spool", bed_folder());
+    if (osal_file_load(path, content, sizeof content, &size) != STATUS_OK) {
+        size = 0U;
+    }
+    octet_reader_t reader = octet_reader((const uint8_t*)content, size);
+    while (octet_reader_left(&reader) > 0U) {
+        const uint32_t length = octet_read_u32(&reader);
+        const uint64_t number = octet_read_u64(&reader);
+        (void)octet_read_u64(&reader);
+        (void)octet_read_u8(&reader);
+        const uint8_t* const packet = octet_read_octets(&reader, length - 17U);
+        char hex[9];
+        TEST_ASSERT_NOT_NULL(packet);
+        (void)snprintf(hex, sizeof hex, "%02x%02x%02x%02x", packet[0], packet[1], packet[2], packet[3]);
+        see(number, hex);
+    }
+    for (uint64_t number = 1U; number < bed.supervisor.log.next_number; number++) {
+        TEST_ASSERT_EQUAL_MESSAGE(1U, seen[number], "a record is missing");
+    }
+}
+
+/// Every frame was taken once, in both directions, by those that have lived all the time.
+static void expect_frames_once(void)
+{
+    for (unsigned i = BED_GROUND; i <= BED_ARM; i++) {
+        const message_endpoint_t* const member = &bed.members[i].endpoint;
+        const message_channel_t* const up      = &member->places[0].channel;
+        const message_channel_t* const down    = &bed.endpoint.places[i].channel;
+        TEST_ASSERT_EQUAL(0U, member->counters.lost);
+        TEST_ASSERT_TRUE(member->counters.stale <= 2U); // For each death one frame may come again.
+        TEST_ASSERT_EQUAL(down->sent, member->counters.received);
+        TEST_ASSERT_EQUAL(up->sent, down->taken);
+    }
+    TEST_ASSERT_EQUAL(0U, bed.endpoint.counters.lost);
+}
+
+static const char* numbered(const char* format, uint16_t number)
+{
+    static char line[32];
+    (void)snprintf(line, sizeof line, format, number);
+    return line;
+}
+
+static void expect_end(uint16_t number)
+{
+    TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.1 #%u\n", number)));
+    TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.7 #%u\n", number)));
+    TEST_ASSERT_EQUAL(0U, count_lines(numbered("G 1.8 #%u ", number)));
+}
+
+// ---- Tests ----
+
+static struct { // Sequence counts of the requests.
+    uint16_t pings[6];
+    uint16_t stop;
+    uint16_t log;
+    uint16_t link;
+    uint16_t insert;
+} busy;
+
+/// For one step: requests to a subsystem and to the supervisor itself, reports, a process that dies, one that
+/// is stopped, a release of the schedule, a new activity, a link, another packet log.
+static void make_busy(void)
+{
+    const uint8_t sqlite = PACKET_LOG_SQLITE;
+    const uint8_t lone[] = {0U, LONE};
+    release_at(bed.now_ns + (5U * MS), ARM, 77U);
+    bed.now_ns += BED_TICK_NS;
+    bed_forget();
+    bed.ack                          = PUS_ACK_ALL;
+    bed.members[BED_HAND].is_running = false; // Its process.
+    for (unsigned i = 0U; i < 6U; i++) {
+        busy.pings[i] = bed_tc((i < 4U) ? ARM : SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    }
+    busy.stop = bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, lone, sizeof lone);
+    busy.log  = bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &sqlite, 1U);
+    busy.link = bed_request_link(LINK_ARM_STATE);
+    request_begin();
+    octet_write_octets(&request_data, (const uint8_t*)"\1\1\1", 3U);
+    pus_time_write(&request_data,
+                   ((uint64_t)bed.supervisor.mission->epoch_s * 1000000000U) + bed.now_ns + (100000U * MS));
+    request_within(ARM, 78U);
+    busy.insert =
+        bed_tc(SUPERVISOR_APID, PUS_SERVICE_TIME_SCHEDULE, 4U, request_data.octets, request_data.position);
+    bed_event(BED_ARM, 1U, 4U);
+    bed_report(BED_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, "ab", 2U);
+}
+
+static void expect_store_of_one(void)
+{
+    pus_packet_store_t* const store = &bed.supervisor.onboard.storage.service.stores[0].log;
+    pus_stored_packet_t packet;
+    uint64_t cursor = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_next(store, &cursor, &packet));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, pus_packet_store_next(store, &cursor, &packet));
+}
+
+static void expect_all_once(void)
+{
+    text = bed_look();
+    for (unsigned i = 0U; i < 4U; i++) {
+        TEST_ASSERT_EQUAL(1U, count_lines(numbered("G/16 1.7 #%u\n", busy.pings[i])));
+    }
+    expect_end(busy.pings[4]);
+    expect_end(busy.pings[5]);
+    expect_end(busy.stop);
+    expect_end(busy.log);
+    expect_end(busy.insert);
+    TEST_ASSERT_EQUAL(5U, count_lines("16 TC 17.1 from 1\n")); // With what the schedule has released.
+    TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.1 #%u\n", busy.link)));
+    TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.8 #%u ", busy.link))); // HAND is gone.
+    TEST_ASSERT_EQUAL(2U, count_lines("G 17.2"));
+    TEST_ASSERT_EQUAL(1U, count_lines("G 131.4")); // The transition of the log.
+    TEST_ASSERT_EQUAL(1U, count_lines("G/16 5.1 0004"));
+    TEST_ASSERT_EQUAL(1U, count_lines("G/16 3.26 6162"));
+    TEST_ASSERT_EQUAL(1U, count_lines("G 5.4 00010011")); // PROCESS_LOST.
+    TEST_ASSERT_EQUAL(1U, bed.starts);
+    TEST_ASSERT_EQUAL(1U, bed.stops);
+    TEST_ASSERT_EQUAL(1U, bed.supervisor.onboard.schedules.time.schedule.count);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
+    expect_store_of_one();
+    expect_whole_log();
+    expect_frames_once();
+}
+
+static void begin_anew(void)
+{
+    tearDown();
+    setUp();
+}
+
+static void wherever_it_dies_all_happens_once(void)
+{
+    unsigned at   = 0U;
+    bool has_died = true;
+    while (has_died) {
+        at++;
+        make_busy();
+        has_died = dies(at);
+        bed_run(120U);
+        expect_all_once();
+        TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(RESTARTED "000000020000"));
+        begin_anew();
+    }
+    TEST_ASSERT_TRUE_MESSAGE(at > 90U, "there were so few points");
+}
+
+/// The next one dies, too, in its first step.
+static void wherever_two_die_all_happens_once(void)
+{
+    for (unsigned first = 1U; first < 100U; first += 9U) {
+        for (unsigned second = 1U; second < 100U; second += 7U) {
+            make_busy();
+            TEST_ASSERT_TRUE(dies(first));
+            (void)dies(second);
+            bed_run(120U);
+            expect_all_once();
+            begin_anew();
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(wherever_it_dies_all_happens_once);
+    RUN_TEST(wherever_two_die_all_happens_once);
+    return UNITY_END();
+}

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes to a medium that were not committed are undone when the next life opens it.
+#include "fsw/supervisor/undo.h"
+
+#include "test/support/recorded_media.h"
+#include "unity.h"
+
+#include <string.h>
+
+static vitals_t vitals;
+static supervisor_vitals_t state;
+static undo_medium_t places[2];
+static medium_t inner;
+static medium_t medium; // Guarded.
+static bool is_deaf;    // The medium tells nothing.
+static uint32_t random_state = 5U;
+
+static uint32_t draw(uint32_t below)
+{
+    random_state = (random_state * 1664525U) + 1013904223U;
+    return (random_state >> 8U) % below;
+}
+
+static status_t read_inner(void* context, uint64_t offset, uint8_t* octets, size_t size)
+{
+    return is_deaf ? STATUS_IO : recorded_medium(0U).read(context, offset, octets, size);
+}
+
+static status_t size_of_inner(void* context, uint64_t* out_size)
+{
+    return (is_deaf && (draw(2U) == 0U)) ? STATUS_IO : recorded_medium(0U).size(context, out_size);
+}
+
+static void open_medium(void)
+{
+    medium = undo_open(&places[0], &vitals, 0U, &inner);
+}
+
+static void commit(void)
+{
+    const vitals_rings_t rings = {{NULL}};
+    vitals_commit(&vitals, &state, &rings);
+}
+
+void setUp(void)
+{
+    static const image_t empty[2];
+    recorded_clear(empty);
+    (void)memset(&vitals, 0, sizeof vitals);
+    inner      = recorded_medium(0U);
+    inner.read = read_inner;
+    inner.size = size_of_inner;
+    is_deaf    = false;
+    commit();
+    open_medium();
+}
+
+void tearDown(void)
+{
+}
+
+static void write_text(uint64_t offset, const char* text)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, medium.write(medium.context, offset, (const uint8_t*)text, strlen(text)));
+}
+
+static void expect_text(const char* text)
+{
+    TEST_ASSERT_EQUAL(strlen(text), recorded.image[0].size);
+    TEST_ASSERT_EQUAL(0, memcmp(text, recorded.image[0].octets, strlen(text)));
+}
+
+static void what_is_committed_stays(void)
+{
+    write_text(0U, "abcdef");
+    commit();
+    write_text(2U, "XY");
+    write_text(5U, "Z12");
+    TEST_ASSERT_EQUAL(STATUS_OK, medium.resize(medium.context, 3U));
+    write_text(3U, "!");
+    TEST_ASSERT_EQUAL(STATUS_OK, medium.resize(medium.context, 9U));
+    open_medium();
+    expect_text("abcdef");
+    open_medium(); // It died once more, before it has committed.
+    expect_text("abcdef");
+}
+
+static void the_medium_is_otherwise_what_it_was(void)
+{
+    uint8_t octets[3];
+    uint64_t size = 0U;
+    write_text(0U, "abc");
+    TEST_ASSERT_EQUAL(STATUS_OK, medium.sync(medium.context));
+    TEST_ASSERT_EQUAL(STATUS_OK, medium.size(medium.context, &size));
+    TEST_ASSERT_EQUAL(3U, size);
+    TEST_ASSERT_EQUAL(STATUS_OK, medium.read(medium.context, 0U, octets, sizeof octets));
+    TEST_ASSERT_EQUAL_MEMORY("abc", octets, 3U);
+    const medium_t bare = undo_open(&places[0], NULL, 0U, &inner);
+    TEST_ASSERT_EQUAL_PTR(inner.context, bare.context);
+}
+
+static void each_medium_has_its_own(void)
+{
+    write_text(0U, "abc");
+    const medium_t second    = recorded_medium(1U);
+    const medium_t of_second = undo_open(&places[1], &vitals, 1U, &second);
+    TEST_ASSERT_EQUAL(STATUS_OK, of_second.write(of_second.context, 0U, (const uint8_t*)"12", 2U));
+    (void)undo_open(&places[1], &vitals, 1U, &second);
+    TEST_ASSERT_EQUAL(0U, recorded.image[1].size);
+    expect_text("abc");
+}
+
+/// What is emptied held nothing that counts; at least nothing that was written later is left.
+static void much_that_is_cut_off_does_not_come_back(void)
+{
+    static uint8_t octets[UNDO_CUT_MAX + 1U];
+    (void)memset(octets, 'a', sizeof octets);
+    TEST_ASSERT_EQUAL(STATUS_OK, medium.write(medium.context, 0U, octets, sizeof octets));
+    commit();
+    TEST_ASSERT_EQUAL(STATUS_OK, medium.resize(medium.context, 0U));
+    write_text(0U, "xyz");
+    open_medium();
+    expect_text("");
+    TEST_ASSERT_EQUAL(STATUS_OK, medium.write(medium.context, 0U, octets, UNDO_CUT_MAX));
+    commit();
+    TEST_ASSERT_EQUAL(STATUS_OK, medium.resize(medium.context, 0U));
+    open_medium();
+    TEST_ASSERT_EQUAL(UNDO_CUT_MAX, recorded.image[0].size);
+    TEST_ASSERT_EQUAL_MEMORY(octets, recorded.image[0].octets, UNDO_CUT_MAX);
+}
+
+static void a_medium_that_fails_is_written_all_the_same(void)
+{
+    write_text(0U, "abcdef");
+    commit();
+    is_deaf = true;
+    for (unsigned i = 0U; i < 50U; i++) {
+        write_text(1U, "X");
+    }
+    open_medium();
+    is_deaf = false;
+    expect_text("aXcdef");
+}
+
+static void a_damaged_block_changes_nothing(void)
+{
+    write_text(0U, "abc");
+    commit();
+    TEST_ASSERT_TRUE(vitals_add(&vitals, &vitals.undo, (const uint8_t*)"\0\0", 2U, NULL, 0U));
+    open_medium();
+    expect_text("abc");
+}
+
+static void any_writes_are_undone(void)
+{
+    static image_t before;
+    uint8_t octets[3000];
+    for (unsigned i = 0U; i < 500U; i++) {
+        const bool is_dying = (draw(3U) == 0U);
+        before              = recorded.image[0];
+        for (uint32_t left = draw(6U); left > 0U; left--) {
+            (void)memset(octets, (int)draw(256U), sizeof octets);
+            const uint32_t place = draw(20000U);
+            const status_t status =
+                (draw(5U) == 0U) ? medium.resize(medium.context, place)
+                                 : medium.write(medium.context, place, octets, 1U + draw(sizeof octets));
+            TEST_ASSERT_EQUAL(STATUS_OK, status);
+        }
+        if (is_dying) {
+            open_medium();
+            TEST_ASSERT_EQUAL(before.size, recorded.image[0].size);
+            TEST_ASSERT_EQUAL(0, memcmp(before.octets, recorded.image[0].octets, before.size));
+        }
+        commit();
+        recorded.count     = 0U; // The record is not needed.
+        recorded.data_size = 0U;
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(what_is_committed_stays);
+    RUN_TEST(the_medium_is_otherwise_what_it_was);
+    RUN_TEST(each_medium_has_its_own);
+    RUN_TEST(much_that_is_cut_off_does_not_come_back);
+    RUN_TEST(a_medium_that_fails_is_written_all_the_same);
+    RUN_TEST(a_damaged_block_changes_nothing);
+    RUN_TEST(any_writes_are_undone);
+    return UNITY_END();
+}
