@@ -259,8 +259,8 @@ programs: $(LIBRARIES) $(PROGRAMS)
 foreign: build/setup/test
 	$(PARALLEL) S390X=1 foreign-programs
 # What has several tasks at one thing: built and run once more to look for data races.
-THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_link_doorbell.c $(patsubst %,test/contract/osal/test_%.c, \
-                mutex event task doorbell inversion),$(TESTS))
+THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_link_doorbell.c %/test_packet_log_writer.c \
+                $(patsubst %,test/contract/osal/test_%.c,mutex event task doorbell inversion),$(TESTS))
 thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))
 	@:
 tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
