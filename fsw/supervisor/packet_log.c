@@ -32,16 +32,13 @@ CAPACITY_CHECK(a_line_fits_behind_a_gap, PACKET_LOG_PIECE > (2U * LINE_MAX_CHARA
 
 // ---- Records ----
 
-static size_t encode_record(uint8_t out_record[RECORD_MAX], const uint64_t number, const uint64_t time_ns,
-                            const uint8_t direction, const uint8_t* const packet, const size_t size)
+/// What a record begins with; its packet follows.
+static void encode_header(uint8_t out_header[RECORD_HEADER], const uint64_t number, const uint64_t time_ns,
+                          const uint8_t direction)
 {
-    octet_writer_t writer = octet_writer(out_record, RECORD_MAX);
-    octet_write_u64(&writer, number);
-    octet_write_u64(&writer, time_ns);
-    octet_write_u8(&writer, direction);
-    octet_write_octets(&writer, packet, size);
-    FSW_ASSERT(!writer.failed);
-    return writer.position;
+    octets_put_u64(out_header, number);
+    octets_put_u64(&out_header[sizeof number], time_ns);
+    out_header[RECORD_HEADER - 1U] = direction;
 }
 
 static void add_line(text_t* const text, const uint8_t* const record, const size_t size)
@@ -212,9 +209,8 @@ static void make_piece(packet_log_t* const log)
     job->first_number           = oldest_number(log);
     job->last_number            = job->first_number - 1U;
     if (job->last_number > log->written_number) {
-        const size_t size =
-            encode_record(record, log->written_number + 1U, job->last_number, DIRECTION_GAP, record, 0U);
-        add_record(log, record, size);
+        encode_header(record, log->written_number + 1U, job->last_number, DIRECTION_GAP);
+        add_record(log, record, RECORD_HEADER);
     }
     size_t place = 0U;
     while ((place < log->ring.used) && ((job->octets + LINE_MAX_CHARACTERS) <= sizeof log->piece)) {
@@ -416,12 +412,11 @@ void packet_log_append(packet_log_t* const log, const uint64_t time_ns, const bo
                        const uint8_t* const packet, const size_t size)
 {
     FSW_ASSERT((log != NULL) && (packet != NULL) && (size <= PUS_PACKET_MAX));
-    uint8_t record[RECORD_MAX];
-    const size_t record_size = encode_record(record, log->next_number, time_ns,
-                                             (uint8_t)(is_tc ? DIRECTION_TC : DIRECTION_TM), packet, size);
-    log->now_ns              = time_ns;
-    make_room(log, record_size);
-    const status_t status = octet_ring_put(&log->ring, record, record_size);
+    uint8_t header[RECORD_HEADER];
+    encode_header(header, log->next_number, time_ns, (uint8_t)(is_tc ? DIRECTION_TC : DIRECTION_TM));
+    log->now_ns = time_ns;
+    make_room(log, RECORD_HEADER + size);
+    const status_t status = octet_ring_put_parts(&log->ring, header, RECORD_HEADER, packet, size);
     FSW_ASSERT(status == STATUS_OK);
     log->next_number++;
 }
