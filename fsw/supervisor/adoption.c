@@ -138,6 +138,7 @@ static void take_members(supervisor_t* const supervisor, const supervisor_vitals
         entry->configuration_hash   = member->configuration_hash;
         entry->is_interface_foreign = is_true(member->is_interface_foreign);
         entry->is_in_doubt          = (entry->process == PROCESS_RUNNING);
+        entry->are_links_in_doubt   = entry->is_in_doubt;
     }
 }
 
@@ -455,7 +456,7 @@ static uint16_t end_own(supervisor_t* const supervisor)
     return count;
 }
 
-/// The member's word wins: ask each for its state.
+/// The member's word wins: ask each for its state, and for its links if some were taken over.
 static void ask_members(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
@@ -465,7 +466,13 @@ static void ask_members(supervisor_t* const supervisor)
         }
         octet_writer_t writer = pus_tc_begin(&supervisor->requester, entry->mission->apid,
                                              PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REPORT_STATUS, 0U);
-        const status_t status = pus_tc_send(&supervisor->requester, &writer, NULL);
+        status_t status       = pus_tc_send(&supervisor->requester, &writer, NULL);
+        if (entry->are_links_in_doubt) {
+            writer = pus_tc_begin(&supervisor->requester, entry->mission->apid, PUS_SERVICE_RTLINK,
+                                  PUS_LINK_REPORT_STATUS, 0U);
+            octet_write_u8(&writer, 0U);
+            status = pus_tc_send(&supervisor->requester, &writer, NULL);
+        }
         (void)status; // One that cannot take it now tells its status once a second anyway.
     }
 }

@@ -489,6 +489,54 @@ static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
     }
 }
 
+/// What a member says of one link, once after the takeover: its word wins, and no end stays open alone.
+static void compare_link(supervisor_t* const supervisor, const uint16_t apid, const uint16_t link,
+                         const bool is_told_open)
+{
+    const link_edge_t* const edge = link_graph_find(&supervisor->graph, link);
+    if (session_of_link(supervisor, link) != NULL) {
+        return; // It is changing.
+    }
+    if (edge == NULL) {
+        if (is_told_open) {
+            raise_u16_u16(supervisor, SUPERVISOR_EVENT_ADOPTION_LINK_DIFFERS, apid, link);
+            (void)close_member(supervisor, apid, link, (uint8_t)PUS_LINK_REASON_PEER);
+        }
+        return;
+    }
+    const pus_link_ends_t ends = ends_of(edge);
+    if (is_end(&ends, apid) && !is_told_open) {
+        raise_u16_u16(supervisor, SUPERVISOR_EVENT_ADOPTION_LINK_DIFFERS, apid, link);
+        member_closed(supervisor, link, apid, &ends);
+    }
+}
+
+static void compare_links(supervisor_t* const supervisor, const pus_tm_t* const tm)
+{
+    roster_entry_t* const entry = roster_find(supervisor, tm->apid);
+    octet_reader_t reader       = octet_reader(tm->data, tm->size);
+    uint32_t open               = 0U;
+    uint16_t count              = 0U;
+    if ((entry == NULL) || !entry->are_links_in_doubt ||
+        (tm->destination != (PUS_USER_ONBOARD | SUPERVISOR_APID)) ||
+        (pus_link_statuses_read(&reader, &count) != STATUS_OK)) {
+        return;
+    }
+    for (uint16_t i = 0U; i < count; i++) {
+        pus_link_status_t status;
+        pus_link_status_read(&reader, &status);
+        const bool is_open =
+            (status.state == (uint8_t)PUS_LINK_STATE_OPEN) || (status.state == (uint8_t)PUS_LINK_STATE_STALE);
+        if (is_open && (status.link >= 1U) && (status.link <= MISSION_LINKS_MAX)) {
+            open |= (uint32_t)1U << (status.link - 1U);
+        }
+    }
+    entry->are_links_in_doubt = false;
+    for (uint16_t link = 1U; link <= MISSION_LINKS_MAX; link++) {
+        compare_link(supervisor, tm->apid, link, ((open >> (link - 1U)) & 1U) != 0U);
+    }
+}
+
 void link_manager_report(supervisor_t* const supervisor, const pus_tm_t* const tm)
 {
     if (tm->service != PUS_SERVICE_RTLINK) {
@@ -505,8 +553,10 @@ void link_manager_report(supervisor_t* const supervisor, const pus_tm_t* const t
     } else if ((tm->subtype == PUS_LINK_TRANSITION) &&
                (pus_link_transition_read(&reader, &transition) == STATUS_OK)) {
         member_changed(supervisor, tm->apid, &transition);
+    } else if (tm->subtype == PUS_LINK_STATUS) {
+        compare_links(supervisor, tm);
     } else {
-        // Offers and status are for the ground.
+        // Offers are for the ground.
     }
 }
 

@@ -112,6 +112,7 @@ typedef struct { // What is known of one subsystem.
     bool is_interface_foreign;
     bool is_in_doubt; ///< Taken over from the previous supervisor, not reported since.
     bool is_clogged;  ///< It took nothing of a full window for so long that the ground waits for it no more.
+    bool are_links_in_doubt; ///< Taken over, and not compared with what it says of them.
     doubt_t doubt;
     struct {
         uint32_t request_id; ///< TC[129,4], if DOUBT_ASKED.

@@ -2,6 +2,7 @@
 #include "test/unit/fsw/supervisor/bed.h"
 
 #include "test/unit/fsw/supervisor/bed_mission.h"
+#include "pus/st130_codec.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -194,6 +195,30 @@ static void answer_link_request(bed_member_t* member, octet_reader_t* reader)
     (void)pus_link_accept_report(&member->process, PUS_USER_ONBOARD | SUPERVISOR_APID, &accepted, bed.now_ns);
 }
 
+static uint32_t bit_of(uint16_t link)
+{
+    return ((link >= 1U) && (link <= 32U)) ? ((uint32_t)1U << (link - 1U)) : 0U;
+}
+
+/// TM[130,9] of the links that it believes to be open.
+static void tell_links(bed_member_t* member)
+{
+    uint16_t count        = 0U;
+    octet_writer_t writer = pus_tm_begin(&member->process, PUS_SERVICE_RTLINK, PUS_LINK_STATUS,
+                                         PUS_USER_ONBOARD | SUPERVISOR_APID, bed.now_ns);
+    for (uint16_t i = 0U; i < 32U; i++) {
+        count = (uint16_t)(count + ((member->open_links >> i) & 1U));
+    }
+    octet_write_u16(&writer, count);
+    for (uint16_t i = 0U; i < 32U; i++) {
+        const pus_link_status_t status = {.link = (uint16_t)(i + 1U), .state = PUS_LINK_STATE_OPEN};
+        if (((member->open_links >> i) & 1U) != 0U) {
+            pus_fields_write(&writer, link_status_fields, &status);
+        }
+    }
+    (void)pus_tm_post(&member->process, &writer);
+}
+
 static void answer_link(bed_member_t* member, const pus_tc_t* tc, octet_reader_t* reader)
 {
     const unsigned index = (unsigned)(member - bed.members);
@@ -204,10 +229,15 @@ static void answer_link(bed_member_t* member, const pus_tc_t* tc, octet_reader_t
         answer_link_request(member, reader);
     } else if (tc->subtype == PUS_LINK_OPEN) {
         const uint16_t link = octet_read_u16(reader);
+        member->open_links |= member->fails_to_open ? 0U : bit_of(link);
         bed_link_changed(index, link, PUS_LINK_STATE_ACCEPTED,
                          member->fails_to_open ? PUS_LINK_STATE_FAILED : PUS_LINK_STATE_OPEN);
     } else if (tc->subtype == PUS_LINK_CLOSE) {
-        bed_link_changed(index, octet_read_u16(reader), PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+        const uint16_t link = octet_read_u16(reader);
+        member->open_links &= ~bit_of(link);
+        bed_link_changed(index, link, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    } else if (tc->subtype == PUS_LINK_REPORT_STATUS) {
+        tell_links(member);
     } else {
         // Nothing a fake can answer.
     }

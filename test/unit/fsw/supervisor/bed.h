@@ -44,6 +44,7 @@ typedef struct {
     state_phase_t phase;
     uint16_t configuration;
     uint32_t start_count;
+    uint32_t open_links; ///< Bit n: it says that link n + 1 is open.
     unsigned heartbeats; ///< Reports of the supervisor that reached it.
     bool is_running;
     bool is_silent;        ///< Sends no status.

@@ -12,6 +12,7 @@
 
 #define RESTARTED "G 5.2 0014"
 #define DIFFERS "G 5.2 0015"
+#define LINK_DIFFERS "G 5.2 0018"
 #define DAMAGED "G 5.4 0016"
 #define GRIPLESS 5U // HIGH, without a plan.
 
@@ -154,6 +155,30 @@ static void what_it_had_begun_itself_ends_with_the_reason(void)
     die();
     bed_run(200U);
     TEST_ASSERT_FALSE(bed_has("G 1.8")); // Once.
+}
+
+static void links_are_as_the_members_say(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    die();
+    bed_run(5U);
+    TEST_ASSERT_TRUE(bed_has("16 TC 130.8 00 from 8001"));
+    TEST_ASSERT_FALSE(bed_has(LINK_DIFFERS)); // As it was.
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+    bed_forget();
+    bed.members[BED_ARM].open_links &= ~((uint32_t)1U << (LINK_ARM_STATE - 1U));
+    bed.members[BED_HAND].open_links |= (uint32_t)1U << (LINK_LONE_STATE - 1U);
+    die();
+    bed_run(5U);
+    TEST_ASSERT_TRUE(bed_has(LINK_DIFFERS "00100001")); // Closed at one end while nobody looked:
+    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 0001"));      // the other end follows.
+    TEST_ASSERT_TRUE(bed_has(LINK_DIFFERS "00110003")); // Open, and of nobody's making.
+    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 0003"));
+    TEST_ASSERT_EQUAL(1U, bed.supervisor.graph.count);
+    bed_forget();
+    die();
+    bed_run(5U);
+    TEST_ASSERT_FALSE(bed_has(LINK_DIFFERS));
 }
 
 static void networks_are_there_again(void)
@@ -423,6 +448,7 @@ int main(void)
     RUN_TEST(what_comes_while_it_is_dead_is_done_once);
     RUN_TEST(a_subsystem_that_dies_meanwhile_still_ends_its_requests);
     RUN_TEST(what_it_had_begun_itself_ends_with_the_reason);
+    RUN_TEST(links_are_as_the_members_say);
     RUN_TEST(networks_are_there_again);
     RUN_TEST(a_negotiation_goes_on);
     RUN_TEST(the_mode_is_there_again);
