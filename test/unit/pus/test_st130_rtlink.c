@@ -334,6 +334,10 @@ static void a_transition_is_told_to_all_with_its_time(void)
         reader = octet_reader(bench_report(0U).data, size);
         TEST_ASSERT_EQUAL(STATUS_INVALID, pus_link_transition_read(&reader, &read));
     }
+    uint8_t longer[14] = {0U};
+    memcpy(longer, bench_report(0U).data, 13U);
+    reader = octet_reader(longer, sizeof longer);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_link_transition_read(&reader, &read));
 }
 
 static void every_request_has_a_strict_shape(void)

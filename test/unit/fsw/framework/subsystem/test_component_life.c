@@ -154,15 +154,15 @@ static void causes_tell_who_asked(void)
     bed_bring(STATE_OPERATIONAL, BED_ALONE);
     bed.source = BED_SUPERVISOR;
     bed.ack    = 0U;
-    (void)bed_state(STATE_SAFE_OPERATIONAL);
+    (void)bed_order(STATE_SAFE_OPERATIONAL, CAUSE_PLAN);
     bed_run(2U);
     TEST_ASSERT_TRUE(bed_has("129.2 5>4 ENTERING cause 3"));
     bed_forget();
-    (void)bed_state(STATE_ERROR_OPERATIONAL);
+    (void)bed_order(STATE_ERROR_OPERATIONAL, CAUSE_NETWORK);
     bed_run(2U);
     TEST_ASSERT_TRUE(bed_has("129.2 4>6 ENTERING cause 2"));
     bed_forget();
-    (void)bed_state(STATE_OFFLINE);
+    (void)bed_order(STATE_OFFLINE, CAUSE_SHUTDOWN);
     TEST_ASSERT_TRUE(bed_has("129.2 6>7 ENTERING cause 4"));
 }
 
