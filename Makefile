@@ -108,7 +108,7 @@ LDFLAGS  := -static -Lbuild/third_party/expat-s390x/lib
 endif
 
 # --- libraries: one per folder -----------------------------------------------------------------------------------
-SOURCES  := $(shell find osal pus fsw sim -name '*.c' 2>/dev/null | LC_ALL=C sort)
+SOURCES  := $(shell find base osal pus fsw launcher sim -name '*.c' 2>/dev/null | LC_ALL=C sort)
 ifdef S390X # Procedures run in the supervisor, which is never a foreign program: no Lua for that processor.
 SOURCES  := $(filter-out fsw/procedures/%,$(SOURCES))
 endif
@@ -134,20 +134,20 @@ GENERATOR := $(wildcard gse/generator/*.py)
 GENERATED := build/generated/stamp build/generated/programs.h
 MISSIONS := $(sort $(wildcard descriptors/missions/*.xml))
 
-build/generated/stamp: $(GENERATOR) $(wildcard pus/catalogue/*.txt) pus/tailoring.h \
+build/generated/stamp: $(GENERATOR) $(wildcard pus/catalogue/*.txt) pus/core/tailoring.h \
                        $(shell find descriptors -name '*.xml' -o -name '*.xsd' -o -name '*.eds' 2>/dev/null)
 	$(Q)$(PYTHON) gse/generator/generate.py --mission $(MISSIONS) --out build/generated
 	@touch $@
 build/generated/%.h: build/generated/stamp ;
-# What the image holds: one component for each fsw/app/<name>_program.c.
-build/generated/programs.h: $(wildcard fsw/app/*_program.c) fsw/app
+# What the image holds: one component for each fsw/programs/<name>_program.c.
+build/generated/programs.h: $(wildcard fsw/programs/*_program.c) fsw/programs
 	@mkdir -p $(@D)
-	@{ echo '/* Components in fsw/app: COMPONENT(name in C, executable). Made by the Makefile. */'; \
-	   for name in $(patsubst %_program.c,%,$(notdir $(sort $(wildcard fsw/app/*_program.c)))); do \
+	@{ echo '/* Components in fsw/programs: COMPONENT(name in C, executable). Made by the Makefile. */'; \
+	   for name in $(patsubst %_program.c,%,$(notdir $(sort $(wildcard fsw/programs/*_program.c)))); do \
 	       echo "COMPONENT($$name, \"$$(echo "$$name" | tr _ -)\")"; done; } >$@.part
 	@cmp -s $@.part $@ && rm $@.part || mv $@.part $@
 # The folders whose layer sees them, with their tests.
-SEES_GENERATED := $(foreach p,pus fsw/supervisor fsw/subsystems fsw/app,$p/% test/unit/$p/%) test/bench/% test/fuzz/%
+SEES_GENERATED := $(foreach p,pus fsw/supervisor fsw/subsystems fsw/programs launcher,$p/% test/unit/$p/%) test/bench/% test/fuzz/%
 $(call objects,$(filter $(SEES_GENERATED),$(SOURCES) $(TESTS) $(BENCHES) $(FUZZ_SOURCES))): | $(GENERATED)
 
 # Other flags, or another compiler, build anew.
@@ -165,7 +165,7 @@ $B/obj/%.o: %.c $B/flags | build/setup/run
 # --- programs ----------------------------------------------------------------------------------------------------
 # A flight program knows nothing of the simulator, and the simulator only the operating system layer and the status
 # type of the flight side; the image program holds both.
-SIM_LIBRARIES    := $(foreach d,$(filter sim/% osal/% fsw/framework/base,$(DIRS)),$(call library,$d))
+SIM_LIBRARIES    := $(foreach d,$(filter sim/% osal/% base,$(DIRS)),$(call library,$d))
 FLIGHT_LIBRARIES := $(foreach d,$(filter-out sim/%,$(DIRS)),$(call library,$d))
 
 LUA   := $(if $(S390X),,-llua5.4)
@@ -186,7 +186,7 @@ $(foreach m,$(MAINS),$(eval $(call program_rule,$m)))
 PROGRAMS := $(foreach m,$(MAINS),$(call program_name,$m))
 # Those that a stand-in can take part for: all components but the two that others reach in shared memory.
 FOREIGN_PROGRAMS := $(foreach p,$(filter-out supervisor communication,$(patsubst %_program.c,%,\
-                    $(notdir $(wildcard fsw/app/*_program.c)))),$B/bin/$(subst _,-,$p))
+                    $(notdir $(wildcard fsw/programs/*_program.c)))),$B/bin/$(subst _,-,$p))
 
 # --- C tests: each links its own layer and those its layer sees ----------------------------------------------------
 selected   = $(if $(ONLY),$(foreach t,$1,$(if $(findstring $(ONLY),$t),$t)),$1)
@@ -207,7 +207,7 @@ layer_libraries = $(foreach d,$(sort $(foreach s,$1 $(call home,$(call layer_of,
 
 mirrored   = $(patsubst test/unit/%,%,$(patsubst test/contract/%,%,$(patsubst %/,%,$(dir $1))))
 test_name  = $(patsubst %.c,$B/%,$1)
-fixtures   = $(filter-out $(dir $1)test_%,$(wildcard $(dir $1)*.c))
+fixtures   = $(filter-out $(dir $1)test_%,$(wildcard $(dir $1)*.c $(dir $(patsubst %/,%,$(dir $1)))fixtures/*.c))
 
 TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm
 
@@ -225,7 +225,7 @@ $B/obj/unity.o: | build/setup/test
 	@mkdir -p $(@D)
 	$(Q)$(CC) -std=c99 $(OPTIMIZE) -c build/third_party/unity/src/unity.c -o $@
 $(call objects,$(TESTS)) $(SUPPORT): | build/setup/test
--include $(patsubst %.o,%.d,$(call objects,$(wildcard test/support/*.c test/bench/*.c $(addsuffix *.c,$(sort $(dir $(TESTS)))))))
+-include $(patsubst %.o,%.d,$(call objects,$(wildcard test/support/*.c test/bench/*.c test/unit/pus/fixtures/*.c $(addsuffix *.c,$(sort $(dir $(TESTS)))))))
 
 define bench_rule
 $(patsubst test/bench/%.c,$B/bench/%,$1): $(call objects,$1 $(filter-out test/bench/bench_%,$(wildcard test/bench/*.c))) $(LIBRARIES)
@@ -267,7 +267,7 @@ tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
 	@:
 # What puts numbers into octets, where numbers lie the other way round. Only Unity's, since cmocka is not there for it,
 # and what needs neither several tasks (the emulator has no locks with inheritance of priority) nor the clock on the wall.
-FOREIGN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_foreign_wire.c $(foreach f,base parameter rtlink message,\
+FOREIGN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_foreign_wire.c test/unit/base/% $(foreach f,parameter rtlink message,\
                  test/unit/fsw/framework/$f/%),$(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
 FOREIGN_TESTS := $(if $(FOREIGN_TESTS),$(shell grep -L cmocka.h $(FOREIGN_TESTS)))
 foreign-tests: $(FOREIGN_PROGRAMS) $(foreach t,$(FOREIGN_TESTS),$(call test_name,$t))
@@ -367,7 +367,7 @@ new-subsystem:
 docs: build/setup/docs
 	@$(PYTHON) gse/docs/make_docs.py --out build/docs
 
-C_FILES = $(shell find osal pus fsw sim test -name '*.[ch]')
+C_FILES = $(shell find base osal pus fsw launcher sim test -name '*.[ch]')
 format: build/setup/check
 	$(Q)clang-format -i $(C_FILES)
 
@@ -411,7 +411,7 @@ check-misra: build/setup/check $(GENERATED)
 check-misra-all: build/setup/check $(GENERATED)
 	@$(PYTHON) test/lint/check_misra.py --all --jobs $(JOBS) $(FLIGHT)
 check-complexity: build/setup/check
-	@build/venv/bin/lizard -l c -l python -w -C 15 osal pus fsw sim gse && echo 'check: no function is too complex'
+	@build/venv/bin/lizard -l c -l python -w -C 15 base osal pus fsw launcher sim gse && echo 'check: no function is too complex'
 .PHONY: check-flights
 check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all foreign # The long ones: many deaths at random moments and power cuts, peers.
 	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile test/mission test/hil test/conformance && echo 'check: every flight ends as it should'

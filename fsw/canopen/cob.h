@@ -3,7 +3,7 @@
 #ifndef FSW_CANOPEN_COB_H
 #define FSW_CANOPEN_COB_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdint.h>
 

@@ -13,7 +13,7 @@
 #include "fsw/canopen/device_profile.h"
 #include "fsw/canopen/master.h"
 #include "fsw/canopen/setting.h"
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>

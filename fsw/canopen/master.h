@@ -15,7 +15,7 @@
 #include "fsw/canopen/cob.h"
 #include "fsw/canopen/emergency.h"
 #include "fsw/canopen/sdo_client.h"
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/dataflow/flow_can.h"
 
 #include <stdbool.h>

@@ -23,7 +23,7 @@
 #include "fsw/canopen/device.h"
 #include "fsw/canopen/master.h"
 #include "fsw/canopen/setting.h"
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/dataflow/flow_can.h"
 

@@ -2,7 +2,7 @@
 // Supervision of a network: what came, what stayed away, and what the devices complain about.
 #include "fsw/canopen/network_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <stddef.h>
 

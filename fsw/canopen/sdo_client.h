@@ -9,7 +9,7 @@
 #ifndef FSW_CANOPEN_SDO_CLIENT_H
 #define FSW_CANOPEN_SDO_CLIENT_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -7,7 +7,7 @@
 #define FSW_CANOPEN_SETTING_H
 
 #include "fsw/canopen/sdo_client.h"
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -17,7 +17,7 @@
 #define FSW_DRIVES_DRIVES_H
 
 #include "fsw/canopen/network.h"
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "fsw/framework/subsystem/subsystem.h"

@@ -3,9 +3,9 @@
 
 #include "fsw/drives/drives_quantity.h"
 #include "fsw/drives/drives_supply.h"
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/octets.h"
-#include "fsw/framework/base/value.h"
+#include "base/assertion.h"
+#include "base/octets.h"
+#include "base/value.h"
 
 #include <string.h>
 

@@ -21,7 +21,7 @@
 #define FSW_DRIVES_DRIVES_ACCESS_H
 
 #include "fsw/drives/drives.h"
-#include "pus/st02_device_access.h"
+#include "pus/st02/st02_device_access.h"
 
 #define DRIVES_ACCESS_CLOSED 1U
 #define DRIVES_ACCESS_WRONG 2U

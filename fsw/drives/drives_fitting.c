@@ -3,7 +3,7 @@
 
 #include "fsw/canopen/network.h"
 #include "fsw/drives/drives.h"
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <stddef.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/drives/drives_quantity.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/octets.h"
-#include "fsw/framework/base/value.h"
+#include "base/assertion.h"
+#include "base/octets.h"
+#include "base/value.h"
 
 #include <float.h>
 

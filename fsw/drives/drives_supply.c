@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/drives/drives_supply.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #define UNIT_SHIFT 8U
 #define LINE_MASK 0xFFU

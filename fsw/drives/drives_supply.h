@@ -11,7 +11,7 @@
 #define FSW_DRIVES_DRIVES_SUPPLY_H
 
 #include "fsw/drives/drives.h"
-#include "pus/st02_device_access.h"
+#include "pus/st02/st02_device_access.h"
 
 #define DRIVES_SUPPLY_EXPONENT 2U
 #define DRIVES_SUPPLY_LEAVE_NS 10000000ULL ///< For a frame to leave.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// On-board control procedures in Lua 5.4, each in a sandbox on memory of its own: behind
-/// pus/procedure_port.h.
+/// pus/core/procedure_port.h.
 ///
 /// What a procedure may do (a program in text form; its arguments are `...`):
 ///   step(n)            step n (1..65535) begins: it may be suspended or stopped here
@@ -33,7 +33,7 @@
 #define FSW_PROCEDURES_PROCEDURE_ENGINE_H
 
 #include "fsw/procedures/procedure_heap.h"
-#include "pus/procedure_port.h"
+#include "pus/core/procedure_port.h"
 
 #define PROCEDURE_TEXT_MAX 96U     ///< Of an error, with its NUL [octets].
 #define PROCEDURE_DATA_MAX 1024U   ///< Of a request it sends [octets].

@@ -5,8 +5,8 @@
 // continued without a packet lost or doubled.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/capacities.h"
+#include "base/assertion.h"
+#include "base/capacities.h"
 
 #include <string.h>
 

@@ -6,8 +6,8 @@
 // receiver knows already, and an order changes nothing the second time.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/octets.h"
+#include "base/assertion.h"
+#include "base/octets.h"
 
 #include <string.h>
 

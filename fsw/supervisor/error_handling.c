@@ -8,7 +8,7 @@
 // logged.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <stddef.h>
 #include <string.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reports that wait until they can be sent to the ground, by class (pus/traffic_class.h), and their blocks.
+/// Reports that wait until they can be sent to the ground, by class (pus/core/traffic_class.h), and their
+/// blocks.
 ///
 /// One packet is one block with a reference count: the router holds it while the packet is logged and
 /// observed, and a line holds it until the packet has been sent. So a waiting report is not copied again. The
@@ -12,10 +13,10 @@
 #ifndef FSW_SUPERVISOR_GROUND_BACKLOG_H
 #define FSW_SUPERVISOR_GROUND_BACKLOG_H
 
-#include "fsw/framework/base/capacities.h"
+#include "base/capacities.h"
 #include "fsw/framework/message/octet_ring.h"
-#include "fsw/framework/resource/resource.h"
-#include "pus/traffic_class.h"
+#include "base/resource.h"
+#include "pus/core/traffic_class.h"
 
 #define GROUND_FIRM_OCTETS 32768U
 #define GROUND_PLAIN_OCTETS 16384U

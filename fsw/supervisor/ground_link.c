@@ -2,7 +2,7 @@
 // The way to ground: what `communication` cannot take now waits by class, and what cannot wait is counted.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #define AWAY_NS 1000000000ULL ///< Where nothing has left for so long, nobody waits for the ground any more.
 

@@ -4,7 +4,7 @@
 #ifndef FSW_SUPERVISOR_LINK_GRAPH_H
 #define FSW_SUPERVISOR_LINK_GRAPH_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -3,7 +3,7 @@
 // keeps the graph of what is open. Link ids are the mission's link numbers.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <string.h>
 

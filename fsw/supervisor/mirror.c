@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/supervisor/mirror.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/value.h"
+#include "base/assertion.h"
+#include "base/value.h"
 
 #include <string.h>
 

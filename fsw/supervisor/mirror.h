@@ -19,8 +19,8 @@
 #ifndef FSW_SUPERVISOR_MIRROR_H
 #define FSW_SUPERVISOR_MIRROR_H
 
-#include "pus/packet.h"
-#include "pus/parameter_port.h"
+#include "pus/core/packet.h"
+#include "pus/core/parameter_port.h"
 
 #include <stdbool.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/supervisor/orbit.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/supervisor/packet_log.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/capacities.h"
-#include "fsw/framework/base/octets.h"
-#include "fsw/framework/base/text.h"
+#include "base/assertion.h"
+#include "base/capacities.h"
+#include "base/octets.h"
+#include "base/text.h"
 #include "osal/include/osal/clock.h"
-#include "pus/tailoring.h"
+#include "pus/core/tailoring.h"
 
 #include <stddef.h>
 #include <string.h>

@@ -25,7 +25,7 @@
 #ifndef FSW_SUPERVISOR_PACKET_LOG_H
 #define FSW_SUPERVISOR_PACKET_LOG_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/message/octet_ring.h"
 #include "osal/include/osal/event.h"
 #include "osal/include/osal/file.h"

@@ -8,9 +8,9 @@
 #ifndef FSW_SUPERVISOR_PENDING_TABLE_H
 #define FSW_SUPERVISOR_PENDING_TABLE_H
 
-#include "fsw/framework/base/status.h"
-#include "pus/packet.h"
-#include "pus/st01_verification.h"
+#include "base/status.h"
+#include "pus/core/packet.h"
+#include "pus/st01/st01_verification.h"
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -3,7 +3,7 @@
 #include "fsw/supervisor/permission_matrix.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <string.h>
 

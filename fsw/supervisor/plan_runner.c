@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/supervisor/plan_runner.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/capacities.h"
+#include "base/assertion.h"
+#include "base/capacities.h"
 
 #include <stddef.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/supervisor/recommission.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/capacities.h"
+#include "base/assertion.h"
+#include "base/capacities.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
 #define MANAGEMENT_OCTETS 2U

@@ -2,7 +2,7 @@
 // What is known of each subsystem: its process, its state as it last told, its heartbeat, its power.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #define SILENT_NS 3000000000ULL ///< Longest silence of a running subsystem; its status comes once a second.
 #define SHORT_PAUSE_NS 100000000ULL ///< Before the second start in a row, and before each further one:

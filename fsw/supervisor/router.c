@@ -2,7 +2,7 @@
 // Routing: every packet between subsystems and ground passes here, is checked, logged and carried on.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #define HOUSEKEEPING_REPORT 25U
 #define DIAGNOSTIC_REPORT 26U

@@ -3,7 +3,7 @@
 // mission down with `communication` last.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #define SHUTDOWN_STEP_TIMEOUT_NS 3000000000ULL
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/supervisor/supervisor.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/supervisor/onboard_monitoring.h"
+#include "base/assertion.h"
+#include "fsw/supervisor/services/onboard_monitoring.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include <stddef.h>

@@ -19,7 +19,7 @@
 #include "fsw/framework/subsystem/component.h"
 #include "fsw/supervisor/ground_backlog.h"
 #include "fsw/supervisor/link_graph.h"
-#include "fsw/supervisor/onboard.h"
+#include "fsw/supervisor/services/onboard.h"
 #include "fsw/supervisor/orbit.h"
 #include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
@@ -27,9 +27,9 @@
 #include "fsw/supervisor/recommission.h"
 #include "fsw/supervisor/vitals.h"
 #include "generated/supervisor_descriptor.h"
-#include "pus/requester.h"
-#include "pus/st130_rtlink.h"
-#include "pus/st131_mission.h"
+#include "pus/core/requester.h"
+#include "pus/private/st130_rtlink.h"
+#include "pus/private/st131_mission.h"
 
 #define SUPERVISOR_APID 1U
 #define COMMUNICATION_APID 2U

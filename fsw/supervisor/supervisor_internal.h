@@ -96,8 +96,8 @@ uint32_t roster_power_w(const supervisor_t* supervisor, uint16_t apid, state_t s
 void adoption_commit(supervisor_t* supervisor);
 /// Take over from the previous supervisor, if there was one; before the packet log is opened.
 void adoption_begin(supervisor_t* supervisor);
-/// In the first step, if nothing could be taken over: agree with all subsystems on the numbers of messages, and
-/// request their status.
+/// In the first step, if nothing could be taken over: agree with all subsystems on the numbers of messages,
+/// and request their status.
 void adoption_reopen(supervisor_t* supervisor);
 /// In the first step, after the packets of the previous supervisor are processed: report what was not kept,
 /// and request the status of all subsystems.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/supervisor/telemetry_directory.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/crc.h"
-#include "fsw/framework/base/text.h"
+#include "base/assertion.h"
+#include "base/crc.h"
+#include "base/text.h"
 
 #include <string.h>
 

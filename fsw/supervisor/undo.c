@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/supervisor/undo.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/octets.h"
+#include "base/assertion.h"
+#include "base/octets.h"
 
 #define PIECE 1024U
 #define HEAD_OCTETS 17U // Medium u8 | its size u64 | place u64; then what was there.

@@ -9,7 +9,7 @@
 #ifndef FSW_SUPERVISOR_UNDO_H
 #define FSW_SUPERVISOR_UNDO_H
 
-#include "fsw/framework/base/medium.h"
+#include "base/medium.h"
 #include "fsw/supervisor/vitals.h"
 
 #include <stdint.h>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/supervisor/vitals.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/capacities.h"
-#include "fsw/framework/base/crc.h"
+#include "base/assertion.h"
+#include "base/capacities.h"
+#include "base/crc.h"
 #include "fsw/framework/subsystem/state_machine.h"
-#include "pus/packet.h"
+#include "pus/core/packet.h"
 
 #include <string.h>
 

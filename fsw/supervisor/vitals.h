@@ -17,15 +17,15 @@
 #ifndef FSW_SUPERVISOR_VITALS_H
 #define FSW_SUPERVISOR_VITALS_H
 
-#include "fsw/framework/base/capacities.h"
-#include "fsw/framework/base/status.h"
+#include "base/capacities.h"
+#include "base/status.h"
 #include "fsw/framework/descriptor/mission_descriptor.h"
 #include "fsw/framework/message/message_positions.h"
 #include "fsw/supervisor/ground_backlog.h"
 #include "fsw/supervisor/link_graph.h"
 #include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
-#include "pus/counts.h"
+#include "pus/core/counts.h"
 
 #include <stdbool.h>
 #include <stddef.h>

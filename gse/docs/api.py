@@ -9,8 +9,7 @@ from page import ROOT, anchor, escape, shell
 KEYWORDS = "typedef|struct|enum|union|const|static|inline|void|bool|char|int|unsigned|double|float|size_t|u?int(?:8|16|32|64)_t|return"
 LAYERS = (
     ("osal/include/osal", "osal", "The operating system, one header per object"),
-    ("fsw/framework/base", "base", "Status, assertion, octets, CRC, text, value"),
-    ("fsw/framework/resource", "resource", "Pools with reference counts, counted resources"),
+    ("base", "base", "Status, assertion, octets, CRC, text, value, pools"),
     ("fsw/framework/parameter", "parameter", "The parameter dictionary"),
     ("fsw/framework/dataflow", "dataflow", "End nodes: CAN, shared memory, UDP, TCP ..."),
     ("fsw/framework/xml", "xml", "Sequential XML parser on a static arena"),
@@ -21,7 +20,7 @@ LAYERS = (
     ("fsw/framework/rtlink", "rtlink", "Data plane of real-time links"),
     ("fsw/framework/control", "control", "Elementary control functions"),
     ("fsw/framework/subsystem", "subsystem", "The generic subsystem: begin here"),
-    ("pus", "pus", "Packets and ECSS PUS-C services"),
+    ("pus/*", "pus", "Packets and ECSS PUS-C services"),
     ("fsw/canopen", "canopen", "CiA 301/402 master"),
     ("fsw/drives", "drives", "What subsystems with drives have in common"),
     ("fsw/supervisor", "supervisor", "Routing, permission, logs, links, errors"),
@@ -36,13 +35,13 @@ def page_of(layer):
 def read_all():
     """List of (layer, about, headers) in the order of LAYERS; a folder that LAYERS does not name is an error."""
     known = {folder for folder, _, _ in LAYERS}
-    there = {str(path.parent.relative_to(ROOT)) for top in ("osal/include", "fsw/framework", "pus") for path in (ROOT / top).rglob("*.h")}
-    missing = sorted(there - known - {"pus/tool"})
+    there = {str(path.parent.relative_to(ROOT)) for top in ("base", "osal/include", "fsw/framework") for path in (ROOT / top).rglob("*.h")}
+    missing = sorted(there - known)
     if missing:
         raise SystemExit(f"gse/docs/api.py: LAYERS has no line for {', '.join(missing)}")
     found = []
     for folder, layer, about in LAYERS:
-        files = [path for path in sorted((ROOT / folder).glob("*.h")) if not path.stem.endswith(("_internal", "_builder"))]
+        files = [path for path in sorted(ROOT.glob(f"{folder}/*.h")) if path.parent.name != "tool" and not path.stem.endswith(("_internal", "_builder"))]
         files.sort(key=lambda path, layer=layer: path.stem != layer)
         found.append((layer, about, [headers.read(path, str(path.relative_to(ROOT))) for path in files]))
     return found

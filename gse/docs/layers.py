@@ -13,13 +13,15 @@ import check_layers
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 GROUPS = {
-    "fsw/app": ("app", "#fdf1dd"),
+    "fsw/programs": ("programs", "#fdf1dd"),
+    "launcher": ("launcher", "#fdf1dd"),
     "fsw/subsystems": ("subsystems", "#e4f3ea"),
     "fsw/supervisor": ("supervisor", "#e4f3ea"),
     "fsw/framework": ("framework", "#eaf1fa"),
     "pus": ("pus", "#eaf1fa"),
     "osal": ("osal", "#f3ecf8"),
     "sim": ("sim", "#fbe7e5"),
+    "base": ("base", "#f3ecf8"),
 }
 
 
@@ -34,7 +36,7 @@ def edges():
     """Set of (layer, layer that it includes) in the code, and the number of files in each layer."""
     layers, _ = check_layers.read_rules(ROOT / "test" / "lint" / "layers.txt")
     found, files = set(), {}
-    for top in ("osal", "pus", "fsw", "sim"):
+    for top in ("base", "osal", "pus", "fsw", "launcher", "sim"):
         for path in sorted((ROOT / top).rglob("*.[ch]")):
             name = str(path.relative_to(ROOT))
             home = home_of(name, layers)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The catalogue of messages in pus/catalogue, as a tree for the ground and as shape programs for the flight side.
 
-pus/catalogue/kinds.txt tells how a file of messages reads; pus/shape.h what a shape program is."""
+pus/catalogue/kinds.txt tells how a file of messages reads; pus/core/shape.h what a shape program is."""
 
 import re
 from dataclasses import dataclass, field
@@ -143,7 +143,7 @@ def load(folder):
     return known, services
 
 
-# ---- Shape programs: pus/shape.h ----
+# ---- Shape programs: pus/core/shape.h ----
 
 def _encode(fields, known, registers):
     """Octets of a shape program as C words; `registers` maps names of ids and layouts to their register."""
@@ -210,7 +210,7 @@ def shapes_header(number, service, known):
     guard = f"GENERATED_PUS_ST{number:02}_SHAPES_H"
     return (
         f"// SPDX-License-Identifier: Apache-2.0\n// Shapes of the requests of ST[{number:02}] {service['name']}; made from pus/catalogue.\n"
-        f"#ifndef {guard}\n#define {guard}\n\n#include \"pus/shape.h\"\n\n" + "\n".join(programs) + f"\n#endif // {guard}\n"
+        f"#ifndef {guard}\n#define {guard}\n\n#include \"pus/core/shape.h\"\n\n" + "\n".join(programs) + f"\n#endif // {guard}\n"
     )
 
 

@@ -30,7 +30,7 @@ from source import DescriptorError
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCHEMAS = ROOT / "descriptors" / "schema"
 CATALOGUE = ROOT / "pus" / "catalogue"
-TAILORING = ROOT / "pus" / "tailoring.h"
+TAILORING = ROOT / "pus" / "core" / "tailoring.h"
 
 
 def validate(path, schema):

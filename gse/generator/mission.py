@@ -33,8 +33,8 @@ TABLE = {
     ("Mission", "Transports"): "messages links",
     ("Mission", "Ground"): "address! port! key",
 }
-PORT_LINKS = 4  # CAPACITY_PORT_LINKS of fsw/framework/base/capacities.h
-SUBSYSTEM_LINKS = 8  # CAPACITY_SUBSYSTEM_LINKS of fsw/framework/base/capacities.h
+PORT_LINKS = 4  # CAPACITY_PORT_LINKS of base/capacities.h
+SUBSYSTEM_LINKS = 8  # CAPACITY_SUBSYSTEM_LINKS of base/capacities.h
 RING_RECORDS = 15000  # CAPACITY_RING_RECORDS
 REDUNDANT_BUS = "a bus of the mission that is not redundant itself and has one redundant bus"
 TIME_FORMATS = ("CUC", "CDS")

@@ -97,7 +97,7 @@ def check_names_of_c(name):
     """Refuse a name whose types and functions the project has already: they would clash, or silently be the wrong ones."""
     expect(not STANDARD_TYPES.fullmatch(name), "NAME", name, f"a name that is no type of C: {name}_t is one")
     clash = re.compile(rf"\b({name}_({'|'.join(NAMED_AFTER)})|{name.upper()}_({'|'.join(MACROS_AFTER)}))\b")
-    sources = [path for layer in ("osal", "pus", "fsw") for path in (ROOT / layer).rglob("*.[ch]")]
+    sources = [path for layer in ("base", "osal", "pus", "fsw", "launcher") for path in (ROOT / layer).rglob("*.[ch]")]
     for path in sorted(sources, key=lambda path: (path.suffix != ".h", path)):  # Headers first: there it is said what it is.
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             found = clash.search(line)
@@ -112,8 +112,8 @@ def plan_files(names):
         f"descriptors/subsystems/{names['file']}.xml": "descriptor.xml",
         f"{folder}/{name}.h": "subsystem.h",
         f"{folder}/{name}.c": "subsystem.c",
-        f"fsw/app/{name}_program.c": "program.c",
-        f"fsw/app/{name}_main.c": "main.c",
+        f"fsw/programs/{name}_program.c": "program.c",
+        f"fsw/programs/{name}_main.c": "main.c",
         f"test/unit/{folder}/test_{name}.c": "test_subsystem.c",
         f"test/unit/{folder}/subsystem_double.c": "subsystem_double.c",
         f"sim/scenarios/{names['file']}.scn": "scenario.scn",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -10,7 +10,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/calendar.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/posix/calendar_core.h"
 #include "osal/posix/process_state.h"
 

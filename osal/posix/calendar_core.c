@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "osal/posix/calendar_core.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 uint64_t calendar_next_slot_ns(const osal_calendar_t* calendar)
 {

@@ -21,7 +21,7 @@ typedef struct {
     uint32_t is_new;      ///< Joined, but not yet placed in the order of the present instant.
     uint32_t stream_port;
     uint32_t stream_server; ///< Participant that serves the stream, from 1; 0: no participant does.
-    int32_t process; ///< That joined last in a life of its own.
+    int32_t process;        ///< That joined last in a life of its own.
     uint32_t life;
     uint64_t begin_ns;      ///< When the life begins; no grant before.
     uint32_t is_begun;      ///< It has had a grant.

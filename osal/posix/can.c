@@ -2,7 +2,7 @@
 // The contract of osal/can.h over its carriers: which one an address means, lengths, filters.
 #include "osal/include/osal/can.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/include/osal/can_interface.h"
 #include "osal/include/osal/shm.h"
 #include "osal/posix/can_port.h"

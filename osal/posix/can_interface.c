@@ -3,7 +3,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/can_interface.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <errno.h>
 #include <linux/can.h>

@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/directory.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/include/osal/file.h"
 #include "osal/posix/file_status.h"
 

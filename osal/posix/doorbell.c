@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/doorbell.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/include/osal/clock.h"
 
 #include <limits.h>

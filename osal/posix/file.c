@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/file.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/posix/file_status.h"
 
 #include <errno.h>

@@ -3,7 +3,7 @@
 #ifndef OSAL_POSIX_FILE_STATUS_H
 #define OSAL_POSIX_FILE_STATUS_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <errno.h>
 

@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/mqueue.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/posix/object_name.h"
 
 #include <errno.h>

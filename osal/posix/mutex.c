@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "osal/include/osal/mutex.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <errno.h>
 #include <linux/futex.h>

@@ -2,8 +2,8 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/process.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/text.h"
+#include "base/assertion.h"
+#include "base/text.h"
 #include "osal/include/osal/clock.h"
 #include "osal/posix/process_state.h"
 

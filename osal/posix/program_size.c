@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #define _GNU_SOURCE
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/include/osal/file.h"
 #include "osal/include/osal/process.h"
 

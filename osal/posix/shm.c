@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/shm.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/posix/object_name.h"
 
 #include <dirent.h>

@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/socket.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/include/osal/clock.h"
 #include "osal/posix/socket_receive.h"
 

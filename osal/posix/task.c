@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/task.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <errno.h>
 #include <pthread.h>

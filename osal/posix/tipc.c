@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/tipc.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/posix/socket_receive.h"
 
 #include <errno.h>

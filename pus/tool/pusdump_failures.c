@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pus/tailoring.h"
+#include "pus/core/tailoring.h"
 #include "pus/tool/pusdump_messages.h"
 
 static const struct {

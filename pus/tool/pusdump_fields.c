@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/tool/pusdump_fields.h"
 
-#include "fsw/framework/base/octets.h"
-#include "pus/tailoring.h"
+#include "base/octets.h"
+#include "pus/core/tailoring.h"
 #include "pus/tool/pusdump_messages.h"
 #include "pus/tool/pusdump_packet.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/tool/pusdump_input.h"
 
-#include "pus/tailoring.h"
+#include "pus/core/tailoring.h"
 
 #include <string.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/tool/pusdump_packet.h"
 
-#include "fsw/framework/base/crc.h"
-#include "pus/tailoring.h"
+#include "base/crc.h"
+#include "pus/core/tailoring.h"
 
 #include <stdarg.h>
 #include <stdio.h>

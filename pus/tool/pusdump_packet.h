@@ -3,8 +3,8 @@
 #ifndef PUS_TOOL_PUSDUMP_PACKET_H
 #define PUS_TOOL_PUSDUMP_PACKET_H
 
-#include "fsw/framework/base/octets.h"
-#include "fsw/framework/base/status.h"
+#include "base/octets.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -28,7 +28,7 @@
 #ifndef SIM_APP_FAULTS_H
 #define SIM_APP_FAULTS_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "sim/bus/bus.h"
 #include "sim/devices/drive.h"
 #include "sim/devices/joystick.h"

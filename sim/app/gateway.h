@@ -10,7 +10,7 @@
 #ifndef SIM_APP_GATEWAY_H
 #define SIM_APP_GATEWAY_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "osal/include/osal/can.h"
 #include "sim/bus/bus.h"
 

@@ -11,7 +11,7 @@
 #ifndef SIM_APP_SIMULATOR_H
 #define SIM_APP_SIMULATOR_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "sim/app/faults.h"
 
 #include <stdbool.h>

@@ -18,7 +18,7 @@
 #ifndef SIM_BUS_BUS_H
 #define SIM_BUS_BUS_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "osal/include/osal/can.h"
 #include "sim/bus/controller.h"
 

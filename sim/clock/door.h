@@ -18,7 +18,7 @@
 #ifndef SIM_CLOCK_DOOR_H
 #define SIM_CLOCK_DOOR_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "osal/include/osal/calendar.h"
 #include "osal/include/osal/socket.h"
 

@@ -7,7 +7,7 @@
 #ifndef SIM_DEVICES_EDS_H
 #define SIM_DEVICES_EDS_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "sim/devices/dictionary.h"
 
 #include <stdint.h>

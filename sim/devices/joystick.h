@@ -6,7 +6,7 @@
 #ifndef SIM_DEVICES_JOYSTICK_H
 #define SIM_DEVICES_JOYSTICK_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "sim/devices/axis.h"
 #include "sim/devices/node.h"
 #include "sim/plant/sensor.h"

@@ -15,7 +15,7 @@
 #ifndef SIM_DEVICES_NODE_H
 #define SIM_DEVICES_NODE_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "sim/bus/bus.h"
 #include "sim/devices/dictionary.h"
 #include "sim/devices/eds.h"

@@ -10,7 +10,7 @@
 #ifndef SIM_LOGS_FRAME_LOG_H
 #define SIM_LOGS_FRAME_LOG_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "osal/include/osal/can.h"
 
 #include <stddef.h>

@@ -25,7 +25,7 @@
 #ifndef SIM_OPERATOR_HAND_H
 #define SIM_OPERATOR_HAND_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "sim/operator/scenario.h"
 #include "sim/plant/plant.h"
 

@@ -9,7 +9,7 @@
 #ifndef SIM_OPERATOR_SCENARIO_H
 #define SIM_OPERATOR_SCENARIO_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stddef.h>
 #include <stdint.h>

@@ -14,7 +14,7 @@
 #ifndef SIM_SOCKETCAND_SOCKETCAND_H
 #define SIM_SOCKETCAND_SOCKETCAND_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "sim/bus/bus.h"
 
 #include <stddef.h>

@@ -9,7 +9,7 @@
 #ifndef SIM_TRUTH_TRUTH_H
 #define SIM_TRUTH_TRUTH_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -2,9 +2,9 @@
 /// Checksum, octet codec and packets. Baselines: the checksum octet by octet; shifts without bounds; the
 /// checksum of the packet. Three packets, encoded and decoded, against the same by spacepackets
 /// (test/bench/peers/spacepackets), where that is built: both must give the same octets.
-#include "fsw/framework/base/crc.h"
-#include "fsw/framework/base/octets.h"
-#include "pus/packet.h"
+#include "base/crc.h"
+#include "base/octets.h"
+#include "pus/core/packet.h"
 #include "test/bench/measure.h"
 
 #include <dlfcn.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Events: what a reported one takes beyond the same report without a table of events and their limits, and
 // what an event of a storm takes that its limit does not let pass, against one that is reported.
-#include "pus/st05_events.h"
-#include "pus/tailoring.h"
+#include "pus/st05/st05_events.h"
+#include "pus/core/tailoring.h"
 #include "test/bench/measure.h"
 
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 /// 1000 parameter monitors of ST[12] in one cycle: all due, as they are ten times a second, and none due. The
 /// value is microseconds a cycle: 1000 are one percent of a processor at 10 Hz. Baseline: reading the same
 /// values through the same port and comparing them with two bounds.
-#include "pus/st12_monitoring.h"
+#include "pus/st12/st12_monitoring.h"
 #include "test/bench/measure.h"
 
 #include <stdlib.h>

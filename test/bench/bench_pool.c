@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Take and release of a pool's block. Baselines: a bare free list that refuses what is foreign or free
 /// already; malloc and free of the same size, in a program with threads.
-#include "fsw/framework/resource/pool.h"
+#include "base/pool.h"
 #include "osal/include/osal/task.h"
 #include "test/bench/measure.h"
 

@@ -3,7 +3,7 @@
 /// known ones (test/support/hostile_procedures.h). The value is microseconds a cycle of 10 ms. Baseline: the
 /// same units spent on plain additions.
 #include "fsw/procedures/procedure_engine.h"
-#include "fsw/supervisor/onboard_procedures.h"
+#include "fsw/supervisor/services/onboard_procedures.h"
 #include "test/bench/measure.h"
 #include "test/support/hostile_procedures.h"
 

@@ -3,7 +3,7 @@
 /// step with nothing due. Baselines: a sorted array that is moved to make room, with the same packets checked
 /// and copied; one comparison of times. The last row is the first with 100 activities as its baseline: the
 /// price of many.
-#include "pus/st11_time_schedule.h"
+#include "pus/st11/st11_time_schedule.h"
 #include "test/bench/measure.h"
 
 #include <stdlib.h>

@@ -29,19 +29,20 @@ ALLOWED = 90000
 ALLOWED_CORTEX_M = 128 * 1024
 ALLOWED_RAM = 256 * 1024
 SIZES = """
-#include "fsw/app/seat.h"
+#include "fsw/programs/seat.h"
 #include "fsw/subsystems/communication/communication.h"
 uint8_t seat[sizeof(seat_t)];
 uint8_t descriptor[sizeof(subsystem_descriptor_t)];
 uint8_t queues[sizeof((const communication_t*)0)->queues];
 """
-SERVICE = re.compile(r"pus/st(\d+)_")
+PUS = sorted(path for path in pathlib.Path("pus").glob("*/*.c") if path.parent.name != "tool")
+SERVICE = re.compile(r"pus/(?:st\d+|private)/st(\d+)_")
 EVERYWHERE = {1, 3, 5, 8, 17, 20, 129, 130} # Services that every subsystem has.
 # What is there only where it is used: a row's name, and its sources.
 OPTIONAL = {
     **{f"endnode_{way}": re.compile(rf"fsw/framework/dataflow/flow_{way}\.c") for way in ("mqueue", "shm", "stream", "tcp", "udp")},
     "control": re.compile(r"fsw/framework/control/"),
-    "resource_governor": re.compile(r"fsw/framework/resource/(resource|quota)\.c"),
+    "resource_governor": re.compile(r"base/(resource|quota)\.c"),
     "sdls": re.compile(r"fsw/framework/sdls/"),
     "peer_of_subsystems": re.compile(r"pus/(packet_report|st05_occurrence|st130_peer)\.c"),
     "takeover_of_channels": re.compile(r"fsw/framework/message/(message_positions|octet_ring_refill)\.c"),
@@ -91,7 +92,7 @@ def option_of(source):
 
 
 def is_everywhere(source):
-    if source.parts[0] == "fsw":
+    if source.parts[0] in ("base", "fsw"):
         return not NEEDED.match(str(source)) and option_of(source) is None
     return service_of(source) in EVERYWHERE
 
@@ -143,14 +144,14 @@ def report_ram():
     source = OUT / "sizes.c"
     source.write_text(SIZES)
     sizes = symbols(compiled(source))
-    for program in sorted(pathlib.Path("fsw/app").glob("*_program.c")):
+    for program in sorted(pathlib.Path("fsw/programs").glob("*_program.c")):
         name = program.stem.removesuffix("_program")
         octets = symbols(compiled(program))["storage"] + sizes["seat"] + sizes["descriptor"]
         if name == "communication":
             octets -= sizes["queues"]
             print(f"BENCH ram_communication_queues {sizes['queues']} octets -")
         print(f"BENCH ram_{name} {octets} octets {'-' if name == 'supervisor' else ALLOWED_RAM}")
-    once = symbols(compiled(pathlib.Path("fsw/app/executive.c")))["storage"] - sizes["seat"] - sizes["descriptor"]
+    once = symbols(compiled(pathlib.Path("fsw/programs/executive.c")))["storage"] - sizes["seat"] - sizes["descriptor"]
     print(f"BENCH ram_once_in_a_program {once} octets -")
 
 
@@ -159,14 +160,15 @@ def main():
     OUT.mkdir(parents=True)
     folders = [folder for folder in sorted(pathlib.Path("fsw/framework").iterdir()) if folder.is_dir()]
     objects = {}
-    for folder in [*folders, pathlib.Path("pus")]:
-        of_folder = {source: compiled(source) for source in sorted(folder.glob("*.c"))}
+    for folder in [pathlib.Path("base"), *folders, pathlib.Path("pus")]:
+        sources = sorted(folder.glob("*.c")) or PUS
+        of_folder = {source: compiled(source) for source in sources}
         objects.update(of_folder)
         print(f"BENCH text_{folder.name} {sum(map(text_of, of_folder.values()))} octets -")
     check_everywhere(objects)
     report_options(objects)
     report_ram()
-    report_cortex_m(sorted(pathlib.Path("pus").glob("*.c")))
+    report_cortex_m(PUS)
 
 
 if __name__ == "__main__":

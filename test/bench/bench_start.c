@@ -3,7 +3,7 @@
 /// descriptors, opened what they need and asked for their first turn. Baseline: the same programs started the
 /// same way, ending at once.
 #define _GNU_SOURCE
-#include "fsw/app/launcher_internal.h"
+#include "launcher/launcher_internal.h"
 #include "osal/include/osal/clock.h"
 #include "test/bench/measure.h"
 

@@ -12,7 +12,7 @@ $B/obj/test/bench/transport/iceoryx.o: CPPFLAGS += -isystem $(ICEORYX)
 
 define transport_rule
 $B/bench/transport/$1: $(call objects,test/bench/transport/$1.c test/bench/transport/round_trip.c) \
-                       $(foreach d,osal/posix fsw/framework/base fsw/framework/rtlink,$(call library,$d))
+                       $(foreach d,osal/posix base fsw/framework/rtlink,$(call library,$d))
 	@mkdir -p $$(@D)
 	$(Q)$(CC) $(CFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) $(transport_needs_$1) -lpthread
 endef

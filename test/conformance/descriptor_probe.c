@@ -4,7 +4,7 @@
 //   probe mission FILE..     the same
 //   probe compiled FOLDER    generated headers against the descriptors in a folder: prints "agree" or what
 //   differs
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/parameter/parameter.h"
 #include "generated/communication_descriptor.h"

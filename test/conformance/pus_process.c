@@ -8,13 +8,13 @@
 ///     cuc, cds   report the time as a spacecraft time packet of that format, a report every 4 s
 ///
 /// Each report or request is printed as a line of hexadecimal digits; a line "." ends the answer to a line.
-#include "pus/requester.h"
-#include "pus/st01_verification.h"
-#include "pus/st05_events.h"
-#include "pus/st08_functions.h"
-#include "pus/st09_time.h"
-#include "pus/st17_test.h"
-#include "pus/st20_parameters.h"
+#include "pus/core/requester.h"
+#include "pus/st01/st01_verification.h"
+#include "pus/st05/st05_events.h"
+#include "pus/st08/st08_functions.h"
+#include "pus/st09/st09_time.h"
+#include "pus/st17/st17_test.h"
+#include "pus/st20/st20_parameters.h"
 
 #include <stdio.h>
 #include <string.h>

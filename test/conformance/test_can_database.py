@@ -241,7 +241,8 @@ def copied(tmp_path):
     """A tree of descriptors and generator to change something in; edit(file, old, new), then make()."""
     for part in ("descriptors", "gse/generator", "pus/catalogue"):
         shutil.copytree(ROOT / part, tmp_path / part)
-    shutil.copy2(ROOT / "pus" / "tailoring.h", tmp_path / "pus")
+    (tmp_path / "pus" / "core").mkdir()
+    shutil.copy2(ROOT / "pus" / "core" / "tailoring.h", tmp_path / "pus" / "core")
 
     def edit(name, old, new):
         path = tmp_path / "descriptors" / name

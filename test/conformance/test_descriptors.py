@@ -19,7 +19,7 @@ MISSION = DESCRIPTORS / "missions" / "rokviss.xml"
 SUBSYSTEMS = sorted((DESCRIPTORS / "subsystems").glob("*.xml"))
 FLAGS = "-std=c99 -D_POSIX_C_SOURCE=200809L -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror"
 SOURCES = (
-    "fsw/framework/base/*.c",
+    "base/*.c",
     "fsw/framework/xml/*.c",
     "fsw/framework/descriptor/*.c",
     "fsw/framework/parameter/*.c",
@@ -459,7 +459,7 @@ def test_every_function_may_be_called_somewhere_and_no_upward_step_skips_a_state
 
 
 def test_schema_and_generator_have_the_capacities_of_the_flight_software():
-    header = (ROOT / "fsw/framework/base/capacities.h").read_text(encoding="utf-8")
+    header = (ROOT / "base/capacities.h").read_text(encoding="utf-8")
     capacities = {name: int(number) for name, number in re.findall(r"#define CAPACITY_(\w+) (\d+)U", header)}
     header = (ROOT / "fsw/framework/descriptor/mission_descriptor.h").read_text(encoding="utf-8")
     capacities |= {name: int(number) for name, number in re.findall(r"#define MISSION_(\w+)_MAX (\d+)U", header)}

@@ -47,7 +47,8 @@ class Process:
 
 def build(path, *sources):
     """Build a program with sanitizers from sources and our libraries as `make test` has built them, or does now."""
-    libraries = [f"build/sanitize/lib/lib{name}.a" for name in ("pus", "fsw_framework_resource", "fsw_framework_base", "osal_posix")]
+    pus = sorted(f"pus_{folder.name}" for folder in (ROOT / "pus").iterdir() if folder.name not in ("catalogue", "tool"))
+    libraries = [f"build/sanitize/lib/lib{name}.a" for name in (*pus, "base", "osal_posix")]
     quiet = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
     subprocess.run(["make", "-s", "SANITIZE=1", *libraries], cwd=ROOT, env=quiet, check=True, stdout=subprocess.DEVNULL)
     sources = [*sources, ROOT / "test/support/assertion.c"]

@@ -10,7 +10,7 @@
 #include "test/fuzz/fuzz.h"
 #include "test/fuzz/memory_socket.h"
 
-#include "pus/packet.h"
+#include "pus/core/packet.h"
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
 // Data frames of a real-time link: what is accepted, encoded again, gives the same octets; a consumer takes
 // frames of its own link, epoch and layout only, and its sequence never runs backwards. Each record is a
 // frame.
-#include "fsw/framework/base/crc.h"
+#include "base/crc.h"
 #include "fsw/framework/rtlink/link_channel.h"
 #include "test/fuzz/fuzz.h"
 

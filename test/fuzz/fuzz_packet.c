@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Space packets: what is accepted, encoded again, gives the same octets; each report of services 1, 129, 130
 // and 131 that can be read, written again, gives the same source data; readers end on the last octet.
-#include "fsw/framework/base/octets.h"
-#include "pus/packet.h"
-#include "pus/st01_verification.h"
-#include "pus/st129_management.h"
-#include "pus/st130_rtlink.h"
-#include "pus/st131_mission.h"
+#include "base/octets.h"
+#include "pus/core/packet.h"
+#include "pus/st01/st01_verification.h"
+#include "pus/private/st129_management.h"
+#include "pus/private/st130_rtlink.h"
+#include "pus/private/st131_mission.h"
 #include "test/fuzz/fuzz.h"
 
 #include <string.h>

@@ -2,7 +2,7 @@
 // The parts of a packet log as the archive reads them back: spool records (kind even) and lines (kind odd),
 // in pieces as they are written. The reader never stops at a record that is whole, and keeps what is not.
 #define main packet_archive_main
-#include "fsw/app/packet_archive_sqlite_main.c"
+#include "launcher/packet_archive_sqlite_main.c"
 #undef main
 
 #include "test/fuzz/fuzz.h"

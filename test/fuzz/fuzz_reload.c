@@ -6,7 +6,7 @@
 #include "fsw/framework/subsystem/component.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
 #include "generated/manipulator_descriptor.h"
-#include "pus/packet.h"
+#include "pus/core/packet.h"
 #include "test/fuzz/fuzz.h"
 #include "test/fuzz/memory_socket.h"
 #include "test/support/scripted_bus.h"

@@ -2,8 +2,8 @@
 // Frames of the authenticated ground link. Octets of the input are never accepted as they are: nobody has the
 // key. Frames that the target seals with the key are accepted exactly if their number is the next one, over
 // connections, restarts and disks that refuse. Each record is a frame, or what is to be sealed.
-#include "fsw/framework/base/crc.h"
-#include "fsw/framework/base/octets.h"
+#include "base/crc.h"
+#include "base/octets.h"
 #include "fsw/framework/sdls/sdls.h"
 #include "test/fuzz/fuzz.h"
 

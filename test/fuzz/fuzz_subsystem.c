@@ -8,7 +8,7 @@
 // drive.
 #include "fsw/framework/subsystem/component.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
-#include "pus/st01_verification.h"
+#include "pus/st01/st01_verification.h"
 #include "test/fuzz/can_records.h"
 #include "test/fuzz/memory_socket.h"
 #include "test/support/scripted_bus.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Short texts from files: addresses of end nodes, and numbers of every type. The first octet chooses.
-#include "fsw/framework/base/number.h"
-#include "fsw/framework/base/text.h"
-#include "fsw/framework/base/value.h"
+#include "base/number.h"
+#include "base/text.h"
+#include "base/value.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "test/fuzz/fuzz.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/fuzz/fuzz.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/crc.h"
+#include "base/assertion.h"
+#include "base/crc.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Branch and line coverage of the flight side by the C tests, per library, against the marks in coverage.txt.
 
-Reads what a run of `make coverage` left under build/coverage/ with gcovr. Programs (fsw/app, pus/tool) are not in it:
+Reads what a run of `make coverage` left under build/coverage/ with gcovr. Programs (fsw/programs, launcher, pus/tool) are not in it:
 they are flown and called by the Python tests. Branches of FSW_ASSERT do not count: they
 belong to coding errors. Branches that no input can take stand in coverage_exclusions.txt with their reason; an
 exclusion that fits nothing any more is a finding. A library below its mark is a finding, and so is an open branch in
@@ -19,8 +19,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 MARKS = ROOT / "test/lint/coverage.txt"
 EXCLUSIONS = ROOT / "test/lint/coverage_exclusions.txt"
 REPORT = ROOT / "build/coverage/coverage.json"
-GCOVR = ["gcovr", "--root", ".", "--object-directory", "build/coverage/obj", "--filter", r"(osal/posix|pus|fsw)/.*\.[ch]$",
-         "--exclude", "pus/tool/", "--exclude", "fsw/app/", "--exclude-branches-by-pattern", r".*FSW_ASSERT\(.*"]
+GCOVR = ["gcovr", "--root", ".", "--object-directory", "build/coverage/obj", "--filter", r"(base|osal/posix|pus|fsw)/.*\.[ch]$",
+         "--exclude", "pus/tool/", "--exclude", "fsw/programs/", "--exclude-branches-by-pattern", r".*FSW_ASSERT\(.*"]
 
 
 class Exclusion:
@@ -65,12 +65,18 @@ def percent(part, whole):
     return 100.0 if part == whole else (1000 * part // whole) / 10
 
 
-def measure(report, sources, exclusions):
+def library_of(path, names):
+    """Name of the library of a file: the row of coverage.txt that holds it, or its folder."""
+    folder = path.rpartition("/")[0]
+    return next((name for name in names if f"{folder}/".startswith(f"{name}/")), folder)
+
+
+def measure(report, sources, exclusions, names=()):
     """Library by name out of gcovr's report; `sources` gives the lines of a file."""
     libraries = {}
     for file in report["files"]:
         path = file["file"]
-        library = libraries.setdefault(path.rpartition("/")[0], Library())
+        library = libraries.setdefault(library_of(path, names), Library())
         rows = [row for row in exclusions if row.path == path]
         texts = sources(path)
         for line in file["lines"]:
@@ -144,8 +150,8 @@ def main():
     parser.add_argument("--open", default="", help="print open branches of the libraries that match this pattern")
     arguments = parser.parse_args()
     exclusions = [Exclusion(*row) for row in read_rows(EXCLUSIONS)]
-    libraries = measure(report_of_gcovr(arguments.jobs), lambda path: (ROOT / path).read_text().splitlines(), exclusions)
     marks = read_marks(MARKS) if MARKS.exists() else {}
+    libraries = measure(report_of_gcovr(arguments.jobs), lambda path: (ROOT / path).read_text().splitlines(), exclusions, marks)
     if arguments.update:
         write_marks(MARKS, libraries, marks)
         marks = read_marks(MARKS)

@@ -39,7 +39,8 @@ def breaches(path, layers, headers):
     place = re.sub(r"^test/(unit|contract)/", "", path)
     home, sees = first_match(layers, place)
     system = ["*"] if is_test else first_match(headers, place)[1]
-    extra = [path.rpartition("/")[0], "test/support"] if is_test else []
+    folder = path.rpartition("/")[0]
+    extra = [folder, folder.rpartition("/")[0] + "/fixtures", "test/support"] if is_test else []
     for line in INCLUDE.finditer((ROOT / path).read_text()):
         kind, name = line.groups()
         if kind == "<":
@@ -55,7 +56,7 @@ def breaches(path, layers, headers):
 
 def main():
     layers, headers = read_rules(ROOT / "test/lint/layers.txt")
-    tops = ("osal", "pus", "fsw", "sim", "test/unit", "test/contract", "test/bench", "test/fuzz")
+    tops = ("base", "osal", "pus", "fsw", "launcher", "sim", "test/unit", "test/contract", "test/bench", "test/fuzz")
     files = [str(p.relative_to(ROOT)) for top in tops for p in sorted((ROOT / top).rglob("*.[ch]"))]
     failures = [text for path in files for text in breaches(path, layers, headers)]
     print("\n".join(failures) if failures else f"check: layers respected by {len(files)} files")

@@ -16,7 +16,7 @@ FENCE = re.compile(r"^(```|~~~).*?^\1[^\n]*$", re.MULTILINE | re.DOTALL)
 INLINE_CODE = re.compile(r"`[^`\n]*`")
 LINK = re.compile(r"!?\[[^\]\n]*\]\(\s*<?([^)>\s]+)>?(?:\s+\"[^\"]*\")?\s*\)|^\[[^\]\n]+\]:\s*(\S+)", re.MULTILINE)
 HEADING = re.compile(r"^#{1,6}\s+(.+?)\s*#*$", re.MULTILINE)
-NAMED_PATH = re.compile(r"`((?:osal|pus|fsw|sim|gse|test|docs|descriptors)/[\w./-]*\w\.(?:c|h|py|md|xml|xsd|eds|txt|sh|scn))`")
+NAMED_PATH = re.compile(r"`((?:base|osal|pus|fsw|launcher|sim|gse|test|docs|descriptors)/[\w./-]*\w\.(?:c|h|py|md|xml|xsd|eds|txt|sh|scn))`")
 
 
 def blanked(pattern, text):

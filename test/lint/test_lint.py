@@ -25,35 +25,35 @@ def layer_breaches(tmp_path, monkeypatch, path, text):
 @pytest.mark.parametrize(
     "path, include, allowed",
     [
-        ("fsw/framework/base/a.c", '"fsw/framework/base/status.h"', True),
-        ("fsw/framework/base/a.c", '"fsw/framework/resource/pool.h"', False),
-        ("fsw/framework/base/a.c", "<stdint.h>", True),
-        ("fsw/framework/base/a.c", "<stdio.h>", False),
-        ("fsw/framework/base/a.c", '"status.h"', False),
-        ("fsw/framework/base/a.c", '"fsw/framework/base/../resource/pool.h"', False),
+        ("base/a.c", '"base/status.h"', True),
+        ("base/a.c", '"pus/core/packet.h"', False),
+        ("base/a.c", "<stdint.h>", True),
+        ("base/a.c", "<stdio.h>", False),
+        ("base/a.c", '"status.h"', False),
+        ("base/a.c", '"base/../pus/core/packet.h"', False),
         ("fsw/framework/xml/a.c", "<expat.h>", True),
         ("fsw/framework/descriptor/a.c", "<expat.h>", False),
         ("fsw/framework/message/a.c", '"osal/include/osal/socket.h"', True),
         ("fsw/framework/message/a.c", '"osal/posix/socket.h"', False),
         ("fsw/framework/message/a.c", "<sys/socket.h>", False),
         ("osal/posix/a.c", "<sys/socket.h>", True),
-        ("osal/posix/a.c", '"fsw/framework/resource/pool.h"', False),
+        ("osal/posix/a.c", '"pus/core/packet.h"', False),
         ("pus/a.c", '"fsw/framework/subsystem/subsystem.h"', False),
-        ("fsw/framework/subsystem/a.c", '"pus/packet.h"', True),
+        ("fsw/framework/subsystem/a.c", '"pus/core/packet.h"', True),
         ("fsw/framework/subsystem/a.c", '"fsw/canopen/master.h"', False),
         ("fsw/subsystems/one/a.c", '"fsw/subsystems/one/b.h"', True),
         ("fsw/subsystems/one/a.c", '"fsw/subsystems/two/b.h"', False),
         ("fsw/subsystems/one/a.c", '"fsw/supervisor/b.h"', False),
         ("fsw/subsystems/one/a.c", '"generated/one_descriptor.h"', True),
         ("fsw/supervisor/a.c", '"fsw/subsystems/one/b.h"', False),
-        ("fsw/app/a.c", '"fsw/subsystems/one/b.h"', True),
-        ("fsw/app/a.c", "<sqlite3.h>", False),
-        ("fsw/app/sqlite_writer.c", "<sqlite3.h>", True),
-        ("sim/bus/a.c", '"fsw/framework/base/status.h"', True),
-        ("sim/bus/a.c", '"fsw/framework/base/crc.h"', False),
+        ("fsw/programs/a.c", '"fsw/subsystems/one/b.h"', True),
+        ("launcher/a.c", "<sqlite3.h>", False),
+        ("launcher/sqlite_writer.c", "<sqlite3.h>", True),
+        ("sim/bus/a.c", '"base/status.h"', True),
+        ("sim/bus/a.c", '"base/crc.h"', False),
         ("sim/bus/a.c", '"sim/plant/plant.h"', True),
-        ("fsw/elsewhere/a.c", '"fsw/framework/base/status.h"', False),
-        ("test/unit/pus/test_a.c", '"pus/packet.h"', True),
+        ("fsw/elsewhere/a.c", '"base/status.h"', False),
+        ("test/unit/pus/test_a.c", '"pus/core/packet.h"', True),
         ("test/unit/pus/test_a.c", '"unity.h"', True),
         ("test/unit/pus/test_a.c", '"test/support/assertion.h"', True),
         ("test/unit/pus/test_a.c", '"fsw/supervisor/b.h"', False),
@@ -73,7 +73,7 @@ def test_layers(tmp_path, monkeypatch, path, include, allowed):
         ("double sqrt(double); double f(double x) { return sqrt(x); }", "fsw/a.c", None),
         ("static int n; int f(void) { return n++; }", "fsw/a.c", "mutable data"),
         ("static int n = 1; int f(void) { return n++; }", "fsw/a.c", "mutable data"),
-        ("static int n; int f(void) { return n++; }", "fsw/app/a.c", None),
+        ("static int n; int f(void) { return n++; }", "fsw/programs/a.c", None),
         ("static const char* const t[] = {\"a\"}; const char* f(int i) { return t[i]; }", "fsw/a.c", None),
         ("int f(int i) { return i + 1; }", "pus/a.c", None),
     ],
@@ -122,7 +122,7 @@ def test_long_python_functions_are_found(tmp_path, monkeypatch):
 DEVIATIONS = """
 | D-15.5 | everywhere | more than one return | refusals leave first |
 | D-7.1 | `osal/posix` | octal | modes |
-| D-8.6 | `fsw/app/*_main.c`, `pus/tool/*_main.c` | mains | programs |
+| D-8.6 | `fsw/programs/*_main.c`, `pus/tool/*_main.c` | mains | programs |
 | D-1.2 | by hand: `osal` | atomics | none in C99 |
 | F-returnDanglingLifetime | `pus/a.c` | a pointer | none |
 """
@@ -135,8 +135,8 @@ DEVIATIONS = """
         ("pus/b.c:3: misra-c2012-7.1 text", True),
         ("osal/posix/b.c:3: misra-c2012-7.1 text", False),
         ("osal/posixer/b.c:3: misra-c2012-7.1 text", True),
-        ("fsw/app/arm_main.c:3: misra-c2012-8.6 text", False),
-        ("fsw/app/arm.c:3: misra-c2012-8.6 text", True),
+        ("fsw/programs/arm_main.c:3: misra-c2012-8.6 text", False),
+        ("fsw/programs/arm.c:3: misra-c2012-8.6 text", True),
         ("pus/a.c:3: returnDanglingLifetime text", False),
         ("pus/b.c:3: nullPointer text", True),
         ("build/generated/a.h:3: misra-c2012-7.1 text", True),
@@ -148,7 +148,7 @@ def test_misra(finding, is_open):
     found, unused = check_misra.judge([finding], check_misra.read_deviations(DEVIATIONS))
     assert (found == [finding]) == is_open
     assert 5 not in unused, "what is decided by hand needs no finding"
-    assert len(unused) == (3 if finding.startswith(("pus/b.c:3: misra-c2012-15.5", "osal/posix/", "fsw/app/arm_", "pus/a.c"))
+    assert len(unused) == (3 if finding.startswith(("pus/b.c:3: misra-c2012-15.5", "osal/posix/", "fsw/programs/arm_", "pus/a.c"))
                            else 4)
 
 

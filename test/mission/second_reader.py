@@ -55,9 +55,8 @@ def _compile(place, descriptor):
     names = place / "build" / "shadow" / "generated"
     names.mkdir(parents=True)
     (names / "manipulator_descriptor.h").write_text(c_header.header(model, descriptor.name), encoding="utf-8")
-    sources = [*flying.ROOT.glob("fsw/app/manipulator_*.c"), *flying.ROOT.glob("fsw/subsystems/manipulator/*.c")]
-    libraries = [path for kind in ("fsw", "osal", "pus") for path in sorted(flying.ROOT.glob(f"build/lib/lib{kind}_*.a"))]
-    libraries.append(flying.ROOT / "build" / "lib" / "libpus.a")
+    sources = [*flying.ROOT.glob("fsw/programs/manipulator_*.c"), *flying.ROOT.glob("fsw/subsystems/manipulator/*.c")]
+    libraries = [path for kind in ("base", "fsw_", "osal_", "pus_") for path in sorted(flying.ROOT.glob(f"build/lib/lib{kind}*.a"))]
     command = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-O1", f"-I{names.parent}", f"-I{flying.ROOT}", f"-I{flying.ROOT / 'build'}", "-o",
                place / "build" / "bin" / "shadow", *sources, "-Wl,--start-group", *libraries, "-Wl,--end-group", "-lexpat", "-llua5.4", "-lpthread", "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

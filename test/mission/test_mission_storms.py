@@ -98,7 +98,7 @@ def stormy(hangar):
     shutil.copytree(flying.BIN, programs)
     libraries = [str(path) for path in (flying.ROOT / "build" / "lib").glob("lib*.a") if not path.name.startswith(("libsim", "libtest"))]
     words = ["gcc", "-std=gnu99", "-O2", "-I.", "-Ibuild", "-Ibuild/generated", "-o", programs / "joystick", "test/mission/storm.c"]
-    words += ["build/obj/fsw/app/joystick_main.o", "-Wl,--wrap=joystick_control", "-Wl,--start-group", *libraries, "-Wl,--end-group"]
+    words += ["build/obj/fsw/programs/joystick_main.o", "-Wl,--wrap=joystick_control", "-Wl,--start-group", *libraries, "-Wl,--end-group"]
     subprocess.run([*words, "-Wl,--as-needed", "-lexpat", "-llua5.4", "-lnettle", "-lpthread", "-lm"], cwd=flying.ROOT, check=True)
     return programs
 

@@ -203,7 +203,7 @@ def test_nothing_was_compiled_for_a_change_of_configuration(pupil):
         ({"NAME": "switch"}, "NAME=switch: expected a name that is no word of C"),
         ({"NAME": "../evil"}, "NAME=../evil: expected"),
         ({"NAME": "drives"}, "NAME=drives: expected another name: drives_t is there already, in fsw/drives/drives.h:"),
-        ({"NAME": "seat"}, "NAME=seat: expected another name: seat_t is there already, in fsw/app/"),
+        ({"NAME": "seat"}, "NAME=seat: expected another name: seat_t is there already, in fsw/programs/"),
         ({"NAME": "parameter"}, "NAME=parameter: expected another name: parameter_init is there already, in fsw/framework/parameter/parameter.h:"),
         ({"NAME": "gripper_parameters"}, "gripper_parameters_t is there already, in fsw/subsystems/gripper/"),
         ({"NAME": "size"}, "NAME=size: expected a name that is no type of C: size_t is one"),
@@ -239,7 +239,7 @@ def test_long_and_short_names_fly_in_the_house_format(pupil):
         assert re.search(rf'id="{apid}"', (pupil.place / f"descriptors/subsystems/{name.replace('_', '-')}.xml").read_text())
     done = pupil.run(["make"])
     assert done.returncode == 0, done.stdout
-    sources = [str(path) for folder in ("fsw/subsystems", "fsw/app", "test/unit/fsw/subsystems") for path in (pupil.place / folder).rglob("*.[ch]")]
+    sources = [str(path) for folder in ("fsw/subsystems", "fsw/programs", "test/unit/fsw/subsystems") for path in (pupil.place / folder).rglob("*.[ch]")]
     assert pupil.run(["clang-format", "--dry-run", "-Werror", *sources]).returncode == 0
     for scenario in ("ox", "a-star-tracker-of-size24"):
         for form in ("processes", "image"):

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/support/assertion.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <setjmp.h>
 #include <stdio.h>

@@ -3,8 +3,8 @@
 #ifndef TEST_SUPPORT_CONSISTENT_POOL_H
 #define TEST_SUPPORT_CONSISTENT_POOL_H
 
-#include "fsw/framework/resource/pool.h"
-#include "fsw/framework/resource/resource.h"
+#include "base/pool.h"
+#include "base/resource.h"
 
 #include <string.h>
 

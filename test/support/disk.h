@@ -3,7 +3,7 @@
 #ifndef TEST_SUPPORT_DISK_H
 #define TEST_SUPPORT_DISK_H
 
-#include "pus/file_store.h"
+#include "pus/core/file_store.h"
 
 #define DISK_FILES_MAX 700U
 #define DISK_FILE_SIZE 40000U ///< Largest file with content [octets].

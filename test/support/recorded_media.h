@@ -4,7 +4,7 @@
 #ifndef TEST_SUPPORT_RECORDED_MEDIA_H
 #define TEST_SUPPORT_RECORDED_MEDIA_H
 
-#include "fsw/framework/base/medium.h"
+#include "base/medium.h"
 
 #include <stdbool.h>
 

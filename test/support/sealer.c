@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/support/sealer.h"
 
-#include "fsw/framework/base/crc.h"
-#include "fsw/framework/base/octets.h"
+#include "base/crc.h"
+#include "base/octets.h"
 
 #include "unity.h"
 

@@ -12,7 +12,7 @@
 #ifndef FSW_FRAMEWORK_DATAFLOW_ENDNODE_H
 #define FSW_FRAMEWORK_DATAFLOW_ENDNODE_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "osal/include/osal/socket.h"
 
 #include <stdbool.h>

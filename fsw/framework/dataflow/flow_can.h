@@ -13,7 +13,7 @@
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_CAN_H
 #define FSW_FRAMEWORK_DATAFLOW_FLOW_CAN_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/dataflow/reconnect.h"
 #include "osal/include/osal/can.h"

@@ -16,11 +16,11 @@
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_SHM_H
 #define FSW_FRAMEWORK_DATAFLOW_FLOW_SHM_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/dataflow/reconnect.h"
 #include "fsw/framework/dataflow/record.h"
-#include "fsw/framework/resource/quota.h"
+#include "base/quota.h"
 #include "osal/include/osal/shm.h"
 
 #include <stdbool.h>

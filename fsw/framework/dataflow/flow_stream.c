@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/dataflow/flow_stream.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "osal/include/osal/serial.h"
 
 #include <string.h>

@@ -14,13 +14,13 @@
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_STREAM_H
 #define FSW_FRAMEWORK_DATAFLOW_FLOW_STREAM_H
 
-#include "fsw/framework/base/flow_format.h"
-#include "fsw/framework/base/status.h"
+#include "base/flow_format.h"
+#include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/dataflow/framing.h"
 #include "fsw/framework/dataflow/reconnect.h"
 #include "fsw/framework/dataflow/record.h"
-#include "fsw/framework/resource/quota.h"
+#include "base/quota.h"
 #include "osal/include/osal/device.h"
 #include "osal/include/osal/socket.h"
 

@@ -15,9 +15,9 @@
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_TCP_H
 #define FSW_FRAMEWORK_DATAFLOW_FLOW_TCP_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
-#include "fsw/framework/resource/quota.h"
+#include "base/quota.h"
 #include "osal/include/osal/socket.h"
 
 #include <stdbool.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/dataflow/flow_udp.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #define DATAGRAMS_PER_CALL 64U // Passed over at most before the caller gets its turn back.
 

@@ -10,8 +10,8 @@
 #ifndef FSW_FRAMEWORK_DATAFLOW_FRAMING_H
 #define FSW_FRAMEWORK_DATAFLOW_FRAMING_H
 
-#include "fsw/framework/base/flow_format.h"
-#include "fsw/framework/base/status.h"
+#include "base/flow_format.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

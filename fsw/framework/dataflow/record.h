@@ -12,9 +12,9 @@
 #ifndef FSW_FRAMEWORK_DATAFLOW_RECORD_H
 #define FSW_FRAMEWORK_DATAFLOW_RECORD_H
 
-#include "fsw/framework/base/flow_format.h"
-#include "fsw/framework/base/status.h"
-#include "fsw/framework/base/value.h"
+#include "base/flow_format.h"
+#include "base/status.h"
+#include "base/value.h"
 
 #include <stddef.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/framework/base/crc.h"
-#include "fsw/framework/base/number.h"
+#include "base/crc.h"
+#include "base/number.h"
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
 #include <string.h>

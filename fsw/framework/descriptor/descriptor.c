@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/descriptor/descriptor.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/text.h"
+#include "base/assertion.h"
+#include "base/text.h"
 #include "fsw/framework/descriptor/mission_builder.h"
 #include "fsw/framework/descriptor/subsystem_builder.h"
 #include "osal/include/osal/file.h"

@@ -16,7 +16,7 @@
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_DESCRIPTOR_H
 #define FSW_FRAMEWORK_DESCRIPTOR_DESCRIPTOR_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/descriptor/mission_descriptor.h"
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "fsw/framework/xml/xml.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/descriptor/mission_descriptor.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 typedef char
     subsystems_fit[(offsetof(mission_subsystem_t, apid) == offsetof(descriptor_event_t, id)) ? 1 : -1];

@@ -10,8 +10,8 @@
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H
 #define FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H
 
-#include "fsw/framework/base/capacities.h"
-#include "fsw/framework/base/status.h"
+#include "base/capacities.h"
+#include "base/status.h"
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 
 #include <stdbool.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the supervisor looks up in a mission; subsystems do not.
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "fsw/framework/descriptor/mission_descriptor.h"
 
 const mission_mode_t* mission_find_mode(const mission_descriptor_t* const mission, const uint8_t id)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a reader of the whole mission does beside: names in permissions and plans, found in the descriptors of
 // all subsystems, and the mission's hashes.
-#include "fsw/framework/base/crc.h"
+#include "base/crc.h"
 #include "fsw/framework/descriptor/mission_builder.h"
 
 #define SERVICE_FUNCTIONS 8U

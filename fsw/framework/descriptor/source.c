@@ -2,8 +2,8 @@
 // Elements, lists, hash and errors; attributes' values are read in source_value.c.
 #include "fsw/framework/descriptor/source.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/crc.h"
+#include "base/assertion.h"
+#include "base/crc.h"
 
 #include <string.h>
 

@@ -15,9 +15,9 @@
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H
 
-#include "fsw/framework/base/status.h"
-#include "fsw/framework/base/text.h"
-#include "fsw/framework/base/value.h"
+#include "base/status.h"
+#include "base/text.h"
+#include "base/value.h"
 #include "fsw/framework/xml/xml.h"
 
 #include <stdbool.h>

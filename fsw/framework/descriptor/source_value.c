@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values of attributes: texts, numbers, times, words.
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/number.h"
+#include "base/assertion.h"
+#include "base/number.h"
 #include "fsw/framework/descriptor/source.h"
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 

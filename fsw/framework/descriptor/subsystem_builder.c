@@ -2,8 +2,8 @@
 // Parts of a subsystem descriptor that stand outside its configurations.
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
-#include "fsw/framework/base/capacities.h"
-#include "fsw/framework/base/number.h"
+#include "base/capacities.h"
+#include "base/number.h"
 
 #include <float.h>
 #include <string.h>

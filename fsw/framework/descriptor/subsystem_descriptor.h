@@ -13,10 +13,10 @@
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 
-#include "fsw/framework/base/flow_format.h"
-#include "fsw/framework/base/status.h"
-#include "fsw/framework/base/text.h"
-#include "fsw/framework/base/value.h"
+#include "base/flow_format.h"
+#include "base/status.h"
+#include "base/text.h"
+#include "base/value.h"
 
 #include <stdbool.h>
 #include <stddef.h>

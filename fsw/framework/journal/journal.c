@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/journal/journal.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/octets.h"
+#include "base/assertion.h"
+#include "base/octets.h"
 #include "fsw/framework/journal/journal_damage.h"
 #include "fsw/framework/journal/journal_index.h"
 #include "fsw/framework/journal/journal_record.h"

@@ -36,8 +36,8 @@
 #ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_H
 #define FSW_FRAMEWORK_JOURNAL_JOURNAL_H
 
-#include "fsw/framework/base/medium.h"
-#include "fsw/framework/base/status.h"
+#include "base/medium.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/journal/journal_record.h"
 
-#include "fsw/framework/base/crc.h"
-#include "fsw/framework/base/octets.h"
+#include "base/crc.h"
+#include "base/octets.h"
 
 #define MAGIC 0x484A524EU // "HJRN"
 #define MARK 0x484A4D4BU  // "HJMK"

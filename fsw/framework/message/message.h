@@ -31,8 +31,8 @@
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_H
 #define FSW_FRAMEWORK_MESSAGE_MESSAGE_H
 
-#include "fsw/framework/base/capacities.h"
-#include "fsw/framework/base/status.h"
+#include "base/capacities.h"
+#include "base/status.h"
 #include "fsw/framework/message/message_inbox.h"
 
 #include <stdbool.h>

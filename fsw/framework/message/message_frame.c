@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/message/message_frame.h"
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 
 #define MAGIC 0x484DU
 #define VERSION 1U

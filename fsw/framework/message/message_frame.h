@@ -7,7 +7,7 @@
 
 #include "fsw/framework/message/message.h"
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -11,7 +11,7 @@
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_INBOX_H
 #define FSW_FRAMEWORK_MESSAGE_MESSAGE_INBOX_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/message/octet_ring.h"
 
 #include <stdbool.h>

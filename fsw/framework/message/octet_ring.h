@@ -6,7 +6,7 @@
 #ifndef FSW_FRAMEWORK_MESSAGE_OCTET_RING_H
 #define FSW_FRAMEWORK_MESSAGE_OCTET_RING_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who comes back from a copy of its rings needs this: the supervisor.
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "fsw/framework/message/octet_ring.h"
 
 #include <string.h>

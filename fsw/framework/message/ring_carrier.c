@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/message/ring_carrier.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 void ring_carrier_init(ring_carrier_t* const hub, const delivery_notice_t notice)
 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/message/tipc_carrier.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 void tipc_carrier_init(tipc_carrier_t* const carrier, osal_socket_t* const socket, osal_socket_t* const watch,
                        const uint32_t type, const delivery_notice_t notice)

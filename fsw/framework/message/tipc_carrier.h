@@ -11,7 +11,7 @@
 #ifndef FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H
 #define FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/udp_carrier.h"
 #include "osal/include/osal/socket.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/message/udp_carrier.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 void udp_carrier_init(udp_carrier_t* const carrier, osal_socket_t* const socket,
                       const delivery_notice_t notice)

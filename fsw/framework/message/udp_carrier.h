@@ -5,7 +5,7 @@
 #ifndef FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H
 #define FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/message/message.h"
 #include "osal/include/osal/socket.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/parameter/parameter.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/number.h"
+#include "base/assertion.h"
+#include "base/number.h"
 
 #include <float.h>
 #include <string.h>

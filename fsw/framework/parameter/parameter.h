@@ -23,9 +23,9 @@
 #ifndef FSW_FRAMEWORK_PARAMETER_PARAMETER_H
 #define FSW_FRAMEWORK_PARAMETER_PARAMETER_H
 
-#include "fsw/framework/base/octets.h"
-#include "fsw/framework/base/status.h"
-#include "fsw/framework/base/value.h"
+#include "base/octets.h"
+#include "base/status.h"
+#include "base/value.h"
 #include "osal/include/osal/mutex.h"
 
 #include <stdbool.h>

@@ -4,7 +4,7 @@
 #ifndef FSW_FRAMEWORK_RTLINK_AGREEMENT_H
 #define FSW_FRAMEWORK_RTLINK_AGREEMENT_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdint.h>
 

@@ -13,7 +13,7 @@
 #ifndef FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H
 #define FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/rtlink/agreement.h"
 #include "fsw/framework/rtlink/link_frame.h"
 #include "osal/include/osal/doorbell.h"

@@ -7,7 +7,7 @@
 #ifndef FSW_FRAMEWORK_RTLINK_LINK_FRAME_H
 #define FSW_FRAMEWORK_RTLINK_LINK_FRAME_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/rtlink/agreement.h"
 
 #include <stdbool.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/sdls/sdls.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/octets.h"
+#include "base/assertion.h"
+#include "base/octets.h"
 
 #include <nettle/memops.h>
 #include <string.h>

@@ -19,7 +19,7 @@
 #ifndef FSW_FRAMEWORK_SDLS_SDLS_H
 #define FSW_FRAMEWORK_SDLS_SDLS_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/sdls/session_mark.h"
 
 #include <nettle/gcm.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/sdls/session_mark.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/crc.h"
-#include "fsw/framework/base/octets.h"
+#include "base/assertion.h"
+#include "base/crc.h"
+#include "base/octets.h"
 
 #include <stdbool.h>
 #include <string.h>

@@ -13,7 +13,7 @@
 #ifndef FSW_FRAMEWORK_SDLS_SESSION_MARK_H
 #define FSW_FRAMEWORK_SDLS_SESSION_MARK_H
 
-#include "fsw/framework/base/medium.h"
+#include "base/medium.h"
 
 #define SESSION_MARK_RECORD 32U ///< Octets of a copy.
 #define SESSION_MARK_APART 512U ///< From one copy to the other: they share no sector.

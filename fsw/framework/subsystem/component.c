@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/subsystem/component.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "fsw/framework/subsystem/component_internal.h"
 
-#include "pus/st01_verification.h"
+#include "pus/st01/st01_verification.h"
 
 #include <string.h>
 

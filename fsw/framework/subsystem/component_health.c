@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/subsystem/component.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 void subsystem_health(const subsystem_t* const subsystem, subsystem_health_t* const out_health)
 {

@@ -2,7 +2,7 @@
 // The member side of real-time links: offers, negotiation, opening, and the watch over freshness.
 #include "fsw/framework/subsystem/component_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <string.h>
 

@@ -2,8 +2,8 @@
 // Loops of services beside the component's own: each with its rate, its priority and its mailbox.
 #include "fsw/framework/subsystem/component_internal.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/octets.h"
+#include "base/assertion.h"
+#include "base/octets.h"
 
 #include <string.h>
 

@@ -2,9 +2,9 @@
 // Joins descriptor, parameters and packet services: the one place that knows all three.
 #include "fsw/framework/subsystem/component_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "fsw/framework/subsystem/optional_services.h"
-#include "pus/st01_verification.h"
+#include "pus/st01/st01_verification.h"
 
 #include <string.h>
 

@@ -2,8 +2,8 @@
 // Walks the state machine: runs entry actions with their time-outs and reports every change.
 #include "fsw/framework/subsystem/component_internal.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "pus/st01_verification.h"
+#include "base/assertion.h"
+#include "pus/st01/st01_verification.h"
 
 #include <string.h>
 

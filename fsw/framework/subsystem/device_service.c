@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/subsystem/device_service.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "fsw/framework/subsystem/optional_services.h"
 
 void device_service_add(component_t* const component, device_service_t* const service,

@@ -7,7 +7,7 @@
 #define FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H
 
 #include "fsw/framework/subsystem/component.h"
-#include "pus/st02_device_access.h"
+#include "pus/st02/st02_device_access.h"
 
 #define DEVICE_SERVICE_TIMEOUT_NS 1000000000ULL
 

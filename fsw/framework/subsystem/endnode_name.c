@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/subsystem/endnode_name.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/text.h"
+#include "base/assertion.h"
+#include "base/text.h"
 
 status_t endnode_name(const descriptor_endnode_t* const endnode, endnode_kind_t* const out_kind,
                       char out_name[ENDNODE_ADDRESS_MAX])

@@ -5,7 +5,7 @@
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_ENDNODE_NAME_H
 #define FSW_FRAMEWORK_SUBSYSTEM_ENDNODE_NAME_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 

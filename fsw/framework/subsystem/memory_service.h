@@ -23,8 +23,8 @@
 #define FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 
 #include "fsw/framework/subsystem/component.h"
-#include "pus/st06_memory.h"
-#include "pus/st20_definitions.h"
+#include "pus/st06/st06_memory.h"
+#include "pus/st20/st20_definitions.h"
 
 #define MEMORY_PARAMETERS 1U
 #define MEMORY_COMPONENT 2U

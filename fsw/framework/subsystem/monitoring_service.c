@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/subsystem/monitoring_service.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "fsw/framework/subsystem/optional_services.h"
 
 static bool is_event(void* const context, const uint16_t event_id)

@@ -2,15 +2,15 @@
 /// ST[12] of a subsystem (`<Service type="12" capacity="64" functional="8"/>` of its descriptor): monitoring
 /// of its own scalar parameters, or those that its callback `watched` gives, raising its own events. Capacity
 /// counts parameter monitoring definitions, functional the functional ones. The
-/// auxiliary data of a raised event is that of pus/st12_monitoring.h, or parameters that the event definition
-/// samples, or nothing; a monitor may not name an event with other values.
+/// auxiliary data of a raised event is that of pus/st12/st12_monitoring.h, or parameters that the event
+/// definition samples, or nothing; a monitor may not name an event with other values.
 ///
 /// Ownership  The program places it (generated). Context: the component's own loop.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
 
 #include "fsw/framework/subsystem/component.h"
-#include "pus/st12_monitoring.h"
+#include "pus/st12/st12_monitoring.h"
 
 #define MONITORING_FMON_MEMBERS 16U ///< Parameter monitoring definitions that a functional one names.
 #define MONITORING_TRANSITIONS 32U  ///< In one TM[12,12].

@@ -8,7 +8,7 @@
 #define FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
 
 #include "fsw/framework/subsystem/component.h"
-#include "pus/st04_statistics.h"
+#include "pus/st04/st04_statistics.h"
 
 typedef struct { // Private, except `statistics.counters`.
     pus_statistics_t statistics;

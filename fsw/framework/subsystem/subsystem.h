@@ -17,13 +17,13 @@
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H
 #define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/parameter/parameter.h"
 #include "fsw/framework/subsystem/state_machine.h"
-#include "pus/st02_device_access.h"
-#include "pus/parameter_port.h"
-#include "pus/st06_memory.h"
+#include "pus/st02/st02_device_access.h"
+#include "pus/core/parameter_port.h"
+#include "pus/st06/st06_memory.h"
 
 #include <stdbool.h>
 #include <stddef.h>

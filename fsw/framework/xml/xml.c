@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/xml/xml.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/text.h"
+#include "base/assertion.h"
+#include "base/text.h"
 #include "fsw/framework/xml/xml_arena.h"
 
 #include <expat.h>

@@ -14,7 +14,7 @@
 #ifndef FSW_FRAMEWORK_XML_XML_H
 #define FSW_FRAMEWORK_XML_XML_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stddef.h>
 #include <stdint.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/subsystems/communication/communication.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/octets.h"
-#include "pus/packet.h"
-#include "pus/st09_time.h"
+#include "base/assertion.h"
+#include "base/octets.h"
+#include "pus/core/packet.h"
+#include "pus/st09/st09_time.h"
 
 #include <stddef.h>
 #include <string.h>

@@ -5,9 +5,9 @@
 #ifndef FSW_SUBSYSTEMS_COMMUNICATION_GROUND_QUEUE_H
 #define FSW_SUBSYSTEMS_COMMUNICATION_GROUND_QUEUE_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/framework/message/octet_ring.h"
-#include "pus/tailoring.h"
+#include "pus/core/tailoring.h"
 
 #include <stdbool.h>
 #include <stddef.h>

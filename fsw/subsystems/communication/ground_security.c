@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/subsystems/communication/ground_security.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "pus/packet.h"
+#include "base/assertion.h"
+#include "pus/core/packet.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/subsystems/joystick/force_display.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "fsw/framework/control/elementary.h"
 
 #include <stddef.h>

@@ -2,9 +2,9 @@
 // Function commands of the joystick.
 #include "fsw/subsystems/joystick/joystick_internal.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "fsw/framework/control/elementary.h"
-#include "pus/tailoring.h"
+#include "pus/core/tailoring.h"
 
 #include <stddef.h>
 

@@ -8,7 +8,7 @@
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_TARE_H
 #define FSW_SUBSYSTEMS_MANIPULATOR_ARM_TARE_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "fsw/subsystems/manipulator/arm_model.h"
 
 #include <stdbool.h>

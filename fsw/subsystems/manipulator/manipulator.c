@@ -5,7 +5,7 @@
 #include "fsw/canopen/cia402.h"
 #include "fsw/drives/drives_access.h"
 #include "fsw/drives/drives_fitting.h"
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 #include "fsw/subsystems/manipulator/manipulator_internal.h"
 
 #include <stddef.h>

@@ -3,7 +3,7 @@
 #include "fsw/subsystems/manipulator/manipulator_internal.h"
 
 #include "fsw/canopen/axis.h"
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "fsw/framework/control/elementary.h"
 
 #include <stddef.h>

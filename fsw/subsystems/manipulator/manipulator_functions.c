@@ -2,10 +2,10 @@
 // Function commands of the manipulator, and the motion of the stand-alone configuration.
 #include "fsw/subsystems/manipulator/manipulator_internal.h"
 
-#include "fsw/framework/base/assertion.h"
-#include "fsw/framework/base/octets.h"
+#include "base/assertion.h"
+#include "base/octets.h"
 #include "fsw/framework/control/elementary.h"
-#include "pus/tailoring.h"
+#include "pus/core/tailoring.h"
 
 #include <stddef.h>
 

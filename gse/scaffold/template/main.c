@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/app/executive.h"
+#include "fsw/programs/executive.h"
 
 #include <stddef.h>
 

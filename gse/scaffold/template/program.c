@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/app/member.h"
-#include "fsw/app/program.h"
+#include "fsw/programs/member.h"
+#include "fsw/programs/program.h"
 #include "fsw/subsystems/@name@/@name@.h"
 #include "generated/@name@_services.h"
 

@@ -18,8 +18,8 @@
 #ifndef OSAL_CALENDAR_H
 #define OSAL_CALENDAR_H
 
-#include "fsw/framework/base/capacities.h"
-#include "fsw/framework/base/status.h"
+#include "base/capacities.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -21,7 +21,7 @@
 #ifndef OSAL_CAN_H
 #define OSAL_CAN_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -8,7 +8,7 @@
 #ifndef OSAL_CAN_INTERFACE_H
 #define OSAL_CAN_INTERFACE_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

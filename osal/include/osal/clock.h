@@ -19,7 +19,7 @@
 #ifndef OSAL_CLOCK_H
 #define OSAL_CLOCK_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "osal/include/osal/calendar.h"
 #include "osal/include/osal/socket.h"
 

@@ -9,7 +9,7 @@
 #ifndef OSAL_DEVICE_H
 #define OSAL_DEVICE_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

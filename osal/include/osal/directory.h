@@ -13,7 +13,7 @@
 #ifndef OSAL_DIRECTORY_H
 #define OSAL_DIRECTORY_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -19,7 +19,7 @@
 #ifndef OSAL_DOORBELL_H
 #define OSAL_DOORBELL_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdint.h>
 

@@ -4,7 +4,7 @@
 #ifndef OSAL_EVENT_H
 #define OSAL_EVENT_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>

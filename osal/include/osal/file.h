@@ -4,7 +4,7 @@
 #ifndef OSAL_FILE_H
 #define OSAL_FILE_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -12,7 +12,7 @@
 #ifndef OSAL_MQUEUE_H
 #define OSAL_MQUEUE_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

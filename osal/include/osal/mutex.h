@@ -6,7 +6,7 @@
 #ifndef OSAL_MUTEX_H
 #define OSAL_MUTEX_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -7,7 +7,7 @@
 #ifndef OSAL_NETWORK_H
 #define OSAL_NETWORK_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 typedef struct { // Private: the stack to return to.
     int descriptor;

@@ -6,7 +6,7 @@
 #ifndef OSAL_SERIAL_H
 #define OSAL_SERIAL_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "osal/include/osal/device.h"
 
 #include <stdbool.h>

@@ -5,7 +5,7 @@
 #ifndef OSAL_SHM_H
 #define OSAL_SHM_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stddef.h>
 

@@ -5,7 +5,7 @@
 #ifndef OSAL_SOCKET_H
 #define OSAL_SOCKET_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stddef.h>

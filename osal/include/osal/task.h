@@ -3,7 +3,7 @@
 #ifndef OSAL_TASK_H
 #define OSAL_TASK_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>

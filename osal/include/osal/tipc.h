@@ -9,7 +9,7 @@
 #ifndef OSAL_TIPC_H
 #define OSAL_TIPC_H
 
-#include "fsw/framework/base/status.h"
+#include "base/status.h"
 #include "osal/include/osal/socket.h"
 
 #include <stdbool.h>

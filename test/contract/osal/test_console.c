@@ -3,7 +3,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/console.h"
 
-#include "fsw/framework/base/assertion.h"
+#include "base/assertion.h"
 
 #include <fcntl.h>
 #include <signal.h>

@@ -2,7 +2,7 @@
 #include "test/unit/fsw/supervisor/bed.h"
 
 #include "test/unit/fsw/supervisor/bed_mission.h"
-#include "pus/st130_codec.h"
+#include "pus/private/st130_codec.h"
 #include "unity.h"
 
 #include <stdio.h>

@@ -4,7 +4,7 @@
 #ifndef TEST_UNIT_FSW_SUPERVISOR_RELEASES_H
 #define TEST_UNIT_FSW_SUPERVISOR_RELEASES_H
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 
 extern octet_writer_t request_data;
 

@@ -2,8 +2,8 @@
 // Every strategy in a folder of its own, changes of strategy at any record, and a disk that is full.
 #include "fsw/supervisor/packet_log.h"
 
-#include "fsw/framework/base/octets.h"
-#include "pus/tailoring.h"
+#include "base/octets.h"
+#include "pus/core/tailoring.h"
 #include "unity.h"
 
 #include <signal.h>

@@ -3,7 +3,7 @@
 #define _GNU_SOURCE
 #include "fsw/supervisor/packet_log.h"
 
-#include "pus/tailoring.h"
+#include "pus/core/tailoring.h"
 #include "unity.h"
 
 #include <fcntl.h>

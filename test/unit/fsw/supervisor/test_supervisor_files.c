@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // ST[23] of the supervisor, and the files that its other services read and write.
-#include "fsw/supervisor/onboard_files.h"
+#include "fsw/supervisor/services/onboard_files.h"
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "test/support/disk.h"
 #include "test/unit/fsw/supervisor/bed.h"
 #include "unity.h"

@@ -3,7 +3,7 @@
 #include "test/unit/fsw/supervisor/bed.h"
 #include "unity.h"
 
-#include "fsw/framework/base/crc.h"
+#include "base/crc.h"
 
 #include <string.h>
 

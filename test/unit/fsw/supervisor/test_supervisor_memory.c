@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ST[06] of the supervisor: its buffer for files, and what becomes of files where there is no store.
 #include "fsw/framework/subsystem/memory_service.h"
-#include "fsw/supervisor/onboard_memory.h"
+#include "fsw/supervisor/services/onboard_memory.h"
 #include "test/unit/fsw/supervisor/bed.h"
 #include "unity.h"
 

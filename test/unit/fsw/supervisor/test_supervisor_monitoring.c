@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What ST[12] of the supervisor watches, and when there is a value to judge.
-#include "fsw/supervisor/onboard_monitoring.h"
+#include "fsw/supervisor/services/onboard_monitoring.h"
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/unit/fsw/supervisor/bed.h"
 #include "unity.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // ST[18] of the supervisor: what its procedures send, read and raise, and what one without an end takes.
-#include "fsw/framework/base/crc.h"
+#include "base/crc.h"
 #include "test/unit/fsw/supervisor/bed.h"
 #include "unity.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests that services of the supervisor release: when, and what becomes of those that find no room.
-#include "fsw/supervisor/onboard.h"
+#include "fsw/supervisor/services/onboard.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/unit/fsw/supervisor/bed.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/dataflow/flow_udp.h"
 
-#include "fsw/framework/base/text.h"
+#include "base/text.h"
 
 #include "test/support/assertion.h"
 #include "test/unit/fsw/framework/dataflow/sample_record.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fsw/framework/base/crc.h"
+#include "base/crc.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "test/unit/fsw/framework/descriptor/documents.h"
 #include "unity.h"

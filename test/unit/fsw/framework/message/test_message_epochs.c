@@ -2,7 +2,7 @@
 // Deaths and restarts, forged and damaged frames, and that both carriers behave as one.
 #include "fsw/framework/message/message.h"
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "test/unit/fsw/framework/message/party.h"
 #include "unity.h"
 

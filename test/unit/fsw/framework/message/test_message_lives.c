@@ -3,7 +3,7 @@
 // one exchange of SYNC later data passes again.
 #include "fsw/framework/message/message.h"
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "test/unit/fsw/framework/message/party.h"
 #include "unity.h"
 

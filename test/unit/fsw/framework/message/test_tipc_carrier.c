@@ -3,7 +3,7 @@
 // hints.
 #include "fsw/framework/message/tipc_carrier.h"
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "unity.h"
 
 #include <string.h>

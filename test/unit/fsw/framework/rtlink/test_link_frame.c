@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/rtlink/link_frame.h"
 
-#include "fsw/framework/base/crc.h"
+#include "base/crc.h"
 #include "unity.h"
 
 #include <string.h>

@@ -2,7 +2,7 @@
 // What the receiver takes and what it refuses. The frames of test_known_answers were made by another
 // implementation of AES-GCM (pyca/cryptography, which is OpenSSL); test/unit/gse/test_ground_sdls.py has the
 // same octets.
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"
 #include "unity.h"

@@ -2,7 +2,7 @@
 // A hundred thousand hostile frames of each of ten seeds, with all that an attacker on the link can have:
 // every frame that was ever sent, delivered or not, on the operator's connection and on others, before and
 // after restarts. None may be accepted, and each telecommand of the operator must be.
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"
 #include "unity.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/unit/fsw/framework/subsystem/bed_lines.h"
 
-#include "pus/st01_verification.h"
-#include "pus/st129_management.h"
-#include "pus/st130_rtlink.h"
+#include "pus/st01/st01_verification.h"
+#include "pus/private/st129_management.h"
+#include "pus/private/st130_rtlink.h"
 #include "test/unit/fsw/framework/subsystem/bed.h"
 #include "unity.h"
 

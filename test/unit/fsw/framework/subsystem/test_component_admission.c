@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // While the port refuses, requests are taken in as long as all that they report has room, and none is lost.
-#include "pus/tailoring.h"
+#include "pus/core/tailoring.h"
 #include "test/unit/fsw/framework/subsystem/bed.h"
 #include "unity.h"
 

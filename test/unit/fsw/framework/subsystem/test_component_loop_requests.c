@@ -2,7 +2,7 @@
 // Requests that are performed in a loop of their own: when, with which reports, and that none is left open.
 #include "fsw/framework/subsystem/component.h"
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "test/unit/fsw/framework/subsystem/bed.h"
 #include "unity.h"
 

@@ -2,7 +2,7 @@
 // Services in loops of their own: rate, order, mailbox, and what happens when their configuration goes.
 #include "fsw/framework/subsystem/component.h"
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "test/unit/fsw/framework/subsystem/bed.h"
 #include "unity.h"
 

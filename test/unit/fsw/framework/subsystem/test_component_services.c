@@ -2,7 +2,7 @@
 // What the generic part makes of a descriptor: functions, parameters, housekeeping, events, and changing it.
 #include "fsw/framework/subsystem/component.h"
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "test/unit/fsw/framework/subsystem/bed.h"
 #include "test/support/consistent_pool.h"
 #include "unity.h"

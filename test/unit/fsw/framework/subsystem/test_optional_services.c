@@ -2,7 +2,7 @@
 // Services that a descriptor lists: how they are added, stepped and restored; ST[06] as the first of them.
 #include "fsw/framework/subsystem/optional_services.h"
 
-#include "fsw/framework/base/crc.h"
+#include "base/crc.h"
 #include "fsw/framework/subsystem/device_service.h"
 #include "fsw/framework/subsystem/memory_service.h"
 #include "test/unit/fsw/framework/subsystem/bed.h"

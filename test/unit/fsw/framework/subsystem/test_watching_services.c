@@ -3,7 +3,7 @@
 #include "fsw/framework/subsystem/monitoring_service.h"
 #include "fsw/framework/subsystem/statistics_service.h"
 
-#include "fsw/framework/base/octets.h"
+#include "base/octets.h"
 #include "test/unit/fsw/framework/subsystem/bed.h"
 #include "unity.h"
 

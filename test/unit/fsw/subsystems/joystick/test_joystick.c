@@ -5,7 +5,7 @@
 #include "test/support/scripted_bus.h"
 #include "test/support/subsystem_double.h"
 
-#include "pus/tailoring.h"
+#include "pus/core/tailoring.h"
 #include "unity.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/manipulator/manipulator_rig.h"
 
-#include "pus/tailoring.h"
+#include "pus/core/tailoring.h"
 #include "unity.h"
 
 #include <math.h>

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Capacities of one spacecraft: one set for flight software, launcher and operating system layer. A table
+/// with one entry for each of them takes its size from here. If two tables depend on each other, the source
+/// that uses both checks the relation at compile time. A mission descriptor that exceeds a capacity is
+/// refused when it is loaded, with file, line and the limit.
+#ifndef BASE_CAPACITIES_H
+#define BASE_CAPACITIES_H
+
+#define CAPACITY_SUBSYSTEMS 16U      ///< Of a mission, the supervisor and communication included.
+#define CAPACITY_LINKS 32U           ///< Real-time links of a mission.
+#define CAPACITY_SUBSYSTEM_LINKS 8U  ///< Real-time links that begin or end at one subsystem.
+#define CAPACITY_PORT_LINKS 4U       ///< Real-time links that begin at one port: its readers.
+#define CAPACITY_BUSES 8U            ///< CAN buses of a mission.
+#define CAPACITY_NODES 2U            ///< On-board computers.
+#define CAPACITY_RING_RECORDS 15000U ///< Of the packet log in memory.
+/// Room for one report of each HIGH event of a subsystem; other reports never use it [octets].
+#define CAPACITY_HIGH_EVENTS 2048U
+#define CAPACITY_HIGH_EVENT_HEAD 27U ///< Of each report, without its auxiliary data [octets].
+/// Participants of stepped time: every subsystem, the simulator, the operator, and a reserve of six.
+#define CAPACITY_PARTICIPANTS (CAPACITY_SUBSYSTEMS + 8U)
+
+/// Does not compile if the condition is false; `name` says what must be true.
+#define CAPACITY_CHECK(name, condition)                                                                      \
+    typedef char name[(condition) ? 1 : -1] // NOLINT(bugprone-macro-parentheses): declares the name
+
+#endif // BASE_CAPACITIES_H

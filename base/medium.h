@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The port to one file-like medium with random access: what a journal or a packet store is kept on. A write
+/// may be torn by a power cut and may overtake another; what was written before a `sync` that succeeded is
+/// there afterwards.
+#ifndef BASE_MEDIUM_H
+#define BASE_MEDIUM_H
+
+#include "base/status.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct {
+    void* context;
+    /// Exactly `size` octets. STATUS_OK, STATUS_TRUNCATED (they go beyond the end), STATUS_IO.
+    status_t (*read)(void* context, uint64_t offset, uint8_t* octets, size_t size);
+    /// All of it; the medium grows. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
+    status_t (*write)(void* context, uint64_t offset, const uint8_t* octets, size_t size);
+    /// STATUS_OK, STATUS_IO.
+    status_t (*sync)(void* context);
+    /// Present end [octets]. STATUS_OK, STATUS_IO.
+    status_t (*size)(void* context, uint64_t* out_size);
+    /// Cut, or extend with zeros. STATUS_OK, STATUS_FULL, STATUS_IO.
+    status_t (*resize)(void* context, uint64_t size);
+} medium_t;
+
+#endif // BASE_MEDIUM_H

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Numbers from text, without locale and without the C library: what descriptors and their initial values
+/// use.
+///
+/// Integers: decimal with optional '-', or 0x and hexadecimal digits. Reals: decimal with optional fraction
+/// and exponent, at most 15 significant digits and a power of ten within +-22 after them, so that the result
+/// is the correctly rounded double on every machine; anything longer is refused, never rounded silently. A
+/// word ends at a space or at the end of the text. Context: any. Time: O(length).
+#ifndef BASE_NUMBER_H
+#define BASE_NUMBER_H
+
+#include "base/status.h"
+#include "base/value.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/// Each reads one word at *text and moves *text behind it and the spaces after it; on error *text stays.
+/// STATUS_OK; STATUS_EMPTY (no word left); STATUS_INVALID (not such a number); STATUS_OUT_OF_RANGE (beyond 64
+/// bits, or a real with too many digits or too large an exponent).
+MUST_USE status_t number_read_unsigned(const char** text, uint64_t* out_value);
+MUST_USE status_t number_read_real(const char** text, double* out_value);
+/// One scalar of a type into host memory (BOOL: true, false, 1, 0). Statuses as above; STATUS_OUT_OF_RANGE
+/// also if the value does not fit the type.
+MUST_USE status_t number_read_value(const char** text, value_type_t type, void* memory);
+/// True if nothing but spaces is left.
+bool number_is_end(const char* text);
+
+#endif // BASE_NUMBER_H

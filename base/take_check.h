@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Checks of pools and quotas in test builds (RESOURCE_CHECKS, set with SANITIZE=1); flight builds have none
+/// of it. Blocks that are free hold a pattern: who writes to one after its release is found when it is taken
+/// again. And one take of the program, the n-th, can be made to fail, so that a test reaches every refusal.
+///
+/// Context    One task per program: the count is the program's.
+#ifndef BASE_TAKE_CHECK_H
+#define BASE_TAKE_CHECK_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef RESOURCE_CHECKS
+#define TAKES_ARE_CHECKED true
+
+/// Refuse the take of this number, counted from 1 and from now on; 0: none. The first 8 takes of each pool
+/// and quota have numbers, so that all kinds are reached where one of them takes a block for each packet.
+void take_check_refuse(uint32_t number);
+/// Number of takes counted since take_check_refuse, or since the start.
+uint32_t take_check_count(void);
+
+/// Pools and quotas call this for each take; `asker` is the caller. True if this take must be refused.
+bool take_check_is_refused(const void* asker);
+/// Mark a free block; is it untouched since?
+void take_check_mark(uint64_t* block, size_t words);
+bool take_check_is_marked(const uint64_t* block, size_t words);
+
+#else
+#define TAKES_ARE_CHECKED false
+
+static inline bool take_check_is_refused(const void* const asker)
+{
+    (void)asker;
+    return false;
+}
+
+static inline void take_check_mark(uint64_t* const block, const size_t words)
+{
+    (void)block;
+    (void)words;
+}
+
+static inline bool take_check_is_marked(const uint64_t* const block, const size_t words)
+{
+    (void)block;
+    (void)words;
+    return true;
+}
+
+#endif
+
+#endif // BASE_TAKE_CHECK_H

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Text without printf: append words, numbers and hex to a bounded buffer that is always NUL-terminated.
+/// What does not fit is cut and `cut` is set. Ownership: the caller places the buffer. Time: O(length).
+#ifndef BASE_TEXT_H
+#define BASE_TEXT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct {
+    char* characters;
+    size_t capacity; ///< Including the terminating NUL, >= 1.
+    size_t length;   ///< Characters before the NUL.
+    bool cut;        ///< Something did not fit.
+} text_t;
+
+/// An empty text in `buffer`. capacity >= 1.
+text_t text_in(char* buffer, size_t capacity);
+void text_add(text_t* text, const char* words);
+void text_add_character(text_t* text, char character);
+void text_add_unsigned(text_t* text, uint64_t value);
+void text_add_signed(text_t* text, int64_t value);
+/// Exactly `digits` decimal digits, zero-padded on the left; the lowest digits if the value is longer.
+void text_add_digits(text_t* text, uint64_t value, unsigned digits);
+/// "0x" and exactly `digits` upper-case hexadecimal digits, 1..16.
+void text_add_hex(text_t* text, uint64_t value, unsigned digits);
+/// Lower-case hexadecimal dump, two digits an octet, no separators.
+void text_add_octets(text_t* text, const uint8_t* octets, size_t size);
+/// Seconds with nine decimals: 1500000000 ns -> "1.500000000".
+void text_add_seconds(text_t* text, uint64_t time_ns);
+
+#endif // BASE_TEXT_H

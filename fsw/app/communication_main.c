@@ -1,9 +1,0 @@
-// SPDX-License-Identifier: Apache-2.0
-#include "fsw/app/executive.h"
-
-#include <stddef.h>
-
-int main(int argument_count, char* arguments[])
-{
-    return executive_main(argument_count, arguments, "communication", communication_open, NULL);
-}

@@ -1,7 +1,0 @@
-// SPDX-License-Identifier: Apache-2.0
-#include "fsw/app/executive.h"
-
-int main(int argument_count, char* arguments[])
-{
-    return executive_main(argument_count, arguments, "supervisor", supervisor_open, &mission_whole);
-}

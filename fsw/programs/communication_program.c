@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/programs/ground_key.h"
+#include "fsw/programs/member.h"
+#include "fsw/programs/program.h"
+#include "fsw/subsystems/communication/communication.h"
+#include "generated/communication_services.h"
+#include "osal/include/osal/console.h"
+
+#define OWED_PATIENCE_MS 100U
+#define OWED_TRIES 50U ///< Five seconds of wall-clock time for octets that were announced.
+
+typedef struct {
+    member_t member;
+    communication_t communication;
+    communication_services_t services;
+    ground_key_t key;
+    bool has_key; // Opened, though perhaps in vain.
+} communication_program_t;
+
+static communication_program_t storage;
+
+static void sent(void* const context, const uint16_t peer_port, const uint32_t octets)
+{
+    seat_t* const seat = (seat_t*)context;
+    const unsigned operator= run_operator(seat->run);
+    if ((seat->clock.mode == OSAL_CLOCK_STEPPED) &&
+        (osal_calendar_stream_port(seat->clock.calendar, operator) == peer_port)) {
+        osal_clock_deliver(&seat->clock, operator, OSAL_CALENDAR_ANY_LIFE, 0U, octets);
+    }
+}
+
+static uint16_t participant_port(void* const context)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    return (seat->clock.mode == OSAL_CLOCK_STEPPED)
+               ? osal_calendar_stream_port(seat->clock.calendar, run_operator(seat->run))
+               : 0U;
+}
+
+static void served(void* const context, const uint16_t port)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    osal_calendar_serve_stream(seat->clock.calendar, run_operator(seat->run), port, seat->clock.participant);
+}
+
+static void cut(void* const context, const uint16_t port)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    osal_calendar_cut_stream(seat->clock.calendar, run_operator(seat->run), port);
+}
+
+static void intruded(void* const context)
+{
+    const seat_t* const seat = (const seat_t*)context;
+    __atomic_store_n(&seat->run->is_intruded, 1U, __ATOMIC_RELAXED);
+}
+
+/// A while of wall-clock time, or until there is something to take in.
+static void await(communication_program_t* const self)
+{
+    osal_socket_t* sockets[SEAT_SOCKETS_MAX];
+    const size_t count = communication_sockets(&self->communication, sockets, SEAT_SOCKETS_MAX);
+    for (size_t i = count; i > 0U; i--) { // The listener is the first.
+        if (osal_socket_wait_readable(sockets[i - 1U], OWED_PATIENCE_MS / (uint32_t)count) == STATUS_OK) {
+            break;
+        }
+    }
+}
+
+/// Octets that were announced, the connection, or its end may still be on their way through the kernel.
+static void take_in(communication_program_t* const self, const uint32_t octets_due)
+{
+    bool is_missing = communication_take_in(&self->communication, octets_due);
+    for (unsigned attempt = 0U; is_missing && (attempt < OWED_TRIES); attempt++) {
+        await(self);
+        is_missing = communication_take_in(&self->communication, 0U);
+    }
+    if (is_missing) {
+        communication_let_go(&self->communication);
+        osal_console_complain(
+            "octets or the connection of the operator have not arrived; the run is not reproducible");
+    }
+}
+
+static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
+{
+    communication_program_t* const self = (communication_program_t*)context;
+    component_tell_time(&self->member.component, now_ns);
+    take_in(self, octets_due);
+    const uint64_t wake_ns = member_step(&self->member, now_ns);
+    communication_send_out(&self->communication);
+    return wake_ns;
+}
+
+static size_t sockets_of(void* const context, osal_socket_t** const out_sockets, const size_t capacity)
+{
+    return communication_sockets(&((communication_program_t*)context)->communication, out_sockets, capacity);
+}
+
+/// The launcher has looked at the key before the run began. If it is gone since, telemetry flows and every
+/// telecommand is refused, which an event tells.
+static void secure(communication_program_t* const self, const char* const path)
+{
+    char error[GROUND_KEY_ERROR_MAX];
+    if (path[0] == '\0') {
+        return;
+    }
+    if (!ground_key_open(&self->key, path, error)) {
+        osal_console_complain(error);
+    }
+    self->has_key = true;
+    communication_secure(&self->communication, &self->key.receiver);
+}
+
+static void close_it(void* const context)
+{
+    communication_program_t* const self = (communication_program_t*)context;
+    if (self->has_key) {
+        ground_key_close(&self->key);
+    }
+    member_close(&self->member);
+}
+
+bool communication_open(seat_t* const seat, program_t* const out_program)
+{
+    const communication_hooks_t hooks = {seat, sent, participant_port, served, cut, intruded};
+    if (!member_load(&storage.member, seat, COMMUNICATION_INTERFACE_HASH, communication_callbacks())) {
+        return false;
+    }
+    communication_init(&storage.communication, &storage.member.component, &seat->uplink, &hooks,
+                       seat->run->ground_descriptor);
+    secure(&storage, seat->run->key);
+    member_begin(&storage.member, &storage.communication,
+                 (component_services_t){&storage.services, communication_add_services});
+    *out_program = (program_t){.self          = &storage,
+                               .step          = step,
+                               .sockets       = sockets_of,
+                               .link_datagram = member_link_datagram,
+                               .close         = close_it,
+                               .component     = &storage.member.component,
+                               .storage       = &storage,
+                               .size          = sizeof storage};
+    return true;
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reads the key of the ground link from FILE and the mark of its sessions from FILE.received; `gse key make
+/// FILE` makes both. The key is copied into the receiver only.
+///
+/// Ownership  The program places it (static). Context: one task.
+#ifndef FSW_PROGRAMS_GROUND_KEY_H
+#define FSW_PROGRAMS_GROUND_KEY_H
+
+#include "fsw/framework/sdls/sdls.h"
+#include "osal/include/osal/file.h"
+
+#define GROUND_KEY_ERROR_MAX 384U
+
+typedef struct { // Private, except the receiver.
+    osal_file_t mark;
+    sdls_receiver_t receiver;
+} ground_key_t;
+
+/// Open the receiver and lock the mark against other programs until it is closed. False: the receiver is
+/// closed and refuses every frame; `error` names the file, the cause and the next step.
+bool ground_key_open(ground_key_t* key, const char* path, char error[GROUND_KEY_ERROR_MAX]);
+void ground_key_close(ground_key_t* key);
+
+#endif // FSW_PROGRAMS_GROUND_KEY_H

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/programs/loop_tasks.h"
+
+#include "base/assertion.h"
+#include "osal/include/osal/console.h"
+
+#define LOOK_NS 20000000ULL ///< A task looks at least so often whether it has a loop, or an end.
+
+static void follow_priority(loop_task_t* const self, uint8_t* const priority)
+{
+    const uint8_t wanted = component_loop_priority(self->all->component, self->loop);
+    if (wanted == *priority) {
+        return;
+    }
+    *priority = wanted;
+    if ((osal_task_set_priority((int)wanted) != STATUS_OK) && (wanted > 0U)) {
+        osal_console_complain("loop of services: note: real-time priorities are not permitted here");
+    }
+}
+
+static void run(void* const context)
+{
+    loop_task_t* const self = (loop_task_t*)context;
+    uint8_t priority        = 0U;
+    status_t status         = STATUS_OK;
+    while ((status == STATUS_OK) && (__atomic_load_n(&self->all->is_over, __ATOMIC_ACQUIRE) == 0U)) {
+        follow_priority(self, &priority);
+        const uint64_t now_ns  = osal_clock_now_ns(&self->clock);
+        const uint64_t wake_ns = component_loop_step(self->all->component, self->loop, now_ns);
+        const uint64_t look_ns = now_ns + LOOK_NS;
+        status = osal_clock_wait(&self->clock, (wake_ns < look_ns) ? wake_ns : look_ns, NULL, 0U);
+    }
+}
+
+status_t loop_tasks_start(loop_tasks_t* const tasks, component_t* const component, const uint64_t origin_ns)
+{
+    FSW_ASSERT((tasks != NULL) && (component != NULL));
+    *tasks          = (loop_tasks_t){.component = component};
+    status_t status = STATUS_OK;
+    for (uint8_t i = 0U; (i < COMPONENT_LOOPS) && (status == STATUS_OK); i++) {
+        loop_task_t* const task = &tasks->tasks[i];
+        task->all               = tasks;
+        task->loop              = i;
+        osal_clock_open_real(&task->clock, origin_ns);
+        status = osal_task_start(&task->task, run, task, 0);
+    }
+    if (status != STATUS_OK) {
+        loop_tasks_stop(tasks);
+    }
+    return status;
+}
+
+void loop_tasks_stop(loop_tasks_t* const tasks)
+{
+    FSW_ASSERT(tasks != NULL);
+    __atomic_store_n(&tasks->is_over, 1U, __ATOMIC_RELEASE);
+    for (uint8_t i = 0U; i < COMPONENT_LOOPS; i++) {
+        osal_task_join(&tasks->tasks[i].task);
+    }
+}

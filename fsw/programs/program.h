@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+/// One component of a mission with its storage, ready to be stepped: what the processes form runs alone and
+/// the image runs in turn. Each component's file holds its static storage and its wiring.
+#ifndef FSW_PROGRAMS_PROGRAM_H
+#define FSW_PROGRAMS_PROGRAM_H
+
+#include "fsw/programs/seat.h"
+#include "fsw/framework/subsystem/component.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct {
+    void* self;
+    /// Take in what has come, run what is due. Returns the next wake [ns of the run].
+    uint64_t (*step)(void* self, uint64_t now_ns, uint32_t octets_due);
+    /// Further sockets that wake it. May be null.
+    size_t (*sockets)(void* self, osal_socket_t** out_sockets, size_t capacity);
+    void (*link_datagram)(void* self, const uint8_t* frame, size_t size);
+    /// Release the system resources that the component has opened, without any message, as at the end of its
+    /// process.
+    void (*close)(void* self);
+    component_t* component; ///< Whose loops of services may have tasks of their own, or null.
+    void* storage;          ///< All its data; all zeros before it is opened.
+    size_t size;
+} program_t;
+
+/// Make the component ready in its static storage. False: seat->error says why.
+typedef bool (*program_open_t)(seat_t* seat, program_t* out_program);
+
+/// <name>_open of each file fsw/programs/<name>_program.c; the list of them is made when the project is
+/// built.
+#define COMPONENT(name, executable) bool name##_open(seat_t* seat, program_t* out_program);
+#include "generated/programs.h"
+#undef COMPONENT
+
+/// The program of an executable's name ("manipulator"), or null.
+program_open_t program_find(const char* executable);
+
+#endif // FSW_PROGRAMS_PROGRAM_H

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Lasting records of one component: a journal on two files in the run's storage folder. A flight that is
+/// given the storage of an earlier one (hirosco run --storage) finds its records there.
+///
+/// A commit waits for the disk, unless the store is opened not to: then what was acknowledged outlives a
+/// crash of the program at once, and a power cut when the operating system has written it back. So it is
+/// where a subsystem keeps the pace of a wall clock, which no disk may stop (docs/decisions/0026).
+///
+/// Damaged media (fsw/framework/journal/journal.h) are copied to
+/// `<storage>/<component>.journal.<n>.damaged.<m>`, m 0 to RECORD_STORE_COPIES - 1, before the journal
+/// continues with their intact records. If all copies exist, the last one is replaced. The program reports it
+/// on the console; the component reports it to the ground.
+///
+/// Ownership  The program places store and slots (static). Context: the component's loop.
+#ifndef FSW_PROGRAMS_RECORD_STORE_H
+#define FSW_PROGRAMS_RECORD_STORE_H
+
+#include "fsw/programs/seat.h"
+#include "fsw/framework/journal/journal.h"
+#include "osal/include/osal/file.h"
+
+#define RECORD_STORE_COPIES 4U ///< Of each damaged medium.
+
+/// What stands between the journal and each of its media, the first or the second; null: nothing.
+typedef struct {
+    void* context;
+    medium_t (*open)(void* context, unsigned index, medium_t medium);
+} record_store_guard_t;
+
+typedef struct { // Private, except `journal`, and `guard`, which is set before it is opened.
+    const seat_t* seat;
+    record_store_guard_t guard;
+    osal_file_t files[2];
+    journal_t journal;
+} record_store_t;
+
+/// Open `<storage>/<component>.journal.0` and `.1`, made if missing; the journal holds `capacity` records at
+/// most, in JOURNAL_SLOTS(capacity) slots. STATUS_OK; else the seat's `error` says why, and nothing is open:
+/// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_BUSY (another flight has them), STATUS_FULL, STATUS_IO,
+/// STATUS_EXHAUSTED (more records than slots).
+MUST_USE status_t record_store_open(record_store_t* store, seat_t* seat, journal_slot_t* slots,
+                                    size_t capacity, bool waits);
+void record_store_close(record_store_t* store);
+/// Copy something else that is damaged to `<storage>/<component>.<kind>.damaged.<m>`, as media. True: there
+/// is a copy.
+MUST_USE bool record_store_keep(const seat_t* seat, const char* kind, const uint8_t* octets, size_t size);
+
+#endif // FSW_PROGRAMS_RECORD_STORE_H

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The place of one component in a run: its clock, its message endpoint, and the resolvers that turn logical
+/// names into addresses of this run. The processes form has one seat a program, the image one for each.
+///
+/// Ownership  The caller places seats (static). Context: one task.
+#ifndef FSW_PROGRAMS_SEAT_H
+#define FSW_PROGRAMS_SEAT_H
+
+#include "fsw/programs/run_block.h"
+#include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/message/message.h"
+#include "fsw/framework/message/ring_carrier.h"
+#include "fsw/framework/message/tipc_carrier.h"
+#include "fsw/framework/message/udp_carrier.h"
+#include "fsw/framework/rtlink/link_channel.h"
+#include "osal/include/osal/clock.h"
+#include "pus/core/process.h"
+
+#define SEAT_SOCKETS_MAX OSAL_CLOCK_SOCKETS_MAX
+#define SEAT_ERROR_MAX 512U
+
+typedef struct { // How descriptors are read: once for all components of a program, one after the other.
+    descriptor_loader_t loader;
+    subsystem_descriptor_t model;
+    subsystem_descriptor_t* spare; ///< What is read anew goes there; who takes it leaves its old one.
+} seat_reader_t;
+
+typedef struct { // Private, except the members named below.
+    run_block_t* run;
+    const mission_descriptor_t* mission;
+    unsigned component; ///< Index in run->components.
+    uint16_t apid;
+    subsystem_descriptor_t* own; ///< The component's descriptor, read with the mission; it may read it anew.
+    seat_reader_t* reader;       ///< With which it does.
+    osal_clock_t clock;
+    osal_deliveries_t deliveries; // Where the calendar is out of reach.
+    message_endpoint_t endpoint;
+    udp_carrier_t udp;
+    tipc_carrier_t tipc;
+    osal_socket_t topology; // What the kernel tells of TIPC names.
+    uint32_t life;          // Its own.
+    uint32_t link_floor;    // Links of this life have later epochs.
+    struct {                // Of each component, from the run block at the last intake.
+        uint32_t life;
+        uint32_t link_floor;
+        uint64_t told_ns; // Time of the first message sent to it since its last step.
+    } peers[MISSION_SUBSYSTEMS_MAX];
+    uint32_t pumps;
+    uint32_t owed; // Datagrams that were announced and have not come yet: the way may be cut.
+    uint32_t vain; // Intakes in a row that missed some.
+    osal_socket_t message_socket;
+    osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Of links that this component consumes,
+    uint32_t link_socket_count;                           // so many.
+    osal_socket_t link_sender;                            // Source of frames to others.
+    flow_resolver_t flows;
+    link_resolver_t links;
+    pus_port_t uplink; ///< To the supervisor.
+    char error[SEAT_ERROR_MAX];
+    bool is_kept;        // Its message channels continue although the component begins anew.
+    ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run says.
+} seat_t;
+
+/// Before any component takes a seat.
+void seat_reader_init(seat_reader_t* reader);
+
+typedef struct { // What the components of a program share.
+    run_block_t* run;
+    const mission_descriptor_t* mission;
+    seat_reader_t* reader;
+    osal_calendar_t* calendar; ///< Null: real time, or, where the run is stepped, a clock whose grants are
+                               ///< brought (osal_clock_take_grant).
+    ring_carrier_t* hub;       ///< Null: messages by UDP or TIPC, as the run says.
+} seat_surroundings_t;
+
+/// Take the seat of component `index` of the run, whose descriptor is `own`. The component then opens its
+/// inbox. STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
+MUST_USE status_t seat_take(seat_t* seat, const seat_surroundings_t* surroundings,
+                            subsystem_descriptor_t* own, unsigned index);
+/// Give the endpoint the places in which messages to this component wait: one for each peer. The peers of the
+/// supervisor are all other components; the only peer of another component is the supervisor. `places` must
+/// live as long as the seat. No message is taken in before this call.
+/// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
+MUST_USE status_t seat_open_inbox(seat_t* seat, message_place_t* places, size_t place_count);
+/// Use it in place of seat_take if a component begins anew in the same program and continues its earlier
+/// life: the message endpoint and the messages in its inbox stay.
+void seat_keep(seat_t* seat);
+/// Sockets that wake this component, for the program's wait. Returns their number.
+size_t seat_sockets(seat_t* seat, osal_socket_t** out_sockets, size_t capacity);
+/// Take in the datagrams that have arrived; frames of links go to `link_datagram`. Stepped: wait for those of
+/// the announced `messages` that the kernel has not delivered yet. Datagrams to an earlier life of this
+/// component are dropped; they are not among the announced ones.
+void seat_pump(seat_t* seat, uint32_t messages, void (*link_datagram)(void* context, const uint8_t*, size_t),
+               void* context);
+/// Announce a message to the calendar: for another component, in the life to which it was sent.
+void seat_delivered(void* context, uint16_t to);
+/// A message was sent to another component at that time [ns of the run].
+void seat_told(seat_t* seat, unsigned component, uint64_t now_ns);
+/// Kill the supervisor if it is later than its promise by more than the mission allows: it finds who hangs,
+/// and nobody else would find it. Called after each step. Null calendar: not in simulated time, nothing is
+/// done.
+void seat_watch_supervisor(const seat_t* seat, osal_calendar_t* calendar, uint64_t now_ns);
+/// Life of another component to which deliveries go now, as the calendar counts lives.
+uint32_t seat_life_of(const seat_t* seat, unsigned component);
+/// Close everything that the seat itself has opened; inherited sockets stay open for the next life.
+void seat_leave(seat_t* seat);
+
+#endif // FSW_PROGRAMS_SEAT_H

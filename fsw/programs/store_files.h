@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Media of packet stores: files `<storage>/<component>.store.<n>` in the run's storage folder, which a later
+/// flight with the same storage finds again. Who holds the folder's journal (fsw/programs/record_store.h)
+/// holds these, too.
+///
+/// Ownership  The program places it (static). Context: the component's loop.
+#ifndef FSW_PROGRAMS_STORE_FILES_H
+#define FSW_PROGRAMS_STORE_FILES_H
+
+#include "fsw/programs/seat.h"
+#include "base/medium.h"
+#include "osal/include/osal/file.h"
+
+#define STORE_FILES_MAX 8U
+
+typedef struct { // Private, except `media`.
+    unsigned count;
+    osal_file_t files[STORE_FILES_MAX];
+    medium_t media[STORE_FILES_MAX];
+} store_files_t;
+
+/// Open `count` files, 1..STORE_FILES_MAX, made if missing. STATUS_OK; else the seat's `error` says why, and
+/// nothing is open: STATUS_NOT_FOUND, STATUS_DENIED, STATUS_FULL, STATUS_IO, STATUS_TOO_LARGE (path).
+MUST_USE status_t store_files_open(store_files_t* stores, seat_t* seat, unsigned count);
+void store_files_close(store_files_t* stores);
+
+#endif // FSW_PROGRAMS_STORE_FILES_H

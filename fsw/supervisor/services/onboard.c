@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/services/onboard.h"
+
+#include "base/assertion.h"
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include <string.h>
+
+/// All bindings, in the order in which they are stepped.
+static const onboard_binding_t* const bindings[] = {
+    &onboard_time_schedule, &onboard_position_schedule, &onboard_event_action, &onboard_sequences,
+    &onboard_files,         &onboard_forwarding,        &onboard_connection,   &onboard_storage,
+    &onboard_time,          &onboard_procedures,        &onboard_large_packets};
+#define BINDINGS (sizeof bindings / sizeof bindings[0])
+
+// ---- What values the subsystems report ----
+
+static void learn_telemetry(struct supervisor* const supervisor)
+{
+    onboard_t* const onboard                     = &supervisor->onboard;
+    const supervisor_descriptors_t* const others = &supervisor->config.descriptors;
+    const mirror_sizes_t sizes                   = telemetry_directory_sizes(&onboard->directory);
+    telemetry_directory_init(&onboard->directory);
+    mirror_init(&onboard->mirror, &sizes);
+    for (uint16_t i = 0U; (i < supervisor->mission->subsystem_count) && (others->load != NULL); i++) {
+        const subsystem_descriptor_t* descriptor = NULL;
+        if (others->load(others->context, i, &descriptor) == STATUS_OK) {
+            telemetry_directory_learn(&onboard->directory, descriptor);
+        }
+    }
+}
+
+/// A configuration that is applied has its housekeeping structures as the descriptor says.
+static void follow_configuration(struct supervisor* const supervisor, const uint16_t apid)
+{
+    onboard_t* const onboard          = &supervisor->onboard;
+    const roster_entry_t* const entry = roster_find(supervisor, apid);
+    if (entry == NULL) {
+        return;
+    }
+    uint16_t* const defined = &onboard->defined[entry - supervisor->roster];
+    if (*defined != entry->configuration) {
+        *defined = entry->configuration;
+        telemetry_directory_define(&onboard->directory, &onboard->mirror, apid, entry->configuration);
+    }
+}
+
+// ---- Services ----
+
+size_t onboard_open(struct supervisor* const supervisor, pus_service_t* const services)
+{
+    onboard_t* const onboard = &supervisor->onboard;
+    learn_telemetry(supervisor);
+    octet_ring_init(&onboard->released, onboard->release_storage, sizeof onboard->release_storage);
+    FSW_ASSERT(BINDINGS <= ONBOARD_SERVICES);
+    for (size_t i = 0U; i < BINDINGS; i++) {
+        services[i] = bindings[i]->open(supervisor);
+    }
+    return BINDINGS;
+}
+
+uint16_t onboard_capacity(const struct supervisor* const supervisor, const uint8_t type, const uint16_t most)
+{
+    const subsystem_descriptor_t* const descriptor = supervisor->config.descriptor;
+    for (uint16_t i = 0U; i < descriptor->service_count; i++) {
+        const descriptor_service_t* const service = &descriptor->services[i];
+        if (service->is_of_spacecraft && (service->type == type)) {
+            return (service->capacity < most) ? service->capacity : most;
+        }
+    }
+    return most;
+}
+
+const pus_persistence_t* onboard_persistence(struct supervisor* const supervisor)
+{
+    journal_t* const journal = supervisor->config.journal;
+    supervisor->onboard.persistence =
+        (pus_persistence_t){journal, journal_put, journal_erase, journal_commit};
+    return (journal != NULL) ? &supervisor->onboard.persistence : NULL;
+}
+
+void onboard_tell_refused(struct supervisor* const supervisor, const uint8_t table, const uint32_t key,
+                          const status_t status)
+{
+    uint8_t octets[6];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_u8(&writer, table);
+    octet_write_u32(&writer, key);
+    octet_write_u8(&writer, (uint8_t)status);
+    supervisor->onboard.refused++;
+    (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_RECORD_REFUSED, octets, writer.position);
+}
+
+/// One record goes to the service that its table belongs to.
+static void take_back(void* const context, const uint8_t table, const uint32_t key,
+                      const uint8_t* const octets, const size_t size)
+{
+    struct supervisor* const supervisor = (struct supervisor*)context;
+    size_t place                        = 0U;
+    while ((place < BINDINGS) && (bindings[place]->type != table)) {
+        place++;
+    }
+    status_t status = STATUS_OK;
+    if (table == PUS_SERVICE_MISSION) {
+        status = mode_restore(supervisor, octets, size);
+    } else if ((place < BINDINGS) && (bindings[place]->restore != NULL)) {
+        status = bindings[place]->restore(supervisor, key, octets, size);
+    } else {
+        status = component_restore(&supervisor->component, table, key, octets, size);
+    }
+    if (status != STATUS_OK) {
+        onboard_tell_refused(supervisor, table, key, status);
+    }
+}
+
+void onboard_restore(struct supervisor* const supervisor)
+{
+    if (supervisor->config.journal != NULL) {
+        const status_t status = journal_replay(supervisor->config.journal, take_back, supervisor);
+        if (status != STATUS_OK) {
+            onboard_tell_refused(supervisor, 0U, 0U, status);
+        }
+    }
+    for (size_t i = 0U; i < BINDINGS; i++) {
+        const status_t status = (bindings[i]->start != NULL) ? bindings[i]->start(supervisor) : STATUS_OK;
+        if (status != STATUS_OK) {
+            onboard_tell_refused(supervisor, bindings[i]->type, 0U, status);
+        }
+    }
+}
+
+void onboard_tell_damage(struct supervisor* const supervisor)
+{
+    uint8_t octets[JOURNAL_DAMAGE_SIZE];
+    const journal_t* const journal = supervisor->config.journal;
+    if ((journal != NULL) && journal_tell_damage(journal, 0U, octets)) {
+        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_JOURNAL_DAMAGED, octets,
+                              sizeof octets);
+        mode_fall_back(supervisor);
+    }
+}
+
+status_t onboard_release(void* const context, const uint8_t* const packet, const size_t size)
+{
+    struct supervisor* const supervisor = (struct supervisor*)context;
+    return octet_ring_put(&supervisor->onboard.released, packet, size);
+}
+
+/// True if the first released request may be routed now: nothing can come of waiting, or its addressee has
+/// been without credit for long enough.
+static bool may_go(struct supervisor* const supervisor, const size_t size)
+{
+    onboard_t* const onboard = &supervisor->onboard;
+    pus_tc_t tc;
+    pus_failure_t failure;
+    const bool is_whole               = pus_tc_decode(onboard->packet, size, &tc, &failure) == STATUS_OK;
+    const roster_entry_t* const entry = is_whole ? roster_find(supervisor, tc.apid) : NULL;
+    if ((entry == NULL) || (entry->process != PROCESS_RUNNING)) {
+        return true; // It is refused at once.
+    }
+    uint64_t* const since_ns = &onboard->full_since_ns[entry - supervisor->roster];
+    if (router_has_room(supervisor, tc.apid)) {
+        *since_ns = 0U;
+        return true;
+    }
+    if (*since_ns == 0U) {
+        *since_ns = supervisor->now_ns;
+    }
+    return (supervisor->now_ns - *since_ns) >= ONBOARD_PATIENCE_NS;
+}
+
+static void route_released(struct supervisor* const supervisor)
+{
+    onboard_t* const onboard = &supervisor->onboard;
+    size_t size              = 0U;
+    while (
+        (octet_ring_peek(&onboard->released, onboard->packet, sizeof onboard->packet, &size) == STATUS_OK) &&
+        may_go(supervisor, size)) {
+        const status_t status =
+            octet_ring_take(&onboard->released, onboard->packet, sizeof onboard->packet, &size);
+        FSW_ASSERT(status == STATUS_OK);
+        router_route_released(supervisor, onboard->packet, size);
+    }
+    if (onboard->released.blocks == 0U) { // Nobody waits any more.
+        (void)memset(onboard->full_since_ns, 0, sizeof onboard->full_since_ns);
+    }
+}
+
+uint64_t onboard_step(struct supervisor* const supervisor, const uint64_t now_ns)
+{
+    uint64_t wake_ns = ONBOARD_NEVER;
+    for (size_t i = 0U; i < BINDINGS; i++) {
+        const uint64_t next_ns =
+            (bindings[i]->step != NULL) ? bindings[i]->step(supervisor, now_ns) : ONBOARD_NEVER;
+        wake_ns = (next_ns < wake_ns) ? next_ns : wake_ns;
+    }
+    route_released(supervisor);
+    return wake_ns;
+}
+
+void onboard_observe(struct supervisor* const supervisor, const pus_tm_t* const tm,
+                     const uint8_t* const packet, const size_t size)
+{
+    follow_configuration(supervisor, tm->apid);
+    mirror_observe(&supervisor->onboard.mirror, tm);
+    for (size_t i = 0U; i < BINDINGS; i++) {
+        if (bindings[i]->observe != NULL) {
+            bindings[i]->observe(supervisor, tm, packet, size);
+        }
+    }
+}

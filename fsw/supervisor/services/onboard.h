@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The services of the whole spacecraft: schedules, procedures, stores, files and what else PUS places once
+/// on board and not in each subsystem. The supervisor owns them; each is joined to the rest by a binding, a
+/// file of its own named onboard_<service>.c.
+///
+/// A request that a service releases (from a schedule, a sequence, a procedure, an event-action) waits in one
+/// queue and is routed like any other in the same step: known user, permission, state. It keeps the source it
+/// was written with. Where its addressee has no credit it waits, and all behind it, for ONBOARD_PATIENCE_NS
+/// at most; then it, and what follows it to the same addressee, is refused with TM[1,10]
+/// (PUS_FAILURE_QUEUE_FULL) as one from the ground would be.
+#ifndef FSW_SUPERVISOR_SERVICES_ONBOARD_H
+#define FSW_SUPERVISOR_SERVICES_ONBOARD_H
+
+#include "fsw/framework/descriptor/mission_descriptor.h"
+#include "fsw/framework/message/octet_ring.h"
+#include "fsw/supervisor/mirror.h"
+#include "fsw/supervisor/services/onboard_files.h"
+#include "fsw/supervisor/services/onboard_large_packets.h"
+#include "fsw/supervisor/services/onboard_memory.h"
+#include "fsw/supervisor/services/onboard_procedures.h"
+#include "fsw/supervisor/services/onboard_schedules.h"
+#include "fsw/supervisor/services/onboard_sequences.h"
+#include "fsw/supervisor/services/onboard_storage.h"
+#include "fsw/supervisor/telemetry_directory.h"
+#include "pus/core/packet.h"
+#include "pus/core/persistence.h"
+#include "pus/core/service.h"
+#include "pus/st14/st14_forwarding.h"
+#include "pus/st17/st17_test.h"
+
+#define ONBOARD_SERVICES 12U          ///< Bindings at most.
+#define ONBOARD_RELEASE_OCTETS 65536U ///< Released requests that wait to be routed.
+#define ONBOARD_PATIENCE_NS 100000000ULL
+#define ONBOARD_NEVER UINT64_MAX
+#define ONBOARD_RETRY_NS 1000000ULL ///< Until a service goes on with what found no room.
+
+struct supervisor;
+
+/// How a service is joined to the supervisor. Null where there is nothing to do.
+typedef struct {
+    uint8_t type; ///< Service type, and the table of its lasting records.
+    /// Begin with nothing kept; the entry for the dispatcher, whose `step` is null.
+    pus_service_t (*open)(struct supervisor* supervisor);
+    /// Take a lasting record back. STATUS_OK, or the service's refusal.
+    status_t (*restore)(struct supervisor* supervisor, uint32_t key, const uint8_t* octets, size_t size);
+    /// Begin, when all records are back. STATUS_OK, or what a RECORD_REFUSED event tells.
+    status_t (*start)(struct supervisor* supervisor);
+    /// Run what is due. Returns the time of the next wake [ns of the run], ONBOARD_NEVER if nothing is to
+    /// come.
+    uint64_t (*step)(struct supervisor* supervisor, uint64_t now_ns);
+    /// See a report that passes, the supervisor's own too; may release requests, but not send reports.
+    void (*observe)(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
+} onboard_binding_t;
+
+#define ONBOARD_FORWARDING_ENTRIES 512U ///< Of ST[14]: types, structures and events together.
+
+typedef struct { // Private to fsw/supervisor.
+    pus_forwarding_t service;
+    uint16_t apids[MISSION_SUBSYSTEMS_MAX];
+    pus_selection_entry_t entries[ONBOARD_FORWARDING_ENTRIES];
+    pus_selection_entry_t candidate[ONBOARD_FORWARDING_ENTRIES];
+} onboard_forwarding_t;
+
+#define ONBOARD_CONNECTIONS 4U ///< On-board connection tests at once.
+#define ONBOARD_CONNECTION_TIMEOUT_NS 1000000000ULL
+
+typedef struct { // Private to fsw/supervisor: a connection test under way.
+    bool is_used;
+    bool is_answered;
+    uint16_t apid;
+    uint64_t deadline_ns;
+    pus_token_t token;
+} onboard_connection_t;
+
+typedef struct { // Private to fsw/supervisor.
+    pus_test_t service;
+    onboard_connection_t tests[ONBOARD_CONNECTIONS];
+} onboard_connections_t;
+
+typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
+    pus_persistence_t persistence;                  // Of the journal.
+    uint32_t refused;                               // Records that nobody took back.
+    uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX]; // While requests wait: no credit since then; 0: had some.
+    octet_ring_t released;
+    uint8_t release_storage[ONBOARD_RELEASE_OCTETS];
+    uint8_t packet[PUS_PACKET_MAX];
+    onboard_schedules_t schedules;
+    onboard_sequences_t sequences;
+    onboard_forwarding_t forwarding;
+    onboard_files_t files;
+    onboard_connections_t connections;
+    onboard_storage_t storage;
+    onboard_large_packets_t large_packets;
+    onboard_memory_t memory; // Of ST[06], which the component has.
+    onboard_procedures_t procedures;
+    telemetry_directory_t directory;
+    uint16_t defined[MISSION_SUBSYSTEMS_MAX]; // Configuration whose structures the mirror was told; 0: none.
+    mirror_t mirror;                          // Of the subsystems' parameters, for services that read them.
+} onboard_t;
+
+extern const onboard_binding_t onboard_time_schedule;
+extern const onboard_binding_t onboard_position_schedule;
+extern const onboard_binding_t onboard_event_action;
+extern const onboard_binding_t onboard_sequences;
+extern const onboard_binding_t onboard_files;
+extern const onboard_binding_t onboard_forwarding;
+extern const onboard_binding_t onboard_connection;
+extern const onboard_binding_t onboard_storage;
+extern const onboard_binding_t onboard_time;
+extern const onboard_binding_t onboard_procedures;
+extern const onboard_binding_t onboard_large_packets;
+
+/// Where services keep their lasting records; null if nothing is kept.
+const pus_persistence_t* onboard_persistence(struct supervisor* supervisor);
+/// Entries that the descriptor grants a service of the whole spacecraft: `most`, for which there is room,
+/// where it says nothing.
+uint16_t onboard_capacity(const struct supervisor* supervisor, uint8_t type, uint16_t most);
+/// Open all bindings; their services go to `services` (room for ONBOARD_SERVICES). Returns their number.
+size_t onboard_open(struct supervisor* supervisor, pus_service_t* services);
+/// Give all services their lasting records back, then start those that ask for it. A record that is refused
+/// is counted, and told by the event RECORD_REFUSED.
+void onboard_restore(struct supervisor* supervisor);
+/// Raise an event: a lasting record was not taken back, or not written.
+void onboard_tell_refused(struct supervisor* supervisor, uint8_t table, uint32_t key, status_t status);
+/// In the first step: raise JOURNAL_DAMAGED and enter the fallback mode if lasting records were lost.
+void onboard_tell_damage(struct supervisor* supervisor);
+/// Step all services, then route what they have released. Returns the time of the next wake.
+uint64_t onboard_step(struct supervisor* supervisor, uint64_t now_ns);
+/// Show a report that passes to all services.
+void onboard_observe(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
+/// True if a report to the ground goes there now; what ST[14] holds back is logged and stored all the same.
+bool onboard_forwards(struct supervisor* supervisor, const pus_tm_t* tm);
+/// Port (pus_port_t) by which services release requests; the context is the supervisor. STATUS_OK,
+/// STATUS_FULL (try again later).
+status_t onboard_release(void* context, const uint8_t* packet, size_t size);
+
+#endif // FSW_SUPERVISOR_SERVICES_ONBOARD_H

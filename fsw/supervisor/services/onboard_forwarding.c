@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Joins ST[14] to the supervisor: which reports go to ground at once. All others are logged and stored all
+// the same.
+#include "fsw/supervisor/services/onboard.h"
+
+#include "fsw/supervisor/supervisor_internal.h"
+
+static pus_service_t open_forwarding(supervisor_t* const supervisor)
+{
+    onboard_forwarding_t* const forwarding = &supervisor->onboard.forwarding;
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        forwarding->apids[i] = supervisor->mission->subsystems[i].apid;
+    }
+    const pus_forwarding_config_t config = {.apids       = forwarding->apids,
+                                            .apid_count  = supervisor->mission->subsystem_count,
+                                            .entries     = forwarding->entries,
+                                            .candidate   = forwarding->candidate,
+                                            .capacity    = ONBOARD_FORWARDING_ENTRIES,
+                                            .persistence = onboard_persistence(supervisor)};
+    pus_forwarding_init(&forwarding->service, &config);
+    return pus_forwarding_service(&forwarding->service);
+}
+
+static status_t restore_forwarding(supervisor_t* const supervisor, const uint32_t key,
+                                   const uint8_t* const octets, const size_t size)
+{
+    return pus_forwarding_restore(&supervisor->onboard.forwarding.service, key, octets, size);
+}
+
+bool onboard_forwards(supervisor_t* const supervisor, const pus_tm_t* const tm)
+{
+    return pus_forwarding_allows(&supervisor->onboard.forwarding.service, tm);
+}
+
+const onboard_binding_t onboard_forwarding = {
+    .type = PUS_SERVICE_FORWARDING, .open = open_forwarding, .restore = restore_forwarding};

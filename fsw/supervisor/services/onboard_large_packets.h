@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Storage of the large packet transfer of ST[13]. A request to the supervisor itself may be as long as a
+/// length field can tell; one to another subsystem, whose process takes packets, as long as a packet: a
+/// longer one is refused with the first part that tells its length (PUS_FAILURE_TABLE_FULL, PUS_PACKET_MAX).
+/// A report of the supervisor may be as long as a request.
+#ifndef FSW_SUPERVISOR_SERVICES_ONBOARD_LARGE_PACKETS_H
+#define FSW_SUPERVISOR_SERVICES_ONBOARD_LARGE_PACKETS_H
+
+#include "pus/st13/st13_large_packets.h"
+
+#define ONBOARD_LARGE_REPORTS 4U                 ///< Under way at once.
+#define ONBOARD_LARGE_UPLINKS 4U                 ///< Requests that are put together at once.
+#define ONBOARD_LARGE_PARTS 8U                   ///< Sent in a step at most.
+#define ONBOARD_LARGE_TIMEOUT_NS 120000000000ULL ///< Between two parts of a request.
+
+typedef struct { // Private to fsw/supervisor.
+    pus_large_t service;
+    pus_large_report_t reports[ONBOARD_LARGE_REPORTS];
+    uint8_t report_octets[ONBOARD_LARGE_REPORTS * PUS_LARGE_MAX];
+    pus_large_uplink_t uplinks[ONBOARD_LARGE_UPLINKS];
+    uint8_t uplink_octets[ONBOARD_LARGE_UPLINKS * PUS_LARGE_MAX];
+} onboard_large_packets_t;
+
+#endif // FSW_SUPERVISOR_SERVICES_ONBOARD_LARGE_PACKETS_H

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What ST[06] of the supervisor reaches beside its parameters and itself: a buffer for files on their way
+/// between ground and the file store, and the files themselves.
+///
+/// The ground loads the buffer piece by piece (TC[6,2]) and dumps it to a file (TC[6,20]); the other way
+/// round it loads the buffer from a file (TC[6,19]) and dumps it (TC[6,5]). It is one for all users.
+#ifndef FSW_SUPERVISOR_SERVICES_ONBOARD_MEMORY_H
+#define FSW_SUPERVISOR_SERVICES_ONBOARD_MEMORY_H
+
+#include "fsw/framework/subsystem/subsystem.h"
+
+#define ONBOARD_MEMORY_BUFFER 3U             ///< Memory id.
+#define ONBOARD_MEMORY_BUFFER_OCTETS 131072U ///< From address 0 on.
+#define ONBOARD_MEMORIES 1U
+
+typedef struct { // Private to fsw/supervisor.
+    pus_memory_t memories[ONBOARD_MEMORIES];
+    uint8_t buffer[ONBOARD_MEMORY_BUFFER_OCTETS];
+} onboard_memory_t;
+
+/// Callback of the supervisor as a subsystem.
+subsystem_memories_t onboard_memories(void* supervisor);
+
+#endif // FSW_SUPERVISOR_SERVICES_ONBOARD_MEMORY_H

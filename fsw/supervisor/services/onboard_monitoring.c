@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/services/onboard_monitoring.h"
+
+#include "fsw/framework/subsystem/optional_services.h"
+#include "fsw/supervisor/supervisor_internal.h"
+
+#define OWN 0x8000U // In a handle: of the supervisor's own parameters.
+
+/// True if the descriptors of the mission tell of a parameter.
+static bool is_described(supervisor_t* const supervisor, const uint32_t parameter_id)
+{
+    const mirror_sizes_t sizes = telemetry_directory_sizes(&supervisor->onboard.directory);
+    uint16_t size              = 0U;
+    return sizes.size_of(sizes.context, parameter_id, &size) == STATUS_OK;
+}
+
+/// A value that was reported is one of now while its subsystem runs, is heard, and has parameters at all.
+static bool is_valid(supervisor_t* const supervisor, const roster_entry_t* const entry,
+                     const uint32_t parameter_id)
+{
+    const uint64_t time_ns = component_process(&supervisor->component)->epoch_ns + supervisor->now_ns;
+    return (entry->process == PROCESS_RUNNING) && (entry->state != STATE_OFFLINE) && !doubt_is_about(entry) &&
+           !mirror_is_old(&supervisor->onboard.mirror, parameter_id, time_ns);
+}
+
+static bool has_value(supervisor_t* const supervisor, const uint32_t parameter_id)
+{
+    const roster_entry_t* const entry = roster_find(supervisor, PARAMETER_APID(parameter_id));
+    const uint8_t* octets             = NULL;
+    uint16_t size                     = 0U;
+    return (entry != NULL) && is_valid(supervisor, entry, parameter_id) &&
+           (mirror_value(&supervisor->onboard.mirror, parameter_id, &octets, &size) == STATUS_OK);
+}
+
+static status_t find(void* const context, const uint32_t parameter_id, uint16_t* const out_handle,
+                     uint16_t* const out_size)
+{
+    supervisor_t* const supervisor = context;
+    if (PARAMETER_APID(parameter_id) == SUPERVISOR_APID) {
+        const pus_parameter_port_t own = component_parameter_port(&supervisor->component);
+        const status_t status          = own.find(own.context, parameter_id, out_handle, out_size);
+        *out_handle                    = (uint16_t)(*out_handle | OWN);
+        return status;
+    }
+    const pus_parameter_port_t others = mirror_port(&supervisor->onboard.mirror);
+    if (!is_described(supervisor, parameter_id) ||
+        (others.find(others.context, parameter_id, out_handle, out_size) != STATUS_OK)) {
+        return STATUS_NOT_FOUND;
+    }
+    return has_value(supervisor, parameter_id) ? STATUS_OK : STATUS_EMPTY;
+}
+
+static void read(void* const context, const uint16_t handle, octet_writer_t* const writer)
+{
+    supervisor_t* const supervisor = context;
+    const bool is_own              = (handle & OWN) != 0U;
+    const pus_parameter_port_t port =
+        is_own ? component_parameter_port(&supervisor->component) : mirror_port(&supervisor->onboard.mirror);
+    port.read(port.context, (uint16_t)(handle & ~OWN & UINT16_MAX), writer);
+}
+
+pus_parameter_port_t onboard_watched(void* const self)
+{
+    return (pus_parameter_port_t){.context = self, .find = find, .read = read};
+}

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Storage of what releases requests: the schedules of ST[11] and ST[22], and ST[19]. There is room for
+/// what a descriptor may grant at most; the requests of all three lie in blocks that they share.
+#ifndef FSW_SUPERVISOR_SERVICES_ONBOARD_SCHEDULES_H
+#define FSW_SUPERVISOR_SERVICES_ONBOARD_SCHEDULES_H
+
+#include "fsw/framework/descriptor/subsystem_descriptor.h"
+#include "pus/st11/st11_time_schedule.h"
+#include "pus/st19/st19_event_action.h"
+#include "pus/st22/st22_position_schedule.h"
+
+#define ONBOARD_TIME_ACTIVITIES DESCRIPTOR_TIME_ACTIVITIES_MAX
+#define ONBOARD_TIME_BUCKETS 16384U
+#define ONBOARD_POSITION_ACTIVITIES DESCRIPTOR_POSITION_ACTIVITIES_MAX
+#define ONBOARD_POSITION_BUCKETS 1024U
+#define ONBOARD_EVENT_ACTIONS DESCRIPTOR_EVENT_ACTIONS_MAX
+#define ONBOARD_EVENT_BUCKETS 1024U
+#define ONBOARD_SUB_SCHEDULES 64U
+#define ONBOARD_GROUPS 64U
+#define ONBOARD_REQUEST_BLOCKS 32768U ///< Of PUS_CHAIN_BLOCK octets.
+
+typedef struct { // Private to fsw/supervisor.
+    pus_time_schedule_t time;
+    pus_activity_t time_activities[ONBOARD_TIME_ACTIVITIES];
+    pus_order_node_t time_nodes[ONBOARD_TIME_ACTIVITIES];
+    uint16_t time_buckets[ONBOARD_TIME_BUCKETS];
+    pus_position_schedule_t position;
+    pus_activity_t position_activities[ONBOARD_POSITION_ACTIVITIES];
+    pus_order_node_t position_nodes[ONBOARD_POSITION_ACTIVITIES];
+    uint16_t position_buckets[ONBOARD_POSITION_BUCKETS];
+    pus_event_action_t actions;
+    pus_event_action_definition_t action_definitions[ONBOARD_EVENT_ACTIONS];
+    uint16_t action_queue[ONBOARD_EVENT_ACTIONS];
+    uint16_t action_buckets[ONBOARD_EVENT_BUCKETS];
+    bool has_chains;
+    pus_chains_t chains;
+    uint64_t blocks[PUS_CHAIN_WORDS(ONBOARD_REQUEST_BLOCKS)];
+    pool_slot_t slots[ONBOARD_REQUEST_BLOCKS];
+} onboard_schedules_t;
+
+#endif // FSW_SUPERVISOR_SERVICES_ONBOARD_SCHEDULES_H

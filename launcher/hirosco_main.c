@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// `hirosco run`: fly a mission. Exit codes: 0 flown to the end, 1 something failed, 2 usage.
+#include "launcher/launcher_guard.h"
+#include "launcher/launcher_internal.h"
+#include "base/text.h"
+#include "osal/include/osal/console.h"
+
+#include <string.h>
+
+static launcher_t launcher;
+
+static int complain(const char* const what)
+{
+    char line[LAUNCHER_REASON_MAX + 16U];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "hirosco: ");
+    text_add(&text, what);
+    osal_console_complain(line);
+    return 2;
+}
+
+/// Folder of this program with its trailing slash: the others lie beside it.
+static const char* folder_of(const char* const path)
+{
+    static char folder[LAUNCH_PATH_MAX];
+    const char* const slash = strrchr(path, '/');
+    text_t text             = text_in(folder, sizeof folder);
+    for (const char* next = path; (slash != NULL) && (next <= slash); next++) {
+        text_add_character(&text, *next);
+    }
+    return folder;
+}
+
+static void announce(void)
+{
+    char line[LAUNCH_PATH_MAX + 128U];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "mission ");
+    text_add(&text, launcher.mission.name);
+    text_add(&text, ", scenario ");
+    text_add(&text, launcher.options.scenario);
+    text_add(&text, launcher.options.is_image ? ", one image" : ", processes");
+    text_add(&text, ", ");
+    text_add(&text, launch_time_text(&launcher.options));
+    text_add(&text, " time");
+    text_add(&text, ", ground port ");
+    text_add(&text, (launcher.mission.is_ground_open != 0U) ? "0.0.0.0:" : "127.0.0.1:");
+    text_add_unsigned(&text, launcher.run->ground_port);
+    text_add(&text, ", folder ");
+    text_add(&text, launcher.run->folder);
+    osal_console_say(line);
+}
+
+static void conclude(void)
+{
+    char line[LAUNCHER_REASON_MAX + LAUNCH_PATH_MAX];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, osal_console_is_terminal() ? "\n" : "");
+    text_add(&text, (launcher.exit_code == 0) ? "flown to the end: " : "failed: ");
+    text_add(&text, launcher.reason);
+    text_add(&text, (launcher.exit_code == 0) ? "" : "; ");
+    text_add(&text, launcher.run->folder);
+    text_add(&text, launcher.options.has_report ? "/report.html" : "/run.json");
+    osal_console_say(line);
+}
+
+/// Fly, with a guard beside this process.
+static int run(const int argument_count, char* const arguments[], const launch_options_t* const options)
+{
+    static guard_t guard;
+    int code = 1;
+    osal_process_catch_stop();
+    guard_start(&guard, arguments[0], argument_count - 2, &arguments[2]);
+    if (launcher_prepare(&launcher, options, folder_of(arguments[0]))) {
+        launcher.guard = &guard;
+        announce();
+        launcher_fly(&launcher);
+        launcher_clean_up(&launcher);
+        conclude();
+        code = launcher.exit_code;
+    } else {
+        (void)complain(launcher.reason);
+        launcher_clean_up(&launcher);
+    }
+    guard_stop(&guard);
+    return code;
+}
+
+/// Be the guard of another process: `hirosco guard IDENTITY`, and the options of its run.
+static int watch(char* const arguments[], const launch_options_t* const options)
+{
+    if (launcher_owner_of(arguments[2]) == 0) {
+        return complain("expected `hirosco guard hirosco-NUMBER ...`; guards are started by `hirosco run`");
+    }
+    osal_process_ignore_interrupt();
+    const int code = guard_watch(&launcher, options, folder_of(arguments[0]), arguments[2]);
+    if (launcher.run != NULL) {
+        conclude();
+    } else if (code != 0) {
+        (void)complain("the launcher was killed before its run began");
+    } else {
+        // It has cleaned up itself.
+    }
+    return code;
+}
+
+int main(const int argument_count, char* arguments[])
+{
+    const bool is_run   = (argument_count >= 2) && (strcmp(arguments[1], "run") == 0);
+    const bool is_guard = (argument_count >= 3) && (strcmp(arguments[1], "guard") == 0);
+    const bool is_help  = (argument_count < 2) || (strcmp(arguments[argument_count - 1], "--help") == 0);
+    const int first     = is_guard ? 3 : 2;
+    if (is_help) {
+        osal_console_say(launch_options_help());
+        return 0;
+    }
+    if (!is_run && !is_guard) {
+        return complain("expected `hirosco run ...`; see hirosco --help");
+    }
+    launch_options_t options;
+    char error[LAUNCH_ERROR_MAX];
+    if (!launch_options_parse(argument_count - first, &arguments[first], &options, error)) {
+        return complain(error);
+    }
+    return is_guard ? watch(arguments, &options) : run(argument_count, arguments, &options);
+}

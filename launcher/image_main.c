@@ -1,0 +1,427 @@
+// SPDX-License-Identifier: Apache-2.0
+// The image: all flight components and the simulator in one address space, run in order by one loop, messages
+// by octet rings. The launcher starts it in place of the processes.
+#include "fsw/programs/member.h"
+#include "fsw/programs/program.h"
+#include "launcher/return_budget.h"
+#include "base/assertion.h"
+#include "base/text.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "base/take_check.h"
+#include "osal/include/osal/console.h"
+#include "osal/include/osal/process.h"
+#include "sim/app/process_faults.h"
+#include "sim/app/simulator.h"
+#include "sim/clock/door.h"
+
+#include <string.h>
+
+CAPACITY_CHECK(simulator_has_all_buses, SIMULATOR_BUSES_MAX >= MISSION_BUSES_MAX);
+
+#define DOOR_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
+#define DOOR_ROUND_MS 100U
+#define DOOR_ROUNDS 1800U
+
+typedef struct { // Everything the image holds beside its components' own storage.
+    run_block_t* run;
+    osal_shm_t run_shm;
+    osal_shm_t calendar_shm;
+    osal_calendar_t* calendar;
+    mission_descriptor_t mission;
+    seat_reader_t reader;
+    ring_carrier_t hub;
+    seat_t seats[MISSION_SUBSYSTEMS_MAX];
+    subsystem_descriptor_t own[MISSION_SUBSYSTEMS_MAX];
+    program_t programs[MISSION_SUBSYSTEMS_MAX];
+    bool is_open[MISSION_SUBSYSTEMS_MAX];
+    process_faults_t process_faults;
+    simulator_t* simulator;
+    door_t door;
+    bool has_door;
+    unsigned communication; // Participant that the operator's stream goes to.
+    return_budget_t returns;
+    uint64_t abandon_ns; // When a run without supervisor ends; 0: it has one.
+    unsigned running;    // Participant that holds the grant.
+    char error[SIMULATOR_ERROR_MAX];
+} image_t;
+
+typedef struct {
+    const char* run;
+    const char* scenario;
+    const char* equipment;
+    const char* door;
+    uint64_t seed;
+} image_options_t;
+
+static image_t image;
+
+static int complain(const char* const what)
+{
+    char line[SIMULATOR_ERROR_MAX + 16U];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "image: ");
+    text_add(&text, what);
+    osal_console_complain(line);
+    return 1;
+}
+
+/// A frame was put into the inbox of `to` by the component that is running.
+static void delivered(void* const context, const uint16_t to)
+{
+    image_t* const self = (image_t*)context;
+    unsigned component  = 0U;
+    if (run_block_find(self->run, to, &component)) {
+        FSW_ASSERT(self->running > RUN_SIMULATOR); // Components speak in their turns only.
+        seat_told(&self->seats[self->running - 1U], component, osal_calendar_now_ns(self->calendar));
+        // Only to wake it: the frame is in its inbox, and not among what its sockets have to bring.
+        osal_calendar_deliver(self->calendar, self->running, run_participant(component),
+                              seat_life_of(&self->seats[self->running - 1U], component), 0U, 0U);
+    }
+}
+
+// ---- Assembly ----
+
+static const char* attach(image_t* const self, const char* const run_name_text)
+{
+    char name[RUN_NAME_MAX];
+    if ((run_block_attach(&self->run_shm, run_name_text, &self->run) != STATUS_OK) ||
+        !run_name(self->run, "calendar", 0U, name, sizeof name) ||
+        (osal_shm_open(&self->calendar_shm, name) != STATUS_OK)) {
+        return "there is no such run; the image is started by `hirosco run FORM=image`";
+    }
+    self->calendar = osal_calendar_attach(osal_shm_address(&self->calendar_shm));
+    seat_reader_init(&self->reader);
+    if (descriptor_load_mission(&self->reader.loader, self->run->mission_path, MISSION_ANY_TARGET,
+                                &mission_whole, &self->mission, &self->own[0]) != STATUS_OK) {
+        return descriptor_error(&self->reader.loader);
+    }
+    return (self->calendar == NULL) ? "the run's calendar is gone" : NULL;
+}
+
+static seat_surroundings_t surroundings_of(image_t* const self)
+{
+    return (seat_surroundings_t){.run      = self->run,
+                                 .mission  = &self->mission,
+                                 .reader   = &self->reader,
+                                 .calendar = self->calendar,
+                                 .hub      = &self->hub};
+}
+
+/// Open a component with `own` for its descriptor. Null, or what is wrong.
+static const char* open_component(image_t* const self, const unsigned index,
+                                  subsystem_descriptor_t* const own)
+{
+    const seat_surroundings_t surroundings = surroundings_of(self);
+    char path[RUN_PATH_MAX];
+    if (!descriptor_path(self->run, self->mission.subsystems[index].descriptor, path, sizeof path) ||
+        (descriptor_load_subsystem(&self->reader.loader, path, own) != STATUS_OK)) {
+        return descriptor_error(&self->reader.loader);
+    }
+    if (!self->seats[index].is_kept &&
+        (seat_take(&self->seats[index], &surroundings, own, index) != STATUS_OK)) {
+        return self->seats[index].error;
+    }
+    const program_open_t open = program_find(self->mission.subsystems[index].executable);
+    if (open == NULL) {
+        return "the image holds no program for one of the mission's executables";
+    }
+    if (!open(&self->seats[index], &self->programs[index])) {
+        return self->seats[index].error;
+    }
+    self->is_open[index] = true;
+    return NULL;
+}
+
+static const char* seat_all(image_t* const self)
+{
+    ring_carrier_init(&self->hub, (delivery_notice_t){self, delivered});
+    for (unsigned i = 0U; i < self->run->component_count; i++) {
+        const char* const error = open_component(self, i, &self->own[i]);
+        if (error != NULL) {
+            return error;
+        }
+        if (self->seats[i].apid == 2U) {
+            self->communication = run_participant(i);
+        }
+    }
+    return NULL;
+}
+
+// ---- Lives ----
+
+/// As the end of its process: what it had open is closed, and nobody hears of it.
+static void close_component(image_t* const self, const unsigned index)
+{
+    if (self->is_open[index]) {
+        self->programs[index].close(self->programs[index].self);
+        seat_leave(&self->seats[index]);
+        self->is_open[index] = false;
+    }
+}
+
+/// Components whose life has ended in the last turn.
+static void close_ended(image_t* const self)
+{
+    for (unsigned i = 0U; i < self->run->component_count; i++) {
+        if (!osal_calendar_is_present(self->calendar, run_participant(i))) {
+            if (self->run->components[i].apid == DESCRIPTOR_SUPERVISOR_APID) {
+                seat_keep(&self->seats[i]); // It comes back, and its channels outlive it.
+            }
+            close_component(self, i);
+        }
+    }
+}
+
+/// The supervisor comes back as long as its budget lasts, and takes over at the place of its earlier life.
+static bool may_return(image_t* const self)
+{
+    const uint64_t now_ns = osal_calendar_now_ns(self->calendar);
+    uint64_t delay_ns     = 0U; // Of wall-clock time, which does not matter here.
+    const bool may        = return_budget_take(&self->returns, now_ns, &delay_ns);
+    if (!may) {
+        self->abandon_ns = now_ns + RETURN_ABANDON_NS;
+        (void)complain("the supervisor has died too often; members reach their safe state by themselves");
+    }
+    return may;
+}
+
+static void give_up(image_t* const self, const unsigned participant)
+{
+    osal_calendar_succeed(self->calendar, participant, 0U);
+    osal_calendar_end(self->calendar, participant, OSAL_CALENDAR_ANY_LIFE);
+}
+
+/// The life of a component begins: it finds its storage as a new process would.
+static void begin_life(image_t* const self, const unsigned participant)
+{
+    const unsigned index              = participant - 1U;
+    run_component_t* const component  = &self->run->components[index];
+    subsystem_descriptor_t* const own = self->seats[index].own;
+    uint32_t life                     = 0U;
+    FSW_ASSERT(!self->is_open[index] && (index < self->run->component_count));
+    if ((component->apid == DESCRIPTOR_SUPERVISOR_APID) && !may_return(self)) {
+        give_up(self, participant);
+        return;
+    }
+    (void)osal_calendar_presence(self->calendar, participant, &life);
+    __atomic_store_n(&component->found_life, life, __ATOMIC_RELEASE);
+    (void)memset(self->programs[index].storage, 0, self->programs[index].size);
+    const char* const error = open_component(self, index, own);
+    if (error != NULL) {
+        (void)complain(error);
+        give_up(self, participant);
+        return;
+    }
+    run_block_beat(self->run, index, 0U, OSAL_CALENDAR_NEVER); // Its earlier life's counts no more.
+    osal_calendar_done(self->calendar, participant, 0U);
+}
+
+static const char* open_simulator(image_t* const self, const image_options_t* const options)
+{
+    self->process_faults.calendar = self->calendar;
+    for (uint16_t i = 0U; i < self->mission.subsystem_count; i++) {
+        const mission_subsystem_t* const subsystem = &self->mission.subsystems[i];
+        const bool is_named =
+            process_faults_name(&self->process_faults, subsystem->executable, run_participant(i)) &&
+            process_faults_name(&self->process_faults, subsystem->name, run_participant(i));
+        FSW_ASSERT(is_named); // The table has room for all that the calendar has.
+    }
+    simulator_config_t config = {.process_fault   = process_faults_act,
+                                 .process_context = &self->process_faults,
+                                 .scenario_path   = options->scenario,
+                                 .equipment_path  = options->equipment,
+                                 .output_path     = self->run->folder,
+                                 .seed            = options->seed};
+    for (uint16_t i = 0U; (i < self->mission.bus_count) && (i < SIMULATOR_BUSES_MAX); i++) {
+        const char* const channel_a = self->mission.buses[i].redundant_to;
+        const run_bus_t* const bus  = &self->run->buses[i];
+        const bool is_channel_b     = (channel_a[0] != '\0') && (bus->simulator[0] != '\0');
+        config.bus[i]               = (simulator_bus_t){.name         = self->mission.buses[i].name,
+                                                        .address      = bus->simulator,
+                                                        .published    = bus->published,
+                                                        .is_classic   = (self->mission.buses[i].data_bit_rate == 0U),
+                                                        .redundant_to = is_channel_b ? channel_a : NULL};
+        config.bus_count++;
+    }
+    return (simulator_open(&config, &self->simulator, self->error) == STATUS_OK) ? NULL : self->error;
+}
+
+static bool is_stop_requested(const image_t* const self)
+{
+    return __atomic_load_n(&self->run->is_stop_requested, __ATOMIC_ACQUIRE) != 0U;
+}
+
+static const char* open_door(image_t* const self, const char* const path)
+{
+    const unsigned order = run_operator(self->run);
+    if (path == NULL) {
+        return NULL;
+    }
+    if (door_open(&self->door, path, "operator", self->calendar, DOOR_PATIENCE_MS) != STATUS_OK) {
+        return "cannot open the operator's door";
+    }
+    self->has_door  = true;
+    status_t status = STATUS_TIMEOUT;
+    for (unsigned i = 0U; (status == STATUS_TIMEOUT) && (i < DOOR_ROUNDS) && !is_stop_requested(self); i++) {
+        status = door_accept(&self->door, DOOR_ROUND_MS);
+    }
+    if ((status == STATUS_TIMEOUT) && is_stop_requested(self)) {
+        osal_calendar_end(self->calendar, order,
+                          OSAL_CALENDAR_ANY_LIFE); // It has ended before it came: go down in order.
+        return NULL;
+    }
+    if (status != STATUS_OK) {
+        return "the operator did not come";
+    }
+    osal_calendar_set_stream_port(self->calendar, order, self->door.stream_port);
+    osal_calendar_done(self->calendar, order, 0U);
+    return NULL;
+}
+
+// ---- Loop ----
+
+static void run_operator_turn(image_t* const self, const osal_grant_t* const grant)
+{
+    const unsigned order = run_operator(self->run);
+    uint64_t wake_ns     = OSAL_CALENDAR_NEVER;
+    if (door_turn(&self->door, self->calendar, order, self->communication, grant, &wake_ns) == STATUS_OK) {
+        osal_calendar_done(self->calendar, order, wake_ns);
+    }
+}
+
+static void run_component(image_t* const self, const unsigned participant, const osal_grant_t* const grant)
+{
+    const unsigned component       = participant - 1U;
+    const program_t* const program = &self->programs[component];
+    seat_pump(&self->seats[component], grant->messages, program->link_datagram, program->self);
+    const uint64_t wake_ns = program->step(program->self, grant->now_ns, grant->octets);
+    run_block_beat(self->run, component, grant->now_ns, wake_ns);
+    seat_watch_supervisor(&self->seats[component], self->calendar, grant->now_ns);
+    osal_calendar_done(self->calendar, participant, wake_ns);
+}
+
+/// Until the supervisor has closed the calendar, or the launcher.
+static void loop(image_t* const self)
+{
+    osal_calendar_done(self->calendar, RUN_SIMULATOR, 0U);
+    for (unsigned i = 0U; i < self->run->component_count; i++) {
+        osal_calendar_done(self->calendar, run_participant(i), 0U);
+    }
+    while ((osal_process_stop_count() == 0U) &&
+           ((self->abandon_ns == 0U) || (osal_calendar_now_ns(self->calendar) < self->abandon_ns))) {
+        osal_grant_t grant    = {0U, 0U, 0U};
+        const status_t status = osal_calendar_next(self->calendar, &self->running, &grant);
+        if (status == STATUS_BUSY) {
+            begin_life(self, self->running);
+        } else if (status != STATUS_OK) {
+            return;
+        } else if (self->running == RUN_SIMULATOR) {
+            const uint64_t wake_ns = simulator_step(self->simulator, grant.now_ns);
+            osal_calendar_done(self->calendar, RUN_SIMULATOR, wake_ns);
+            close_ended(self);
+        } else if (self->running == run_operator(self->run)) {
+            run_operator_turn(self, &grant);
+        } else {
+            run_component(self, self->running, &grant);
+            close_ended(self);
+        }
+    }
+}
+
+static int close_all(image_t* const self)
+{
+    int code = (self->abandon_ns == 0U) ? 0 : 1;
+    for (unsigned i = 0U; i < self->run->component_count; i++) {
+        close_component(self, i);
+    }
+    if (simulator_close(self->simulator) != STATUS_OK) {
+        code = complain("a log of the simulator is not complete");
+    }
+    if (self->has_door) {
+        door_close(&self->door);
+    }
+    return code;
+}
+
+// ---- Command line ----
+
+static uint64_t number_of(const char* const digits)
+{
+    uint64_t number = 0U;
+    for (const char* next = digits; (*next >= '0') && (*next <= '9'); next++) {
+        number = (number * 10U) + (uint64_t)(*next - '0');
+    }
+    return number;
+}
+
+static bool parse(const int argument_count, char* const arguments[], image_options_t* const options)
+{
+    for (int i = 1; (i + 1) < argument_count; i += 2) {
+        const char* const value = arguments[i + 1];
+        if (strcmp(arguments[i], "--run") == 0) {
+            options->run = value;
+        } else if (strcmp(arguments[i], "--scenario") == 0) {
+            options->scenario = value;
+        } else if (strcmp(arguments[i], "--equipment") == 0) {
+            options->equipment = value;
+        } else if (strcmp(arguments[i], "--door") == 0) {
+            options->door = value;
+        } else if (strcmp(arguments[i], "--seed") == 0) {
+            options->seed = number_of(value);
+        } else {
+            return false;
+        }
+    }
+    return (options->run != NULL) && ((argument_count % 2) == 1);
+}
+
+// ---- Refusals on demand, in test builds ----
+
+#ifdef RESOURCE_CHECKS
+static void arm_refusal(void)
+{
+    const char* const number = osal_process_environment("HIROSCO_REFUSE_TAKE");
+    take_check_refuse((number != NULL) ? (uint32_t)number_of(number) : 0U);
+}
+
+/// How many blocks and sockets were asked for: so many different refusals there are.
+static void tell_takes(void)
+{
+    char line[64];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "image: takes ");
+    text_add_unsigned(&text, take_check_count());
+    osal_console_say(line);
+}
+#else
+static void arm_refusal(void)
+{
+}
+
+static void tell_takes(void)
+{
+}
+#endif
+
+int main(const int argument_count, char* arguments[])
+{
+    image_options_t options = {.seed = 1U};
+    if (!parse(argument_count, arguments, &options)) {
+        (void)complain("usage: --run NAME [--scenario FILE] [--equipment FILE] [--seed N] [--door PATH] "
+                       "(started by `hirosco run`)");
+        return 2;
+    }
+    osal_process_catch_stop();
+    osal_process_ignore_interrupt();
+    arm_refusal();
+    const char* error = attach(&image, options.run);
+    error             = (error != NULL) ? error : seat_all(&image);
+    error             = (error != NULL) ? error : open_simulator(&image, &options);
+    error             = (error != NULL) ? error : open_door(&image, options.door);
+    if (error != NULL) {
+        return complain(error);
+    }
+    loop(&image);
+    tell_takes();
+    return close_all(&image);
+}

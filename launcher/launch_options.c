@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "launcher/launch_options.h"
+
+#include "base/assertion.h"
+#include "base/text.h"
+
+#include <string.h>
+
+#define WORDS_MAX 3U
+#define NS_PER_S 1000000000ULL
+#define SHOWN_MAX 120U ///< Characters of a wrong value that are repeated, so that the reason fits behind it.
+
+const char* launch_options_help(void)
+{
+    return "usage: hirosco run [--OPTION VALUE ...]\n"
+           "  --mission NAME     descriptors/missions/NAME.xml (default rokviss)\n"
+           "  --scenario NAME    sim/scenarios/NAME.scn, or a path to another file (default telepresence);\n"
+           "                     none: fly until Ctrl-C\n"
+           "  --seed N           of sensor noise and faults (default 1)\n"
+           "  --form processes|image   a process per subsystem (default), or all in one program\n"
+           "  --time stepped|real|free   discrete time; the same held back to the wall clock; or every "
+           "process on "
+           "a\n"
+           "                     clock of its own, as on a spacecraft (default: stepped; real without "
+           "simulator)\n"
+           "  --bus shm|vcan|can carrier of the CAN buses: shared memory (default); virtual interfaces\n"
+           "                     vcan-BUS, where candump and other tools attach; or real controllers:\n"
+           "  --interface BUS=INTERFACE      with --bus can: flight's controller, e.g. robot=can0\n"
+           "  --sim-interface BUS=INTERFACE  the simulator's controller on the same wires\n"
+           "  --transport udp|tipc     carrier of messages between processes (default: the mission's)\n"
+           "  --links shm|udp|tipc     transfer method of real-time links (default: the mission's)\n"
+           "  --nodes 1|2        on-board computers that the processes are spread over (default 1)\n"
+           "  --foreign SUBSYSTEM  its program runs big-endian: built for s390x (make foreign), in "
+           "qemu-s390x\n"
+           "  --port N           ground port on 127.0.0.1 (default: the first free from the mission's)\n"
+           "  --tools N          serve bus tools on 127.0.0.1 at this port (socketcand; python-can, "
+           "SavvyCAN)\n"
+           "  --out FOLDER       where the run leaves its logs (default: a new folder under runs/)\n"
+           "  --storage FOLDER   what outlives a power cut: schedules, definitions, stores, files; that of "
+           "an\n"
+           "                     earlier run is taken over (default: FOLDER/storage of --out)\n"
+           "  --key FILE         accept only telecommands protected with this key (`gse key make "
+           "FILE`;\n"
+           "                     default: that of the mission, if it has one)\n"
+           "  --duration S       shut the mission down after S simulated seconds\n"
+           "  --report yes|no    draw the report at the end (default yes)";
+}
+
+static bool fail(char error[LAUNCH_ERROR_MAX], const char* const option, const char* const value,
+                 const char* const expected)
+{
+    text_t text = text_in(error, LAUNCH_ERROR_MAX);
+    text_add(&text, option);
+    text_add(&text, " ");
+    for (size_t i = 0U; (i < SHOWN_MAX) && (value[i] != '\0'); i++) {
+        text_add_character(&text, value[i]);
+    }
+    text_add(&text, (strlen(value) > SHOWN_MAX) ? "...: " : ": ");
+    text_add(&text, expected);
+    return false;
+}
+
+/// Decimal text as a number up to `limit`.
+static bool read_number(const char* const digits, const uint64_t limit, uint64_t* const out_number)
+{
+    uint64_t number = 0U;
+    for (const char* next = digits; *next != '\0'; next++) {
+        if ((*next < '0') || (*next > '9')) {
+            return false;
+        }
+        const uint64_t digit = (uint64_t)(*next - '0');
+        if (number > ((limit - digit) / 10U)) {
+            return false;
+        }
+        number = (number * 10U) + digit;
+    }
+    *out_number = number;
+    return *digits != '\0';
+}
+
+static bool is_name(const char* const text)
+{
+    for (const char* next = text; *next != '\0'; next++) {
+        const bool is_letter = ((*next >= 'a') && (*next <= 'z')) || ((*next >= 'A') && (*next <= 'Z')) ||
+                               ((*next >= '0') && (*next <= '9')) || (*next == '-') || (*next == '_');
+        if (!is_letter) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool launch_scenario_is_path(const char* const scenario)
+{
+    const size_t length = strlen(scenario);
+    return (strchr(scenario, '/') != NULL) ||
+           ((length > 4U) && (strcmp(&scenario[length - 4U], ".scn") == 0));
+}
+
+static bool take_number(launch_options_t* const options, const char* const option, const char* const value,
+                        char error[LAUNCH_ERROR_MAX])
+{
+    uint64_t number = 0U;
+    if (strcmp(option, "--seed") == 0) {
+        if (!read_number(value, UINT64_MAX - 9U, &options->seed)) {
+            return fail(error, option, value, "expected a number from 0");
+        }
+    } else if (strcmp(option, "--port") == 0) {
+        if (!read_number(value, 65535U, &number) || (number == 0U)) {
+            return fail(error, option, value, "expected a port number, 1 to 65535");
+        }
+        options->port = (uint16_t)number;
+    } else if (strcmp(option, "--tools") == 0) {
+        if (!read_number(value, 65535U, &number) || (number == 0U)) {
+            return fail(error, option, value, "expected a port number, 1 to 65535");
+        }
+        options->tools = (uint16_t)number;
+    } else {
+        if (!read_number(value, 10000000U, &number) || (number == 0U)) {
+            return fail(error, option, value, "expected whole seconds, at least 1");
+        }
+        options->duration_ns = number * NS_PER_S;
+    }
+    return true;
+}
+
+static bool is_word(const char* const value, const char* const word)
+{
+    return strcmp(value, word) == 0;
+}
+
+/// Options that take one of a few words.
+static const struct {
+    const char* option;
+    const char* words[WORDS_MAX];
+    const char* expected;
+} choices[] = {
+    {"--form", {"processes", "image"}, "expected processes or image"},
+    {"--time", {"stepped", "real", "free"}, "expected stepped, real or free"},
+    {"--bus", {"shm", "vcan", "can"}, "expected shm, vcan or can"},
+    {"--transport", {"udp", "tipc"}, "expected udp or tipc"},
+    {"--links", {"shm", "udp", "tipc"}, "expected shm, udp or tipc"},
+    {"--nodes", {"1", "2"}, "expected 1 or 2 on-board computers (network namespaces joined by a veth)"},
+    {"--report", {"yes", "no"}, "expected yes or no"},
+};
+
+#define CHOICES (sizeof choices / sizeof choices[0])
+
+static size_t choice_of(const char* const option)
+{
+    size_t choice = 0U;
+    while ((choice < CHOICES) && !is_word(option, choices[choice].option)) {
+        choice++;
+    }
+    return choice;
+}
+
+static void keep_word(launch_options_t* const options, const char* const option, const char* const value)
+{
+    if (is_word(option, "--form")) {
+        options->is_image = is_word(value, "image");
+    } else if (is_word(option, "--time")) {
+        options->is_stepped = is_word(value, "stepped");
+        options->is_free    = is_word(value, "free");
+    } else if (is_word(option, "--bus")) {
+        options->bus = is_word(value, "vcan") ? LAUNCH_BUS_VCAN : LAUNCH_BUS_SHM;
+        options->bus = is_word(value, "can") ? LAUNCH_BUS_CAN : options->bus;
+    } else if (is_word(option, "--transport")) {
+        options->transport = value;
+    } else if (is_word(option, "--links")) {
+        options->links = value;
+    } else if (is_word(option, "--nodes")) {
+        options->nodes = is_word(value, "2") ? 2U : 1U;
+    } else {
+        options->has_report = is_word(value, "yes");
+    }
+}
+
+static bool take_word(launch_options_t* const options, const size_t choice, const char* const value,
+                      char error[LAUNCH_ERROR_MAX])
+{
+    for (size_t i = 0U; (i < WORDS_MAX) && (choices[choice].words[i] != NULL); i++) {
+        if (is_word(value, choices[choice].words[i])) {
+            keep_word(options, choices[choice].option, value);
+            return true;
+        }
+    }
+    return fail(error, choices[choice].option, value, choices[choice].expected);
+}
+
+/// A mission or a scenario; nothing keeps the default.
+static bool take_name(launch_options_t* const options, const char* const option, const char* const value,
+                      char error[LAUNCH_ERROR_MAX])
+{
+    const bool is_scenario = (strcmp(option, "--scenario") == 0);
+    const bool is_path     = is_scenario && launch_scenario_is_path(value);
+    if (is_path && (strlen(value) >= LAUNCH_PATH_MAX)) {
+        return fail(error, option, value, "the path is too long");
+    }
+    if (!is_path && !is_name(value)) {
+        return fail(error, option, value,
+                    "expected a name of letters, digits, - and _, without path or ending");
+    }
+    if (value[0] != '\0') {
+        *(is_scenario ? &options->scenario : &options->mission) = value;
+    }
+    return true;
+}
+
+/// "BUS=INTERFACE", several times.
+static bool take_interface(launch_options_t* const options, const char* const option, const char* const value,
+                           char error[LAUNCH_ERROR_MAX])
+{
+    const bool is_flight     = (strcmp(option, "--interface") == 0);
+    const char** const list  = is_flight ? options->interfaces : options->sim_interfaces;
+    size_t* const count      = is_flight ? &options->interface_count : &options->sim_interface_count;
+    const char* const equals = strchr(value, '=');
+    if (value[0] == '\0') {
+        return true;
+    }
+    if ((equals == NULL) || (equals == value) || (equals[1] == '\0')) {
+        return fail(error, option, value, "expected BUS=INTERFACE, for example robot=can0");
+    }
+    if (*count == LAUNCH_INTERFACES_MAX) {
+        return fail(error, option, value, "there are more than a mission can have buses");
+    }
+    list[*count] = value;
+    (*count)++;
+    return true;
+}
+
+static bool take_path(launch_options_t* const options, const char* const option, const char* const value,
+                      char error[LAUNCH_ERROR_MAX])
+{
+    if (is_word(option, "--key")) {
+        options->key = value;
+    } else {
+        *(is_word(option, "--out") ? &options->output : &options->storage) = value;
+    }
+    return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) || fail(error, option, value, "the path is too long");
+}
+
+static bool take(launch_options_t* const options, const char* const option, const char* const value,
+                 char error[LAUNCH_ERROR_MAX])
+{
+    static const char* const numbers[] = {"--seed", "--port", "--tools", "--duration"};
+    const size_t choice                = choice_of(option);
+    for (size_t i = 0U; i < (sizeof numbers / sizeof numbers[0]); i++) {
+        if (strcmp(option, numbers[i]) == 0) {
+            return (value[0] == '\0') || take_number(options, option, value, error);
+        }
+    }
+    if (choice < CHOICES) {
+        return (value[0] == '\0') || take_word(options, choice, value, error);
+    }
+    if ((strcmp(option, "--mission") == 0) || (strcmp(option, "--scenario") == 0)) {
+        return take_name(options, option, value, error);
+    }
+    if (is_word(option, "--interface") || is_word(option, "--sim-interface")) {
+        return take_interface(options, option, value, error);
+    }
+    if (strcmp(option, "--foreign") == 0) {
+        options->foreign = value;
+        return is_name(value) ||
+               fail(error, option, value, "expected the name of a subsystem of the mission");
+    }
+    if (is_word(option, "--out") || is_word(option, "--storage") || is_word(option, "--key")) {
+        return take_path(options, option, value, error);
+    }
+    return fail(error, option, value, "unknown option; see hirosco run --help");
+}
+
+const char* launch_time_text(const launch_options_t* const options)
+{
+    FSW_ASSERT(options != NULL);
+    const char* const real = options->is_free ? "free" : "real";
+    return options->is_stepped ? "stepped" : real;
+}
+
+bool launch_has_calendar(const launch_options_t* const options)
+{
+    return launch_has_simulator(options) && !options->is_free;
+}
+
+bool launch_has_simulator(const launch_options_t* const options)
+{
+    FSW_ASSERT(options != NULL);
+    return (options->bus != LAUNCH_BUS_CAN) || (options->sim_interface_count > 0U);
+}
+
+const char* launch_bus_text(const launch_bus_t bus)
+{
+    static const char* const texts[] = {"shm", "vcan", "can"};
+    FSW_ASSERT((size_t)bus < (sizeof texts / sizeof texts[0]));
+    return texts[bus];
+}
+
+static bool are_interfaces_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+{
+    const size_t count = options->interface_count;
+    if ((options->bus != LAUNCH_BUS_CAN) && ((count + options->sim_interface_count) > 0U)) {
+        return fail(error, "--bus", launch_bus_text(options->bus),
+                    "interfaces are named for real controllers only; use --bus can");
+    }
+    if ((options->bus == LAUNCH_BUS_CAN) && (count == 0U)) {
+        return fail(error, "--bus", "can",
+                    "name flight's controllers, for example --interface robot=can0 --interface joystick=can1 "
+                    "(make sim-run BUS=can ROBOT_IF=can0 JOYSTICK_IF=can1)");
+    }
+    if ((options->sim_interface_count > 0U) && (options->sim_interface_count != count)) {
+        return fail(error, "--sim-interface", options->sim_interfaces[0],
+                    "the simulator needs a controller on each bus that flight has one on, or on none");
+    }
+    if (!launch_has_simulator(options) && (options->tools != 0U)) {
+        return fail(error, "--bus can", "--tools",
+                    "the simulator serves bus tools, and it has no part in this run; attach them to the "
+                    "interface (candump can0)");
+    }
+    if (!launch_has_simulator(options) && options->is_stepped) {
+        return fail(error, "--bus can", "--time stepped",
+                    "devices that are not simulated do not wait; use --time real, or name the simulator's "
+                    "controllers (--sim-interface)");
+    }
+    return true;
+}
+
+/// A foreign program shares no memory with the rest of the run.
+static bool is_foreign_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+{
+    if (options->foreign[0] == '\0') {
+        return true;
+    }
+    options->links     = (options->links[0] == '\0') ? "udp" : options->links;
+    options->transport = (options->transport[0] == '\0') ? "udp" : options->transport;
+    if (options->is_image) {
+        return fail(error, "--foreign", "--form image",
+                    "a program for another processor needs a process of its own; use --form processes");
+    }
+    if (strcmp(options->links, "udp") != 0) {
+        return fail(
+            error, "--foreign --links", options->links,
+            "it cannot read structures of another byte order in shared memory and has no TIPC; use udp");
+    }
+    if (strcmp(options->transport, "udp") != 0) {
+        return fail(error, "--foreign --transport", options->transport, "qemu-s390x has no TIPC; use udp");
+    }
+    if (options->bus != LAUNCH_BUS_SHM) {
+        return fail(error, "--foreign --bus", launch_bus_text(options->bus),
+                    "its stand-in forwards frames, but not the status of a controller; use --bus shm");
+    }
+    if (!options->is_stepped) {
+        return fail(error, "--foreign --time", options->is_free ? "free" : "real",
+                    "its stand-in works in stepped time, and an emulated processor keeps no deadline; use "
+                    "--time stepped");
+    }
+    return (options->nodes == 1U) ||
+           fail(error, "--foreign", "--nodes 2", "a stand-in and its program run on one on-board computer");
+}
+
+static bool is_image_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+{
+    if (!options->is_image) {
+        return true;
+    }
+    if (!options->is_stepped) {
+        return fail(error, "--form image --time", options->is_free ? "free" : "real",
+                    "--form image has no real-time mode; use --form processes");
+    }
+    if (options->tools != 0U) {
+        return fail(error, "--form image", "--tools",
+                    "bus tools need a simulator in a process of its own; use --form processes");
+    }
+    if (options->nodes > 1U) {
+        return fail(error, "--form image", "--nodes 2",
+                    "the image is one program and runs on one on-board computer; use --form processes");
+    }
+    return (options->transport[0] == '\0') ||
+           fail(error, "--form image --transport", options->transport,
+                "the components of the image exchange messages in memory; use --form processes");
+}
+
+/// Combinations that make no sense, each with the reason.
+static bool is_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+{
+    if (!is_image_sensible(options, error)) {
+        return false;
+    }
+    if ((options->nodes > 1U) && (options->bus != LAUNCH_BUS_SHM)) {
+        return fail(error, "--nodes 2 --bus", launch_bus_text(options->bus),
+                    "CAN interfaces belong to one network namespace, and nodes to two others; use --bus shm");
+    }
+    if (options->is_free && (options->nodes > 1U)) {
+        return fail(error, "--time free", "--nodes 2",
+                    "the simulator's buses are in the memory of one on-board computer; use --nodes 1");
+    }
+    if (!are_interfaces_sensible(options, error)) {
+        return false;
+    }
+    const bool is_endless = (strcmp(options->scenario, "none") == 0) && (options->duration_ns == 0U);
+    if (options->is_stepped && is_endless) {
+        return fail(error, "--scenario none", "--time stepped",
+                    "nobody would end it; use --time real (Ctrl-C ends it) or give --duration");
+    }
+    return true;
+}
+
+bool launch_options_parse(const int argument_count, char* const arguments[],
+                          launch_options_t* const out_options, char error[LAUNCH_ERROR_MAX])
+{
+    FSW_ASSERT((arguments != NULL) && (out_options != NULL) && (error != NULL));
+    *out_options      = (launch_options_t){.mission    = "rokviss",
+                                           .scenario   = "telepresence",
+                                           .seed       = 1U,
+                                           .is_stepped = true,
+                                           .transport  = "",
+                                           .links      = "",
+                                           .nodes      = 1U,
+                                           .output     = "",
+                                           .storage    = "",
+                                           .key        = "",
+                                           .foreign    = "",
+                                           .has_report = true};
+    error[0]          = '\0';
+    bool is_time_said = false;
+    for (int i = 0; i < argument_count; i += 2) {
+        if ((i + 1) == argument_count) {
+            return fail(error, arguments[i], "", "a value is missing; see hirosco run --help");
+        }
+        if (!take(out_options, arguments[i], arguments[i + 1], error)) {
+            return false;
+        }
+        is_time_said = is_time_said || (is_word(arguments[i], "--time") && (arguments[i + 1][0] != '\0'));
+    }
+    if (!is_time_said) { // Devices that are not simulated do not wait.
+        out_options->is_stepped = launch_has_simulator(out_options);
+    }
+    return is_foreign_sensible(out_options, error) && is_sensible(out_options, error);
+}

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+// The life of a run: its children, and what their ends mean.
+#include "launcher/launcher_guard.h"
+#include "launcher/launcher_internal.h"
+
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/console.h"
+
+#include <string.h>
+
+#define PROGRESS_NS 1000000000ULL      ///< Wall-clock time between lines of progress on a terminal,
+#define PROGRESS_FILE_NS 5000000000ULL ///< and elsewhere.
+#define LEFT_NS 2000000000ULL    ///< Simulated time that a mission goes on without its operator, who left.
+#define STALL_NS 30000000000ULL  ///< Wall-clock time without any progress of simulated time.
+#define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to come up.
+#define ASK_NS 1000000000ULL  ///< Wall-clock time that a process has to end by itself after its last grant,
+#define KILL_NS 2000000000ULL ///< and to end at all.
+#define ABANDONED 1U          ///< As abandon_ns: at once, even before time begins.
+
+void launcher_give_up(launcher_t* const launcher, const char* const what, const char* const detail)
+{
+    if (launcher->reason[0] == '\0') {
+        text_t text = text_in(launcher->reason, sizeof launcher->reason);
+        text_add(&text, what);
+        text_add(&text, detail);
+    }
+    launcher->exit_code = (launcher->exit_code == 0) ? 1 : launcher->exit_code;
+}
+
+/// Without a simulator, mission time is the machine's.
+uint64_t launcher_now_ns(const launcher_t* const launcher)
+{
+    if (launcher->calendar != NULL) {
+        return osal_calendar_now_ns(launcher->calendar);
+    }
+    const uint64_t wall_ns = osal_clock_monotonic_ns();
+    return (wall_ns > launcher->run->origin_ns) ? (wall_ns - launcher->run->origin_ns) : 0U;
+}
+
+/// A participant of the calendar is gone. True if simulated time determines when: its life was ended before
+/// by somebody who held the grant, or it held the grant itself.
+static bool end_participant(const launcher_t* const launcher, const child_t* const child)
+{
+    if (launcher->calendar == NULL) {
+        return false;
+    }
+    uint32_t grants      = 0U;
+    uint32_t life        = 0U;
+    const uint32_t of    = child->is_component ? child->life : OSAL_CALENDAR_ANY_LIFE;
+    const bool is_holder = osal_calendar_holder(launcher->calendar, &grants) == child->participant;
+    const bool is_absent =
+        osal_calendar_presence(launcher->calendar, child->participant, &life) == OSAL_CALENDAR_ABSENT;
+    const bool is_ended = is_absent || (child->is_component && (life != child->life));
+    osal_calendar_end(launcher->calendar, child->participant, of);
+    // A signal that ends comes from outside, at whatever instant; an error of its own does not.
+    const bool is_from_outside = child->result.was_signalled && ((child->result.code == OSAL_SIGNAL_KILL) ||
+                                                                 (child->result.code == OSAL_SIGNAL_END));
+    return is_ended || (is_holder && !is_from_outside);
+}
+
+bool launcher_is_flag(const uint32_t* const flag)
+{
+    return __atomic_load_n(flag, __ATOMIC_ACQUIRE) != 0U;
+}
+
+static void request_stop(launcher_t* const launcher)
+{
+    __atomic_store_n(&launcher->run->is_stop_requested, 1U, __ATOMIC_RELEASE);
+}
+
+static void describe_end(const child_t* const child, text_t* const text)
+{
+    text_add(text, child->name);
+    text_add(text, child->result.was_signalled ? " was ended by signal " : " ended with exit code ");
+    text_add_unsigned(text, (uint64_t)child->result.code);
+}
+
+/// A part has ended that should not have: the run goes on as far as it can, and fails.
+void launcher_part_lost(launcher_t* const launcher, child_t* const child)
+{
+    char what[LAUNCHER_REASON_MAX];
+    text_t text = text_in(what, sizeof what);
+    describe_end(child, &text);
+    launcher->is_broken = true;
+    launcher_give_up(launcher, what, "; see console.log");
+    if (child->is_component) {
+        run_component_t* const component = &launcher->run->components[child->component];
+        __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_LOST, __ATOMIC_RELEASE);
+        if (component->apid == DESCRIPTOR_SUPERVISOR_APID) {
+            // Without it the others reach their safe state by themselves.
+            launcher->abandon_ns = launcher_now_ns(launcher) + RETURN_ABANDON_NS;
+        }
+    } else if (strcmp(child->name, "packet-archive-sqlite") != 0) {
+        request_stop(launcher);
+        launcher->is_undetermined = true; // When the supervisor sees that, simulated time does not say.
+        const bool is_vital  = (strcmp(child->name, "simulator") == 0) || (strcmp(child->name, "image") == 0);
+        launcher->abandon_ns = is_vital ? ABANDONED : launcher->abandon_ns;
+    } else {
+        // The spool holds what it had to write; the merge at the end takes it.
+    }
+    const bool is_determined =
+        (child->participant != LAUNCHER_NO_PARTICIPANT) && end_participant(launcher, child);
+    launcher->is_undetermined = launcher->is_undetermined || !is_determined;
+}
+
+/// The supervisor died: it is started again, at once, after 0.1 s, after 1 s of wall-clock time, as long as
+/// its budget lasts; in stepped time the calendar has its next life begin after its time of booting. Members
+/// hold meanwhile. False: this once too often, or before it had begun.
+static bool may_return(launcher_t* const launcher, child_t* const child)
+{
+    run_component_t* const component = &launcher->run->components[child->component];
+    const uint64_t now_ns            = launcher_now_ns(launcher);
+    uint64_t delay_ns                = 0U;
+    if ((component->apid != DESCRIPTOR_SUPERVISOR_APID) || (now_ns == 0U) ||
+        !return_budget_take(&launcher->returns, now_ns, &delay_ns)) {
+        return false;
+    }
+    launcher->return_wall_ns  = osal_clock_monotonic_ns() + delay_ns;
+    launcher->is_undetermined = !end_participant(launcher, child) || launcher->is_undetermined;
+    __atomic_store_n(&component->wanted_life, child->life + 1U, __ATOMIC_RELEASE);
+    char what[LAUNCHER_REASON_MAX];
+    text_t text = text_in(what, sizeof what);
+    describe_end(child, &text);
+    launcher->is_broken = true; // The run fails, as with every death, but it goes on.
+    launcher_give_up(launcher, what, " and was restarted; see console.log");
+    return true;
+}
+
+/// It comes no more: the life that is expected ends when it would begin.
+static void give_supervisor_up(const launcher_t* const launcher, const child_t* const child)
+{
+    const bool is_supervisor =
+        (launcher->run->components[child->component].apid == DESCRIPTOR_SUPERVISOR_APID);
+    if (is_supervisor && (launcher->calendar != NULL)) {
+        osal_calendar_succeed(launcher->calendar, child->participant, 0U);
+        osal_calendar_end(launcher->calendar, child->participant, child->life + 1U);
+    }
+}
+
+static void child_ended(launcher_t* const launcher, child_t* const child)
+{
+    child->is_alive    = false;
+    const bool is_over = launcher_is_flag(&launcher->run->is_finished) || (launcher->abandon_ns == ABANDONED);
+    const bool is_good = !child->result.was_signalled && (child->result.code == 0);
+    if (child->is_component && !is_over) {
+        run_component_t* const component = &launcher->run->components[child->component];
+        if ((__atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE) != child->life) && is_good) {
+            __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_STOPPED, __ATOMIC_RELEASE);
+            (void)end_participant(launcher, child); // Stopped by the supervisor's order.
+            return;
+        }
+        if (may_return(launcher, child)) {
+            return;
+        }
+        give_supervisor_up(launcher, child);
+        launcher_part_lost(launcher, child);
+    } else if (!is_good) {
+        launcher_part_lost(launcher, child);
+    } else if (!is_over && (strcmp(child->name, "operator") != 0)) {
+        launcher_part_lost(launcher, child); // Ended in good order, but before its time.
+    } else if (strcmp(child->name, "operator") == 0) {
+        launcher->left_ns = launcher_now_ns(launcher) + 1U;
+        if (child->participant != LAUNCHER_NO_PARTICIPANT) {
+            (void)end_participant(launcher, child); // It may never have joined.
+        } else if (launcher->options.is_image &&
+                   (launcher->left_ns == 1U)) { // The image waits for it before time begins.
+            launcher->is_cut_short = true;
+            request_stop(launcher);
+        } else {
+            // The image knows.
+        }
+    } else {
+        // As it should be.
+    }
+}
+
+/// Who was started later may have ended because of who was started before, and is looked at first: so the
+/// cause of an end is seen with it, and is told first.
+static void reap(launcher_t* const launcher)
+{
+    bool has_ended[LAUNCHER_CHILDREN_MAX] = {false};
+    for (size_t i = launcher->child_count; i > 0U; i--) {
+        child_t* const child = &launcher->children[i - 1U];
+        has_ended[i - 1U]    = launcher_has_ended(launcher, child);
+    }
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        if (has_ended[i]) {
+            child_ended(launcher, &launcher->children[i]);
+        }
+    }
+}
+
+/// A process whose life is over. Who takes part in the calendar ends by itself; who does not, or has not done
+/// so, is asked to; who hangs is killed.
+static void end_child(child_t* const child, const run_component_t* const component, const bool is_in_calendar)
+{
+    const uint64_t now_ns = osal_clock_monotonic_ns();
+    if (child->asked_to_end_ns == 0U) {
+        child->asked_to_end_ns = now_ns;
+        child->is_asked        = false;
+    }
+    const uint64_t waited_ns = now_ns - child->asked_to_end_ns;
+    const bool is_to_kill    = (__atomic_load_n(&component->kill_life, __ATOMIC_ACQUIRE) == child->life);
+    if (is_to_kill || (waited_ns >= KILL_NS)) {
+        (void)osal_process_stop(&child->process, true);
+    } else if (!child->is_asked && (!is_in_calendar || (waited_ns >= ASK_NS))) {
+        (void)osal_process_stop(&child->process, false);
+        child->is_asked = true;
+    } else {
+        // It has been told by the calendar, or asked.
+    }
+}
+
+/// What the supervisor asks for: processes to start again or to stop.
+static void obey_supervisor(launcher_t* const launcher)
+{
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        child_t* const child = &launcher->children[i];
+        if (!child->is_component) {
+            continue;
+        }
+        const run_component_t* const component = &launcher->run->components[child->component];
+        const uint32_t wanted                  = __atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE);
+        if (child->is_alive && (wanted != child->life)) {
+            end_child(child, component, launcher->calendar != NULL);
+        } else if (!child->is_alive && (wanted != 0U) && (wanted != child->life) &&
+                   ((component->apid != DESCRIPTOR_SUPERVISOR_APID) ||
+                    (osal_clock_monotonic_ns() >= launcher->return_wall_ns))) {
+            launcher_start_component(launcher, child);
+        } else {
+            // As it should be, or died: the supervisor decides what comes of it.
+        }
+    }
+}
+
+static void show_progress(launcher_t* const launcher, const uint64_t wall_ns)
+{
+    const uint64_t simulated = launcher_now_ns(launcher);
+    if ((launcher->first_wall_ns == 0U) && (simulated > 0U)) {
+        launcher->first_wall_ns      = wall_ns;
+        launcher->first_simulated_ns = simulated;
+    }
+    const uint64_t wall_past = wall_ns - launcher->last_wall_ns;
+    if (wall_past < (osal_console_is_terminal() ? PROGRESS_NS : PROGRESS_FILE_NS)) {
+        return;
+    }
+    const uint64_t tenths = ((simulated - launcher->last_simulated_ns) * 10U) / wall_past;
+    char line[96];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, osal_console_is_terminal() ? "\r  " : "  ");
+    text_add_unsigned(&text, simulated / 1000000000U);
+    text_add(&text, ".");
+    text_add_digits(&text, (simulated / 100000000U) % 10U, 1U);
+    text_add(&text, " s flown, ");
+    text_add_unsigned(&text, tenths / 10U);
+    text_add(&text, ".");
+    text_add_digits(&text, tenths, 1U);
+    text_add(&text, " x real time   ");
+    text_add(&text, osal_console_is_terminal() ? "" : "\n");
+    osal_console_put(line);
+    launcher->last_wall_ns      = wall_ns;
+    launcher->last_simulated_ns = simulated;
+}
+
+/// Somebody holds the grant and does not hand it on, or has not come at all.
+static bool has_stalled(launcher_t* const launcher, const uint64_t simulated)
+{
+    const uint64_t wall_ns = osal_clock_monotonic_ns();
+    if ((simulated != launcher->moved_simulated_ns) || (launcher->moved_wall_ns == 0U) ||
+        launcher_is_starved(launcher)) {
+        launcher->moved_simulated_ns = simulated;
+        launcher->moved_wall_ns      = wall_ns;
+    }
+    const bool has = (wall_ns - launcher->moved_wall_ns) > ((simulated == 0U) ? START_NS : STALL_NS);
+    if (has) {
+        char what[LAUNCHER_REASON_MAX];
+        text_t text = text_in(what, sizeof what);
+        text_add(&text, "simulated time has stopped; the grant is held by ");
+        text_add(&text, launcher_holder(launcher));
+        launcher_give_up(launcher, what, "; see console.log");
+    }
+    return has;
+}
+
+static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
+{
+    const unsigned stops = osal_process_stop_count();
+    if (stops > *stops_seen) {
+        *stops_seen            = stops;
+        launcher->is_cut_short = true;
+        request_stop(launcher);
+        if (stops >= 3U) {
+            launcher_give_up(launcher, "interrupted three times: ended at once", "");
+            return true;
+        }
+        osal_console_say("\nshutting the mission down (Ctrl-C twice more ends it at once)");
+    }
+    const uint64_t simulated = launcher_now_ns(launcher);
+    const bool is_due  = (launcher->options.duration_ns > 0U) && (simulated >= launcher->options.duration_ns);
+    const bool is_left = (launcher->options.duration_ns == 0U) && (launcher->left_ns > 0U) &&
+                         (simulated >= (launcher->left_ns + LEFT_NS));
+    if ((is_due || is_left) && !launcher->is_cut_short) {
+        launcher->is_cut_short = true;
+        request_stop(launcher);
+    }
+    const bool is_abandoned = (launcher->abandon_ns == ABANDONED) ||
+                              ((launcher->abandon_ns > 0U) && (simulated >= launcher->abandon_ns));
+    return launcher_is_flag(&launcher->run->is_finished) || is_abandoned || has_stalled(launcher, simulated);
+}
+
+void launcher_fly(launcher_t* const launcher)
+{
+    unsigned stops_seen    = 0U;
+    launcher->last_wall_ns = osal_clock_monotonic_ns();
+    launcher_start_all(launcher);
+    while (launcher->exit_code != 1 || launcher->is_broken) {
+        osal_process_t* processes[LAUNCHER_CHILDREN_MAX];
+        size_t count = 0U;
+        for (size_t i = 0U; i < launcher->child_count; i++) {
+            if (launcher->children[i].is_alive) {
+                processes[count] = &launcher->children[i].process;
+                count++;
+            }
+        }
+        const bool is_held_back = (launcher->calendar != NULL) && !launcher->options.is_stepped;
+        (void)osal_process_wait_any(processes, count,
+                                    is_held_back ? LAUNCHER_REAL_LOOP_MS : LAUNCHER_LOOP_MS);
+        reap(launcher);
+        launcher_watch_calendar(launcher);
+        show_progress(launcher, osal_clock_monotonic_ns());
+        if (is_over(launcher, &stops_seen)) {
+            break;
+        }
+        obey_supervisor(launcher);
+        if (launcher->guard != NULL) {
+            guard_keep(launcher->guard);
+        }
+    }
+    launcher->last_wall_ns      = osal_clock_monotonic_ns();
+    launcher->last_simulated_ns = launcher_now_ns(launcher);
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The launcher: parent and reaper of all processes of a run, owner of its names and its folder. It makes
+/// what they share, starts them, starts again what the supervisor asks for, and leaves nothing behind.
+///
+/// Ownership  The program places launcher_t. Context: one task.
+#ifndef LAUNCHER_LAUNCHER_H
+#define LAUNCHER_LAUNCHER_H
+
+#include "launcher/launch_options.h"
+#include "launcher/return_budget.h"
+#include "fsw/programs/run_block.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/can_interface.h"
+#include "osal/include/osal/network.h"
+#include "osal/include/osal/process.h"
+#include "osal/include/osal/socket.h"
+
+#define LAUNCHER_CHILDREN_MAX (MISSION_SUBSYSTEMS_MAX + 3U)
+#define LAUNCHER_REASON_MAX 512U
+
+typedef struct { // Private: one child process.
+    const char* name;
+    osal_process_t process;
+    bool is_alive;
+    bool has_run;
+    bool is_component;
+    unsigned component;       // Index, if it is one.
+    unsigned participant;     // Of the calendar; OSAL_CALENDAR_PARTICIPANTS_MAX: none.
+    uint32_t life;            // Life of the component that it was started for.
+    uint64_t asked_to_end_ns; // Wall-clock time at which it was first found unwanted; 0: it is wanted.
+    bool is_asked;            // Asked by a signal.
+    osal_process_result_t result;
+    uint64_t memory_high_kib; // Peak of all its lives.
+} child_t;
+
+typedef struct { // Private: the interfaces of one bus, "" where it has none.
+    char flight[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
+    char simulator[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
+    char shown[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
+    bool is_fd;
+    bool is_flight_made; // By us, to be removed.
+    bool is_shown_made;
+    osal_can_claim_t claim;
+} launcher_bus_t;
+
+typedef struct { // Private: the process that holds the grant of the calendar.
+    unsigned holder;
+    uint32_t grants;
+    uint64_t since_ns;     // Wall-clock time at which it was first seen with this grant; 0: no holder.
+    uint64_t processor_ns; // Processor time that it had used by then.
+    uint64_t join_ns;      // Wall-clock time since which time waits for a participant to join; 0: none.
+} launcher_watch_t;
+
+typedef struct { // Private, except `guard`, `exit_code` and `reason`.
+    launch_options_t options;
+    const char* program_folder;
+    mission_descriptor_t mission;
+    subsystem_descriptor_t scratch;
+    descriptor_loader_t loader;
+    run_block_t* run;
+    osal_shm_t run_shm;
+    osal_shm_t calendar_shm;
+    osal_calendar_t* calendar;
+    osal_network_t home; // Network namespace of the launcher itself, while it is in another.
+    osal_socket_t ground;
+    char key_path[RUN_PATH_MAX]; // Key of telecommands; "": telecommands need none.
+    osal_socket_t messages[MISSION_SUBSYSTEMS_MAX];
+    osal_socket_t links[RUN_LINKS_MAX];
+    launcher_bus_t buses[MISSION_BUSES_MAX];
+    uint32_t late_frames; // Of the counted hand-over of all buses.
+    uint32_t lost_frames;
+    uint32_t foreign_frames;
+    uint32_t bus_cuts;                                 // How often an interface was lost while in use.
+    int tool_code;                                     // Exit code of the last tool.
+    uint32_t memory_limit_kib[MISSION_SUBSYSTEMS_MAX]; // Address space.
+    child_t children[LAUNCHER_CHILDREN_MAX];
+    size_t child_count;
+    struct guard* guard; // Cleans up if this process is killed. Null: nobody does.
+    bool is_taken_over;  // This is the guard: the launcher was killed.
+    char door[LAUNCH_PATH_MAX];
+    char scenario_path[LAUNCH_PATH_MAX];
+    bool has_operator;
+    char equipment_path[LAUNCH_PATH_MAX]; // What hangs on the buses beside the arm and the joystick.
+    bool has_equipment;
+    uint64_t first_wall_ns; // When simulated time was first seen to move.
+    uint64_t first_simulated_ns;
+    uint64_t last_wall_ns;
+    uint64_t last_simulated_ns;
+    uint64_t abandon_ns;         // Simulated time at which a run without supervisor is given up.
+    uint64_t left_ns;            // Simulated time at which the operator left in good order, + 1.
+    uint64_t moved_simulated_ns; // Simulated time when it was last seen to move, and when that was.
+    uint64_t moved_wall_ns;
+    launcher_watch_t watch;
+    bool is_cut_short;       // Ended at an instant that simulated time does not determine.
+    bool is_broken;          // A part died.
+    return_budget_t returns; // Of the supervisor.
+    uint64_t return_wall_ns; // When it is to be started again.
+    bool is_undetermined;    // It died at an instant that simulated time does not determine.
+    int exit_code;
+    char reason[LAUNCHER_REASON_MAX];
+} launcher_t;
+
+/// Read the mission, make the folder and everything shared. False: `reason` says what is wrong and what to
+/// do.
+bool launcher_prepare(launcher_t* launcher, const launch_options_t* options, const char* program_folder);
+/// Start all and stay until the run has ended. exit_code and reason tell how.
+void launcher_fly(launcher_t* launcher);
+/// End what is left, remove every name of the run, complete the logs, write run.json and the report.
+void launcher_clean_up(launcher_t* launcher);
+
+#endif // LAUNCHER_LAUNCHER_H

@@ -1,0 +1,423 @@
+// SPDX-License-Identifier: Apache-2.0
+// The CAN buses of a run: shared memory, virtual interfaces made and removed, or real controllers looked at.
+#include "launcher/launcher_internal.h"
+
+#include "osal/include/osal/can.h"
+#include "osal/include/osal/can_interface.h"
+#include "osal/include/osal/console.h"
+
+#include <string.h>
+
+#define LABEL "hirosco: goes with its run"
+#define MTU_FD "72"
+#define MTU_CLASSIC "16"
+
+// ---- Refusals ----
+
+static bool refuse(launcher_t* const launcher, const char* const first, const char* const second,
+                   const char* const third, const char* const fourth)
+{
+    text_t text = text_in(launcher->reason, sizeof launcher->reason);
+    text_add(&text, first);
+    text_add(&text, second);
+    text_add(&text, third);
+    text_add(&text, fourth);
+    launcher->exit_code = 1;
+    return false;
+}
+
+/// What to type when a virtual interface is missing and we may not make it.
+static bool refuse_to_make(launcher_t* const launcher, const launcher_bus_t* const bus, const status_t status)
+{
+    text_t text         = text_in(launcher->reason, sizeof launcher->reason);
+    launcher->exit_code = 1;
+    if (status == STATUS_UNSUPPORTED) {
+        text_add(&text,
+                 "this kernel has no SocketCAN, or no vcan: BUS=shm needs neither, and "
+                 "`make vm SECONDS=3600 CMD='make sim-run BUS=vcan'` flies in a micro-VM that has both");
+        return false;
+    }
+    text_add(&text, (status == STATUS_DENIED) ? "making CAN interfaces is not permitted here; as root, once:"
+                                              : "cannot make the CAN interfaces; try as root:");
+    const char* const names[] = {bus->shown, bus->flight};
+    for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
+        text_add(&text, " ip link add ");
+        text_add(&text, names[i]);
+        text_add(&text, " mtu ");
+        text_add(&text, bus->is_fd ? MTU_FD : MTU_CLASSIC);
+        text_add(&text, " type vcan; ip link set ");
+        text_add(&text, names[i]);
+        text_add(&text, " up;");
+    }
+    text_add(&text, " and so for each bus");
+    return false;
+}
+
+static bool refuse_rate(launcher_t* const launcher, const mission_bus_t* const wanted, const char* const name,
+                        const osal_can_interface_t* const seen)
+{
+    text_t text = text_in(launcher->reason, sizeof launcher->reason);
+    text_add(&text, name);
+    text_add(&text, " runs at ");
+    text_add_unsigned(&text, seen->bit_rate);
+    text_add(&text, "/");
+    text_add_unsigned(&text, seen->data_bit_rate);
+    text_add(&text, " bit/s, bus ");
+    text_add(&text, wanted->name);
+    text_add(&text, " of the mission at ");
+    text_add_unsigned(&text, wanted->bit_rate);
+    text_add(&text, "/");
+    text_add_unsigned(&text, wanted->data_bit_rate);
+    text_add(&text, "; as root: ip link set ");
+    text_add(&text, name);
+    text_add(&text, " down; ip link set ");
+    text_add(&text, name);
+    text_add(&text, " up type can bitrate ");
+    text_add_unsigned(&text, wanted->bit_rate);
+    if (wanted->data_bit_rate > 0U) {
+        text_add(&text, " dbitrate ");
+        text_add_unsigned(&text, wanted->data_bit_rate);
+        text_add(&text, " fd on");
+    }
+    launcher->exit_code = 1;
+    return false;
+}
+
+/// The interface has to go down and up again, with this changed.
+static bool refuse_state(launcher_t* const launcher, const char* const name, const char* const what,
+                         const char* const change)
+{
+    text_t text = text_in(launcher->reason, sizeof launcher->reason);
+    text_add(&text, name);
+    text_add(&text, what);
+    text_add(&text, "; as root: ip link set ");
+    text_add(&text, name);
+    text_add(&text, " down; ip link set ");
+    text_add(&text, name);
+    text_add(&text, " up ");
+    text_add(&text, change);
+    launcher->exit_code = 1;
+    return false;
+}
+
+static bool refuse_look(launcher_t* const launcher, const char* const name, const status_t status)
+{
+    switch (status) {
+    case STATUS_INVALID:
+        return refuse(launcher,
+                      "no interface can have this name, which has more than 15 characters or a "
+                      "character that is not allowed: ",
+                      name, "", "");
+    case STATUS_UNSUPPORTED:
+        return refuse(launcher, "this kernel has no SocketCAN, which ", name,
+                      " needs: use --bus shm, or a kernel with it (make vm)", "");
+    case STATUS_NOT_FOUND:
+        return refuse(launcher, "there is no interface ", name,
+                      "; `ip -details link show type can` lists the controllers", "");
+    case STATUS_NOT_OURS:
+        return refuse(launcher, name, " is an interface, but not for CAN; `ip link show type can` lists them",
+                      "", "");
+    default:
+        return refuse(launcher, "cannot look at the interface ", name, ": ", status_text(status));
+    }
+}
+
+// ---- What interfaces must be ----
+
+/// Up, of the frames that the mission's bus has, and of its bit rate where the kernel tells it.
+static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted, const char* const name,
+                   const osal_can_interface_t* const seen)
+{
+    const bool is_fd = (wanted->data_bit_rate > 0U);
+    if (is_fd && !seen->carries_fd && !seen->is_virtual) {
+        return refuse(launcher, name,
+                      " carries classic frames only (mtu 16), and the mission's bus is CAN FD: "
+                      "give it FD (ip link set ... type can ... fd on), or fly a mission whose bus "
+                      "has no dataBitRate, as MISSION=classic; bus ",
+                      wanted->name, "");
+    }
+    if (is_fd && !seen->carries_fd) {
+        return refuse_state(launcher, name,
+                            " carries classic frames only (mtu 16), and the mission's bus is CAN FD",
+                            "mtu 72");
+    }
+    const bool is_told = (seen->bit_rate > 0U);
+    if (is_told &&
+        ((seen->bit_rate != wanted->bit_rate) || (is_fd && (seen->data_bit_rate != wanted->data_bit_rate)))) {
+        return refuse_rate(launcher, wanted, name, seen);
+    }
+    if (!seen->is_up) {
+        return refuse(launcher, name, " is down; as root: ip link set up ", name, "");
+    }
+    if (seen->is_bus_off) {
+        return refuse_state(launcher, name, " is bus-off; look at wiring and termination", "");
+    }
+    return true;
+}
+
+// ---- Virtual interfaces ----
+
+/// Use the interface that is there, or make it. What bears our label was left by a run that was killed.
+static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
+                         const mission_bus_t* const wanted, const char* const name, bool* const out_is_made)
+{
+    osal_can_interface_t seen;
+    status_t status = osal_can_interface_look(name, &seen);
+    if (status == STATUS_NOT_FOUND) {
+        status       = osal_can_interface_make(name, bus->is_fd, LABEL);
+        *out_is_made = (status == STATUS_OK);
+        return *out_is_made || refuse_to_make(launcher, bus, status);
+    }
+    if (status == STATUS_UNSUPPORTED) {
+        return refuse_to_make(launcher, bus, status);
+    }
+    if (status != STATUS_OK) {
+        return refuse_look(launcher, name, status);
+    }
+    *out_is_made = (strcmp(seen.label, LABEL) == 0);
+    return is_fit(launcher, wanted, name, &seen);
+}
+
+/// False if the bus has too long a name for it.
+static bool name_virtual(launcher_bus_t* const bus, const mission_bus_t* const wanted)
+{
+    text_t shown = text_in(bus->shown, sizeof bus->shown);
+    text_add(&shown, "vcan-");
+    text_add(&shown, wanted->name);
+    text_t flight = text_in(bus->flight, sizeof bus->flight);
+    text_add(&flight, "fsw-");
+    text_add(&flight, wanted->name);
+    return !shown.cut && !flight.cut;
+}
+
+static bool make_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
+                      const mission_bus_t* const wanted)
+{
+    if (!name_virtual(bus, wanted)) {
+        return refuse(launcher, "the name of bus ", wanted->name,
+                      " is too long: vcan-BUS is the name of an interface, at most 15 characters", "");
+    }
+    const status_t status = osal_can_interface_claim(bus->shown, &bus->claim);
+    if (status != STATUS_OK) {
+        return refuse(launcher, "another run flies on ", bus->shown,
+                      ": wait for its end, or fly in a network namespace of its own (ip netns add, ip netns "
+                      "exec)",
+                      "");
+    }
+    return have_virtual(launcher, bus, wanted, bus->shown, &bus->is_shown_made) &&
+           have_virtual(launcher, bus, wanted, bus->flight, &bus->is_flight_made);
+}
+
+// ---- Real controllers ----
+
+/// The interface that the command line names for a bus; null if none.
+static const char* interface_of(const char* const* const list, const size_t count, const char* const bus)
+{
+    const size_t length = strlen(bus);
+    for (size_t i = 0U; i < count; i++) {
+        if ((strncmp(list[i], bus, length) == 0) && (list[i][length] == '=')) {
+            return &list[i][length + 1U];
+        }
+    }
+    return NULL;
+}
+
+static bool look_at_controller(launcher_t* const launcher, const mission_bus_t* const wanted,
+                               const char* const name)
+{
+    osal_can_interface_t seen;
+    const status_t status = osal_can_interface_look(name, &seen);
+    return (status == STATUS_OK) ? is_fit(launcher, wanted, name, &seen)
+                                 : refuse_look(launcher, name, status);
+}
+
+static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* const bus,
+                                const mission_bus_t* const wanted)
+{
+    const launch_options_t* const options = &launcher->options;
+    const char* const flight = interface_of(options->interfaces, options->interface_count, wanted->name);
+    const char* const simulated =
+        interface_of(options->sim_interfaces, options->sim_interface_count, wanted->name);
+    if ((flight == NULL) && (wanted->redundant_to[0] != '\0')) {
+        return true; // A channel B that is not there.
+    }
+    if (flight == NULL) {
+        return refuse(launcher, "no interface is named for bus ", wanted->name,
+                      " of the mission: add --interface BUS=INTERFACE (make: ROBOT_IF=, JOYSTICK_IF=)", "");
+    }
+    if ((simulated == NULL) && (options->sim_interface_count > 0U)) {
+        return refuse(launcher, "no interface of the simulator is named for bus ", wanted->name,
+                      ": add --sim-interface BUS=INTERFACE (make: SIM_ROBOT_IF=, SIM_JOYSTICK_IF=)", "");
+    }
+    osal_can_interface_t seen;
+    if ((simulated != NULL) && (strcmp(flight, simulated) == 0) &&
+        ((osal_can_interface_look(flight, &seen) != STATUS_OK) || !seen.is_virtual)) {
+        return refuse(launcher, "flight and simulator need a controller each, both are given ", flight,
+                      " for bus ", wanted->name);
+    }
+    if (!look_at_controller(launcher, wanted, flight) ||
+        ((simulated != NULL) && !look_at_controller(launcher, wanted, simulated))) {
+        return false;
+    }
+    text_t text = text_in(bus->flight, sizeof bus->flight);
+    text_add(&text, flight);
+    text = text_in(bus->simulator, sizeof bus->simulator);
+    text_add(&text, (simulated != NULL) ? simulated : "");
+    return true;
+}
+
+/// Each name that the command line gives must be a bus of the mission.
+static bool are_buses_known(launcher_t* const launcher, const char* const* const list, const size_t count)
+{
+    for (size_t i = 0U; i < count; i++) {
+        bool is_known = false;
+        for (uint16_t k = 0U; k < launcher->mission.bus_count; k++) {
+            is_known = is_known || (interface_of(&list[i], 1U, launcher->mission.buses[k].name) != NULL);
+        }
+        if (!is_known) {
+            return refuse(launcher, "the mission has no such bus: ", list[i], "", "");
+        }
+    }
+    return true;
+}
+
+// ---- All of them ----
+
+/// "shm:SHARED", "can:INTERFACE" or "can:INTERFACE@SHARED".
+static void write_address(char out_address[RUN_NAME_MAX], const char* const interface,
+                          const char* const shared)
+{
+    text_t text = text_in(out_address, RUN_NAME_MAX);
+    text_add(&text, (interface[0] == '\0') ? "shm:" : "can:");
+    text_add(&text, interface);
+    text_add(&text, ((interface[0] != '\0') && (shared[0] != '\0')) ? "@" : "");
+    text_add(&text, shared);
+}
+
+bool launcher_ready_interfaces(launcher_t* const launcher)
+{
+    const launch_options_t* const options = &launcher->options;
+    bool is_ready = are_buses_known(launcher, options->interfaces, options->interface_count) &&
+                    are_buses_known(launcher, options->sim_interfaces, options->sim_interface_count);
+    for (uint16_t i = 0U; is_ready && (i < launcher->mission.bus_count); i++) {
+        const mission_bus_t* const wanted = &launcher->mission.buses[i];
+        launcher_bus_t* const bus         = &launcher->buses[i];
+        bus->is_fd                        = (wanted->data_bit_rate > 0U);
+        if (options->bus == LAUNCH_BUS_VCAN) {
+            is_ready = make_vcan(launcher, bus, wanted);
+        } else if (options->bus == LAUNCH_BUS_CAN) {
+            is_ready = look_at_controllers(launcher, bus, wanted);
+        } else {
+            // Shared memory needs nothing.
+        }
+    }
+    return is_ready;
+}
+
+static bool make_bus(launcher_t* const launcher, const uint16_t index)
+{
+    const launcher_bus_t* const bus = &launcher->buses[index];
+    run_bus_t* const address        = &launcher->run->buses[index];
+    if ((launcher->options.bus == LAUNCH_BUS_CAN) && (bus->flight[0] == '\0')) {
+        return true;
+    }
+    if (!launch_has_simulator(&launcher->options)) { // Nothing is shared with the devices.
+        write_address(address->flight, bus->flight, "");
+        return true;
+    }
+    char shared[RUN_NAME_MAX];
+    text_t text = text_in(shared, sizeof shared);
+    text_add(&text, launcher->run->identity);
+    text_add(&text, ".can.");
+    text_add(&text, launcher->mission.buses[index].name);
+    write_address(address->flight, bus->flight, shared);
+    write_address(address->simulator, (bus->simulator[0] != '\0') ? bus->simulator : bus->flight, shared);
+    if (bus->shown[0] != '\0') {
+        write_address(address->published, bus->shown, "");
+    }
+    const status_t status = text.cut ? STATUS_INVALID : osal_can_create(address->simulator);
+    return (status == STATUS_OK) ||
+           refuse(launcher, "cannot make the bus ", address->simulator, ": ", status_text(status));
+}
+
+bool launcher_make_buses(launcher_t* const launcher)
+{
+    bool is_made = true;
+    for (uint16_t i = 0U; is_made && (i < launcher->mission.bus_count); i++) {
+        is_made = make_bus(launcher, i);
+    }
+    return is_made;
+}
+
+/// Say how the counted hand-over of a bus went, where there is something to say.
+static void tell_hand_over(launcher_t* const launcher, const char* const bus, const char* const address)
+{
+    osal_can_hand_over_t counts;
+    if (osal_can_hand_over(address, &counts) != STATUS_OK) {
+        return;
+    }
+    launcher->late_frames += counts.late;
+    launcher->lost_frames += counts.lost;
+    launcher->foreign_frames += counts.foreign;
+    launcher->bus_cuts += counts.cuts;
+    if ((counts.late + counts.lost + counts.foreign + counts.cuts) == 0U) {
+        return;
+    }
+    char line[224];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "bus ");
+    text_add(&text, bus);
+    text_add(&text, ": of ");
+    text_add_unsigned(&text, counts.frames);
+    text_add(&text, " frames handed over ");
+    text_add_unsigned(&text, counts.late);
+    text_add(&text, " came late, ");
+    text_add_unsigned(&text, counts.lost);
+    text_add(&text, " not at all; ");
+    text_add_unsigned(&text, counts.foreign);
+    text_add(&text, " came from others; an end lost its interface ");
+    text_add_unsigned(&text, counts.cuts);
+    text_add(&text, " times");
+    osal_console_say(line);
+}
+
+void launcher_remove_buses(launcher_t* const launcher)
+{
+    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) {
+        launcher_bus_t* const bus = &launcher->buses[i];
+        if (launcher->run != NULL) {
+            const run_bus_t* const address = &launcher->run->buses[i];
+            tell_hand_over(launcher, launcher->mission.buses[i].name, address->simulator);
+            (void)osal_can_destroy(address->simulator);
+        }
+        if (bus->is_flight_made) {
+            (void)osal_can_interface_remove(bus->flight);
+        }
+        if (bus->is_shown_made) {
+            (void)osal_can_interface_remove(bus->shown);
+        }
+        osal_can_interface_release(&bus->claim);
+        bus->is_flight_made = false;
+        bus->is_shown_made  = false;
+    }
+}
+
+static bool is_left(const char* const name)
+{
+    osal_can_interface_t seen;
+    return (osal_can_interface_look(name, &seen) == STATUS_OK) && (strcmp(seen.label, LABEL) == 0);
+}
+
+void launcher_adopt_interfaces(launcher_t* const launcher)
+{
+    const bool are_made = (launcher->options.bus == LAUNCH_BUS_VCAN);
+    for (uint16_t i = 0U; are_made && (i < launcher->mission.bus_count); i++) {
+        launcher_bus_t* const bus = &launcher->buses[i];
+        // Who has claimed them since flies on them, and removes them.
+        if (name_virtual(bus, &launcher->mission.buses[i]) &&
+            (osal_can_interface_claim(bus->shown, &bus->claim) == STATUS_OK)) {
+            bus->is_shown_made  = is_left(bus->shown);
+            bus->is_flight_made = is_left(bus->flight);
+        }
+    }
+}

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: Apache-2.0
+// Starting the children of a run, each with what it needs to know.
+#include "launcher/launcher_internal.h"
+
+#include "base/assertion.h"
+#include "osal/include/osal/file.h"
+
+// What the simulator is told takes most arguments: four pairs for each bus, and a dozen pairs beside them.
+CAPACITY_CHECK(arguments_fit, LAUNCHER_ARGUMENTS_MAX > ((8U * MISSION_BUSES_MAX) + 24U));
+CAPACITY_CHECK(children_are_waited_for, OSAL_PROCESS_WAIT_MAX >= LAUNCHER_CHILDREN_MAX);
+CAPACITY_CHECK(children_are_noted, RUN_PROCESSES_MAX >= LAUNCHER_CHILDREN_MAX);
+
+#define PYTHON_VENV "build/venv/bin/python"
+#define PYTHON_SYSTEM "/usr/bin/python3"
+
+static void argument_begin(arguments_t* const arguments)
+{
+    arguments->list[arguments->count] = &arguments->storage[arguments->text.length];
+    arguments->count++;
+    FSW_ASSERT(arguments->count < LAUNCHER_ARGUMENTS_MAX);
+    arguments->list[arguments->count] = NULL;
+}
+
+/// Append the concatenation of two texts as one argument.
+void arguments_add_joined(arguments_t* const arguments, const char* const first, const char* const second)
+{
+    if (arguments->count == 0U) {
+        arguments->text = text_in(arguments->storage, sizeof arguments->storage);
+    }
+    argument_begin(arguments);
+    text_add(&arguments->text, first);
+    text_add(&arguments->text, second);
+    FSW_ASSERT(!arguments->text.cut);
+    arguments->text.length++; // Keep the NUL: the next argument begins after it.
+}
+
+void arguments_add(arguments_t* const arguments, const char* const argument)
+{
+    arguments_add_joined(arguments, argument, "");
+}
+
+void arguments_add_number(arguments_t* const arguments, const uint64_t number)
+{
+    char digits[24];
+    text_t text = text_in(digits, sizeof digits);
+    text_add_unsigned(&text, number);
+    arguments_add(arguments, digits);
+}
+
+void arguments_add_program(arguments_t* const arguments, const launcher_t* const launcher,
+                           const char* const name)
+{
+    arguments_add_joined(arguments, launcher->program_folder, name);
+}
+
+static child_t* new_child(launcher_t* const launcher, const char* const name, const unsigned participant)
+{
+    FSW_ASSERT(launcher->child_count < LAUNCHER_CHILDREN_MAX);
+    child_t* const child = &launcher->children[launcher->child_count];
+    launcher->child_count++;
+    *child = (child_t){.name = name, .process = {.id = 0, .descriptor = -1}, .participant = participant};
+    return child;
+}
+
+void launcher_start_child(launcher_t* const launcher, child_t* const child,
+                          const arguments_t* const arguments, const int* const descriptors,
+                          const size_t descriptor_count)
+{
+    char output[LAUNCH_PATH_MAX + 32U];
+    text_t text = text_in(output, sizeof output);
+    text_add(&text, launcher->run->folder);
+    text_add(&text, "/console.log");
+    // One processor for all where only one runs at a time: a hand-over within it is quickest.
+    osal_process_start_t start = {.arguments        = arguments->list,
+                                  .descriptors      = descriptors,
+                                  .descriptor_count = descriptor_count,
+                                  .processor   = launcher->run->is_stepped ? (osal_process_own_id() % 2) : -1,
+                                  .output_path = output};
+    launcher_limit(launcher, child, &start);
+    if (osal_process_start(&child->process, &start) == STATUS_OK) {
+        run_block_t* const run = launcher->run;
+        child->is_alive        = true;
+        child->has_run         = true;
+        __atomic_store_n(&run->processes[run->process_count % RUN_PROCESSES_MAX], child->process.id,
+                         __ATOMIC_RELEASE);
+        run->process_count++;
+    } else {
+        launcher_give_up(launcher, "cannot start ", arguments->list[0]);
+    }
+}
+
+void launcher_start_component(launcher_t* const launcher, child_t* const child)
+{
+    run_component_t* const component = &launcher->run->components[child->component];
+    int descriptors[2U + RUN_LINKS_MAX];
+    size_t count           = 0U;
+    arguments_t arguments  = {.count = 0U};
+    child->life            = __atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE);
+    child->asked_to_end_ns = 0U;
+    __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_RUNNING, __ATOMIC_RELEASE);
+    __atomic_store_n(&component->found_life, child->life, __ATOMIC_RELEASE);
+    descriptors[count++] = component->message_descriptor;
+    descriptors[count++] = launcher->run->ground_descriptor;
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        if (launcher->run->link_descriptors[i] >= 0) {
+            descriptors[count++] = launcher->run->link_descriptors[i];
+        }
+    }
+    launcher_add_component(launcher, child->component, &arguments);
+    if (launcher_enter_node(launcher, component->node)) {
+        launcher_start_child(launcher, child, &arguments, descriptors, count);
+        launcher_leave_node(launcher);
+    }
+}
+
+/// What simulator and image are told of the world.
+static void add_world(arguments_t* const arguments, const launcher_t* const launcher)
+{
+    if (launcher->has_equipment) {
+        arguments_add(arguments, "--equipment");
+        arguments_add(arguments, launcher->equipment_path);
+    }
+    if (launcher->has_operator) {
+        arguments_add(arguments, "--scenario");
+        arguments_add(arguments, launcher->scenario_path);
+    }
+    arguments_add(arguments, "--seed");
+    arguments_add_number(arguments, launcher->options.seed);
+}
+
+/// "--OPTION BUS=ADDRESS", unless there is no address.
+static void add_bus(arguments_t* const arguments, const char* const option, const char* const name,
+                    const char* const address)
+{
+    char bus[RUN_NAME_MAX];
+    if (address[0] != '\0') {
+        text_t text = text_in(bus, sizeof bus);
+        text_add(&text, name);
+        text_add(&text, "=");
+        arguments_add(arguments, option);
+        arguments_add_joined(arguments, bus, address);
+    }
+}
+
+static void add_buses(arguments_t* const arguments, const launcher_t* const launcher)
+{
+    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) {
+        const mission_bus_t* const bus = &launcher->mission.buses[i];
+        const run_bus_t* const address = &launcher->run->buses[i];
+        add_bus(arguments, "--bus", bus->name, address->simulator);
+        add_bus(arguments, "--publish", bus->name, address->published);
+        if (bus->data_bit_rate == 0U) {
+            arguments_add(arguments, "--classic-bus");
+            arguments_add(arguments, bus->name);
+        }
+    }
+    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) { // When all are known.
+        const mission_bus_t* const bus = &launcher->mission.buses[i];
+        const bool is_there            = (launcher->run->buses[i].simulator[0] != '\0');
+        if (is_there && (bus->redundant_to[0] != '\0')) {
+            add_bus(arguments, "--redundant", bus->name, bus->redundant_to);
+        }
+    }
+}
+
+/// Each component by the name of its program, as run.json has it, and by its own.
+static void add_processes(arguments_t* const arguments, const launcher_t* const launcher)
+{
+    for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
+        const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
+        const char* const names[]                  = {subsystem->executable, subsystem->name};
+        for (size_t k = 0U; k < 2U; k++) {
+            char process[RUN_NAME_MAX];
+            text_t text = text_in(process, sizeof process);
+            text_add(&text, names[k]);
+            text_add(&text, "=");
+            text_add_unsigned(&text, run_participant(i));
+            arguments_add(arguments, "--process");
+            arguments_add(arguments, process);
+        }
+    }
+}
+
+static void start_simulator(launcher_t* const launcher)
+{
+    arguments_t arguments = {.count = 0U};
+    char name[RUN_NAME_MAX];
+    arguments_add_program(&arguments, launcher, "simulator");
+    add_world(&arguments, launcher);
+    arguments_add(&arguments, "--out");
+    arguments_add(&arguments, launcher->run->folder);
+    add_buses(&arguments, launcher);
+    unsigned communication = 0U;
+    if (launcher->calendar != NULL) {
+        FSW_ASSERT(run_name(launcher->run, "calendar", 0U, name, sizeof name));
+        arguments_add(&arguments, "--calendar");
+        arguments_add(&arguments, name);
+        add_processes(&arguments, launcher);
+    }
+    if ((launcher->calendar != NULL) && launcher->has_operator &&
+        run_block_find(launcher->run, 2U, &communication)) {
+        arguments_add(&arguments, "--door");
+        arguments_add(&arguments, launcher->door);
+        arguments_add(&arguments, "--door-seat");
+        arguments_add_number(&arguments, run_operator(launcher->run));
+        arguments_add(&arguments, "--door-receiver");
+        arguments_add_number(&arguments, run_participant(communication));
+    }
+    if (!launcher->options.is_stepped) { // The calendar is held back to the wall clock.
+        arguments_add(&arguments, "--time");
+        arguments_add(&arguments, "real");
+        arguments_add(&arguments, "--origin");
+        arguments_add_number(&arguments, launcher->run->origin_ns);
+    }
+    if (launcher->options.tools != 0U) {
+        arguments_add(&arguments, "--socketcand");
+        arguments_add_number(&arguments, launcher->options.tools);
+    }
+    launcher_start_child(launcher, new_child(launcher, "simulator", RUN_SIMULATOR), &arguments, NULL, 0U);
+}
+
+static void start_image(launcher_t* const launcher)
+{
+    arguments_t arguments = {.count = 0U};
+    char name[RUN_NAME_MAX];
+    FSW_ASSERT(run_name(launcher->run, "run", 0U, name, sizeof name));
+    int descriptors[1U + RUN_LINKS_MAX];
+    size_t count         = 0U;
+    descriptors[count++] = launcher->run->ground_descriptor;
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        if (launcher->run->link_descriptors[i] >= 0) {
+            descriptors[count++] = launcher->run->link_descriptors[i];
+        }
+    }
+    for (unsigned i = 0U; i < launcher->run->component_count; i++) {
+        launcher->run->components[i].found_life = 1U;
+        launcher->run->components[i].process    = (uint32_t)RUN_PROCESS_RUNNING;
+    }
+    arguments_add_program(&arguments, launcher, "image");
+    arguments_add(&arguments, "--run");
+    arguments_add(&arguments, name);
+    add_world(&arguments, launcher);
+    if (launcher->has_operator) {
+        arguments_add(&arguments, "--door");
+        arguments_add(&arguments, launcher->door);
+    }
+    launcher_start_child(launcher, new_child(launcher, "image", LAUNCHER_NO_PARTICIPANT), &arguments,
+                         descriptors, count);
+}
+
+const char* launcher_python(void)
+{
+    return osal_file_exists(PYTHON_VENV) ? PYTHON_VENV : PYTHON_SYSTEM;
+}
+
+static void start_operator(launcher_t* const launcher)
+{
+    arguments_t arguments = {.count = 0U};
+    arguments_add(&arguments, launcher_python());
+    arguments_add(&arguments, "gse/gse");
+    arguments_add(&arguments, "script");
+    arguments_add(&arguments, launcher->scenario_path);
+    arguments_add(&arguments, "--port");
+    arguments_add_number(&arguments, launcher->run->ground_port);
+    arguments_add(&arguments, "--run");
+    arguments_add(&arguments, launcher->run->folder);
+    if (launcher->run->key[0] != '\0') {
+        arguments_add(&arguments, "--key");
+        arguments_add(&arguments, launcher->run->key);
+    }
+    if (launcher->run->is_stepped) {
+        arguments_add(&arguments, "--door");
+        arguments_add(&arguments, launcher->door);
+    }
+    // The image looks after its own calendar.
+    const bool is_ours = (launcher->calendar != NULL) && !launcher->options.is_image;
+    child_t* const child =
+        new_child(launcher, "operator", is_ours ? run_operator(launcher->run) : LAUNCHER_NO_PARTICIPANT);
+    launcher_start_child(launcher, child, &arguments, NULL, 0U);
+}
+
+static void start_archive(launcher_t* const launcher)
+{
+    arguments_t arguments = {.count = 0U};
+    arguments_add_program(&arguments, launcher, "packet-archive-sqlite");
+    arguments_add(&arguments, "follow");
+    arguments_add(&arguments, launcher->run->folder);
+    launcher_start_child(launcher, new_child(launcher, "packet-archive-sqlite", LAUNCHER_NO_PARTICIPANT),
+                         &arguments, NULL, 0U);
+}
+
+void launcher_start_all(launcher_t* const launcher)
+{
+    if (launcher->options.is_image) {
+        start_image(launcher);
+    } else {
+        if (launch_has_simulator(&launcher->options)) {
+            start_simulator(launcher);
+        }
+        for (unsigned i = 0U; i < launcher->run->component_count; i++) {
+            child_t* const child =
+                new_child(launcher, launcher->mission.subsystems[i].executable, run_participant(i));
+            child->is_component = true;
+            child->component    = i;
+            launcher_start_component(launcher, child);
+        }
+    }
+    start_archive(launcher);
+    if (launcher->has_operator) {
+        start_operator(launcher);
+    }
+}

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// The end of a run: children ended, names removed, logs completed, report drawn.
+#include "launcher/launcher_internal.h"
+
+#include "launcher/run_summary.h"
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/console.h"
+#include "osal/include/osal/file.h"
+#include "osal/include/osal/mqueue.h"
+
+/// Wall-clock time that children have to end by themselves before they are asked to, and before they are made
+/// to. An operator who has joined does not hear that it is asked: it ends by itself, slowly on an emulated or
+/// loaded machine.
+#define END_ASKED_NS 500000000ULL
+#define END_FORCED_NS 30000000000ULL
+#define REPORT_FIGURES_FAILED 3 ///< Its exit code.
+
+static bool is_any_alive(launcher_t* const launcher)
+{
+    bool is_any = false;
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        child_t* const child = &launcher->children[i];
+        if (launcher_has_ended(launcher, child)) {
+            child->is_alive = false;
+            if (child->result.was_signalled || (child->result.code != 0)) {
+                launcher_part_lost(launcher, child);
+            }
+        }
+        is_any = is_any || child->is_alive;
+    }
+    return is_any;
+}
+
+static void stop_all(launcher_t* const launcher, const bool by_force)
+{
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        if (launcher->children[i].is_alive) {
+            (void)osal_process_stop(&launcher->children[i].process, by_force);
+        }
+    }
+}
+
+static void end_children(launcher_t* const launcher)
+{
+    __atomic_store_n(&launcher->run->is_finished, 1U, __ATOMIC_RELEASE);
+    if (launcher->calendar != NULL) {
+        osal_calendar_close(launcher->calendar);
+    }
+    bool is_asked           = false;
+    const uint64_t start_ns = osal_clock_monotonic_ns();
+    while (is_any_alive(launcher)) {
+        const uint64_t past_ns = osal_clock_monotonic_ns() - start_ns;
+        if (!is_asked && (past_ns > END_ASKED_NS)) {
+            stop_all(launcher, false);
+            is_asked = true;
+        }
+        if (past_ns > END_FORCED_NS) {
+            stop_all(launcher, true);
+        }
+        (void)osal_process_wait_any(NULL, 0U, LAUNCHER_LOOP_MS);
+    }
+}
+
+/// What a component that was killed has not removed itself. A name may stand for either kind.
+static void remove_flows(const run_block_t* const run)
+{
+    for (unsigned i = 0U; i < RUN_FLOWS_MAX; i++) {
+        if (run->flows[i].name[0] != '\0') {
+            (void)osal_shm_remove(run->flows[i].name);
+            (void)osal_mqueue_remove(run->flows[i].name);
+        }
+    }
+}
+
+static void remove_name(void* const context, const char* const name)
+{
+    (void)context;
+    (void)osal_shm_remove(name);
+}
+
+void launcher_remove_all(const char* const identity)
+{
+    char prefix[RUN_NAME_MAX];
+    text_t text = text_in(prefix, sizeof prefix);
+    text_add(&text, "/");
+    text_add(&text, identity);
+    text_add(&text, ".");
+    (void)osal_shm_each(prefix, remove_name, NULL); // The door as well.
+    launcher_remove_nodes(identity);
+}
+
+static void remove_names(launcher_t* const launcher)
+{
+    char name[RUN_NAME_MAX];
+    if (run_name(launcher->run, "foreign", 0U, name, sizeof name)) { // Of a program that was killed.
+        (void)osal_shm_each(name, remove_name, NULL);
+    }
+    for (unsigned link = 1U; link <= RUN_LINKS_MAX; link++) {
+        if (run_name(launcher->run, "link", link, name, sizeof name)) {
+            (void)osal_shm_remove(name);
+        }
+    }
+    remove_flows(launcher->run);
+    launcher_remove_buses(launcher);
+    static const char* const memories[] = {"calendar", "vitals", "run"};
+    for (size_t i = 0U; i < (sizeof memories / sizeof memories[0]); i++) {
+        if (run_name(launcher->run, memories[i], 0U, name, sizeof name)) {
+            (void)osal_shm_remove(name);
+        }
+    }
+    (void)osal_file_remove(launcher->door);
+    launcher_remove_nodes(launcher->run->identity);
+}
+
+bool launcher_run_tool(launcher_t* const launcher, const arguments_t* const arguments, const char* const name)
+{
+    child_t child = {
+        .name = name, .process = {.id = 0, .descriptor = -1}, .participant = LAUNCHER_NO_PARTICIPANT};
+    launcher_start_child(launcher, &child, arguments, NULL, 0U);
+    while (child.is_alive) {
+        osal_process_t* const process = &child.process;
+        (void)osal_process_wait_any(&process, 1U, 1000U);
+        if ((osal_process_poll(&child.process, &child.result) == STATUS_OK) && child.result.has_ended) {
+            child.is_alive = false;
+        }
+    }
+    launcher->tool_code = child.result.code;
+    return child.has_run && !child.result.was_signalled && (child.result.code == 0);
+}
+
+static void complete_logs(launcher_t* const launcher)
+{
+    arguments_t merge = {.count = 0U};
+    arguments_add_program(&merge, launcher, "packet-archive-sqlite");
+    arguments_add(&merge, "merge");
+    arguments_add(&merge, launcher->run->folder);
+    arguments_add_number(&merge, __atomic_load_n(&launcher->run->log_records, __ATOMIC_ACQUIRE));
+    if (!launcher_run_tool(launcher, &merge, "packet-archive-sqlite")) {
+        launcher_give_up(launcher, "the packet log is not complete", "; see console.log");
+    }
+}
+
+static void draw_report(launcher_t* const launcher)
+{
+    arguments_t report = {.count = 0U};
+    arguments_add(&report, "/usr/bin/env");
+    arguments_add(&report, "PYTHONPATH=gse");
+    arguments_add(&report, launcher_python());
+    arguments_add(&report, "-m");
+    arguments_add(&report, "hirosco_gse.report");
+    arguments_add(&report, launcher->run->folder);
+    if (launcher_run_tool(launcher, &report, "report")) {
+        return;
+    }
+    if (launcher->tool_code == REPORT_FIGURES_FAILED) { // It says so in run.json as well.
+        launcher_give_up(launcher, "figures out of their bounds", "; see report.html and run.json");
+    } else {
+        osal_console_complain("the report could not be drawn; see console.log in the run's folder");
+    }
+}
+
+void launcher_clean_up(launcher_t* const launcher)
+{
+    if (launcher->run == NULL) {
+        launcher_remove_buses(launcher); // Its interfaces came before the run.
+        return;
+    }
+    end_children(launcher);
+    remove_names(launcher);
+    if ((launcher->child_count > 0U) || launcher->is_taken_over) {
+        complete_logs(launcher);
+        if (!run_summary_write(launcher)) {
+            osal_console_complain("cannot write run.json into the run's folder");
+            launcher_give_up(launcher, "run.json could not be written", "");
+        }
+        if (launcher->options.has_report) {
+            draw_report(launcher);
+        }
+    }
+    __atomic_store_n(&launcher->run->is_cleaned_up, 1U, __ATOMIC_RELEASE);
+    osal_socket_close(&launcher->ground);
+}

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "launcher/launcher_guard.h"
+
+#include "launcher/launcher_internal.h"
+#include "base/assertion.h"
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/console.h"
+
+#define LOOK_MS 20U     ///< Until the run block is there.
+#define STAY_MS 60000U  ///< From then on the launcher's end wakes us.
+#define GONE_MS 30000U  ///< For children that have been killed to be gone.
+#define OWN_ARGUMENTS 3 ///< Program, word and identity, before the options.
+
+// ---- The launcher's side ----
+
+static void start(guard_t* const guard)
+{
+    const osal_process_start_t how = {.arguments = guard->arguments, .processor = -1, .outlives = true};
+    if ((guard->arguments[0] == NULL) || (osal_process_start(&guard->process, &how) != STATUS_OK)) {
+        osal_console_complain(
+            "hirosco: this run has no guard: what a launcher that is killed leaves stays until "
+            "the next run");
+        return;
+    }
+    guard->starts++;
+}
+
+void guard_start(guard_t* const guard, const char* const program, const int option_count,
+                 char* const options[])
+{
+    FSW_ASSERT((guard != NULL) && (program != NULL) && (options != NULL));
+    *guard      = (guard_t){.process = {.id = 0, .descriptor = -1}};
+    text_t text = text_in(guard->identity, sizeof guard->identity);
+    text_add(&text, "hirosco-");
+    text_add_unsigned(&text, (uint64_t)osal_process_own_id());
+    if (option_count < ((int)GUARD_ARGUMENTS_MAX - OWN_ARGUMENTS)) {
+        guard->arguments[0] = program;
+        guard->arguments[1] = "guard";
+        guard->arguments[2] = guard->identity;
+        for (int i = 0; i < option_count; i++) {
+            guard->arguments[OWN_ARGUMENTS + i] = options[i];
+        }
+    }
+    start(guard);
+}
+
+void guard_keep(guard_t* const guard)
+{
+    FSW_ASSERT(guard != NULL);
+    osal_process_result_t result;
+    if ((osal_process_poll(&guard->process, &result) == STATUS_OK) && result.has_ended) {
+        osal_console_complain("hirosco: the guard of the run was killed, another takes its place");
+        start(guard);
+    }
+}
+
+void guard_stop(guard_t* const guard)
+{
+    FSW_ASSERT(guard != NULL);
+    osal_process_t* const one[]  = {&guard->process};
+    osal_process_result_t result = {.has_ended = false};
+    (void)osal_process_stop(&guard->process, true);
+    while ((osal_process_poll(&guard->process, &result) == STATUS_OK) && !result.has_ended) {
+        (void)osal_process_wait_any(one, 1U, LOOK_MS);
+    }
+}
+
+// ---- The guard itself ----
+
+/// The run of a launcher; null as long as it has not made it.
+static run_block_t* run_of(osal_shm_t* const shm, const char* const identity)
+{
+    char name[RUN_NAME_MAX];
+    run_block_t* run = NULL;
+    text_t text      = text_in(name, sizeof name);
+    text_add(&text, "/");
+    text_add(&text, identity);
+    text_add(&text, ".run");
+    return (!text.cut && (run_block_attach(shm, name, &run) == STATUS_OK)) ? run : NULL;
+}
+
+/// Until the launcher has ended. Its run, or null if it had none yet.
+static run_block_t* wait_for_end(osal_shm_t* const shm, const char* const identity)
+{
+    osal_process_t owner        = {.id = 0, .descriptor = -1};
+    osal_process_t* const one[] = {&owner};
+    run_block_t* run            = NULL;
+    bool is_alive               = (osal_process_watch(&owner, launcher_owner_of(identity)) == STATUS_OK);
+    do {
+        run = (run == NULL) ? run_of(shm, identity) : run;
+        if (is_alive) {
+            (void)osal_process_wait_any(one, 1U, (run == NULL) ? LOOK_MS : STAY_MS);
+            is_alive = osal_process_is_alive(&owner);
+        }
+    } while (is_alive);
+    osal_process_release(&owner);
+    return (run == NULL) ? run_of(shm, identity) : run;
+}
+
+/// The launcher's children are killed with it: until they are gone.
+static void wait_for_children(const run_block_t* const run)
+{
+    const uint64_t until_ns = osal_clock_monotonic_ns() + (GONE_MS * 1000000ULL);
+    for (unsigned i = 0U; i < RUN_PROCESSES_MAX; i++) {
+        osal_process_t child        = {.id = 0, .descriptor = -1};
+        osal_process_t* const one[] = {&child};
+        const int32_t id            = __atomic_load_n(&run->processes[i], __ATOMIC_ACQUIRE);
+        bool is_alive               = (id > 0) && (osal_process_watch(&child, id) == STATUS_OK);
+        while (is_alive && (osal_clock_monotonic_ns() < until_ns)) {
+            (void)osal_process_wait_any(one, 1U, LOOK_MS);
+            is_alive = osal_process_is_alive(&child);
+        }
+        osal_process_release(&child);
+    }
+}
+
+int guard_watch(launcher_t* const launcher, const launch_options_t* const options,
+                const char* const program_folder, const char* const identity)
+{
+    FSW_ASSERT((launcher != NULL) && (options != NULL) && (program_folder != NULL) && (identity != NULL));
+    osal_shm_t shm         = {0};
+    run_block_t* const run = wait_for_end(&shm, identity);
+    if ((run != NULL) && (__atomic_load_n(&run->is_cleaned_up, __ATOMIC_ACQUIRE) != 0U)) {
+        return 0;
+    }
+    if (run != NULL) {
+        wait_for_children(run);
+    }
+    launcher_take_over(launcher, options, program_folder, run);
+    launcher_clean_up(launcher);
+    launcher_remove_all(identity);
+    return 1;
+}

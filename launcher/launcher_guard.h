@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The guard of a run: a process beside the launcher that outlives it. If somebody kills the launcher, the
+/// guard waits for the end of its children, removes every name of the run, completes the logs and writes
+/// run.json and the report. If somebody kills the guard, the launcher starts another.
+///
+/// Ownership  The program places guard_t. Context: one task.
+#ifndef LAUNCHER_LAUNCHER_GUARD_H
+#define LAUNCHER_LAUNCHER_GUARD_H
+
+#include "launcher/launcher.h"
+
+#define GUARD_ARGUMENTS_MAX 64U
+
+typedef struct guard { // Private, except `starts`.
+    const char* arguments[GUARD_ARGUMENTS_MAX];
+    char identity[RUN_IDENTITY_MAX];
+    osal_process_t process;
+    unsigned starts; ///< 1, and 1 more for each time that it was killed.
+} guard_t;
+
+/// Start the guard of a run that is about to be prepared, with the run's options as they were given; they
+/// must stay. If it cannot be started there is none, and a word about it on the console.
+void guard_start(guard_t* guard, const char* program, int option_count, char* const options[]);
+/// Start another if it has been killed.
+void guard_keep(guard_t* guard);
+/// The run has ended and is cleaned up: the guard ends.
+void guard_stop(guard_t* guard);
+/// The guard itself: stay until the launcher with this identity ("hirosco-<number>") has ended, and clean up
+/// if it could not. Returns the exit code.
+int guard_watch(launcher_t* launcher, const launch_options_t* options, const char* program_folder,
+                const char* identity);
+
+#endif // LAUNCHER_LAUNCHER_GUARD_H

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Between the source files of the launcher; for nobody else.
+#ifndef LAUNCHER_LAUNCHER_INTERNAL_H
+#define LAUNCHER_LAUNCHER_INTERNAL_H
+
+#include "launcher/launcher.h"
+#include "base/text.h"
+
+#define LAUNCHER_LOOP_MS 20U
+#define LAUNCHER_REAL_LOOP_MS 5U ///< Real time: a hang must be found soon.
+#define LAUNCHER_NO_PARTICIPANT OSAL_CALENDAR_PARTICIPANTS_MAX
+#define LAUNCHER_ARGUMENTS_MAX 96U
+#define LAUNCHER_ARGUMENT_TEXT 8192U
+
+typedef struct { // Arguments of a child under construction.
+    const char* list[LAUNCHER_ARGUMENTS_MAX];
+    size_t count;
+    char storage[LAUNCHER_ARGUMENT_TEXT];
+    text_t text;
+} arguments_t;
+
+/// launcher_children.c: argument lists, and starting children.
+void arguments_add(arguments_t* arguments, const char* argument);
+/// The concatenation of two texts as one argument.
+void arguments_add_joined(arguments_t* arguments, const char* first, const char* second);
+void arguments_add_number(arguments_t* arguments, uint64_t number);
+/// A program that lies beside the launcher.
+void arguments_add_program(arguments_t* arguments, const launcher_t* launcher, const char* name);
+/// The project's own Python if it is there, else the system's.
+const char* launcher_python(void);
+void launcher_start_child(launcher_t* launcher, child_t* child, const arguments_t* arguments,
+                          const int* descriptors, size_t descriptor_count);
+void launcher_start_component(launcher_t* launcher, child_t* child);
+void launcher_start_all(launcher_t* launcher);
+
+/// launcher_nodes.c: on-board computers, and the sockets of messages and links on them.
+/// What the options need of the system, before anything is made. False: `reason` says what is missing.
+bool launcher_check_system(launcher_t* launcher);
+bool launcher_make_nodes(launcher_t* launcher);
+/// Namespaces of a run that has this identity; no effect where there are none.
+void launcher_remove_nodes(const char* identity);
+/// Every socket of messages and links, where its owner runs. False: `reason` says what is missing.
+bool launcher_open_sockets(launcher_t* launcher);
+/// What is opened and started from here on belongs to that node; with one node, no effect.
+bool launcher_enter_node(launcher_t* launcher, unsigned node);
+void launcher_leave_node(launcher_t* launcher);
+
+/// launcher_foreign.c: a subsystem whose program is that of another processor. False: `reason` says what is
+/// missing and what to do.
+bool launcher_check_foreign(launcher_t* launcher);
+bool launcher_is_foreign(const launcher_t* launcher, unsigned component);
+/// Program and arguments of a component's process, or of its stand-in.
+void launcher_add_component(const launcher_t* launcher, unsigned component, arguments_t* arguments);
+
+/// launcher_limits.c: limits of memory and descriptors of subsystems. False: `reason` says which limit is too
+/// low. If the mission gives no limit, it is derived from the program and printed.
+bool launcher_set_limits(launcher_t* launcher, const char* mission_path);
+void launcher_limit(const launcher_t* launcher, const child_t* child, osal_process_start_t* start);
+/// Check once whether a child has ended, and note its peak memory. True only once for each end.
+bool launcher_has_ended(const launcher_t* launcher, child_t* child);
+
+/// launcher_prepare.c: what a launcher that was killed has left of a run, to be cleaned up; null: it had not
+/// made it yet.
+void launcher_take_over(launcher_t* launcher, const launch_options_t* options, const char* program_folder,
+                        run_block_t* run);
+/// Number of the process behind "hirosco-" in an identity, 0 if there is none.
+int32_t launcher_owner_of(const char* identity);
+
+/// launcher_clean_up.c: every name of a run that has this identity.
+void launcher_remove_all(const char* identity);
+/// Run a tool to its end. False if it failed.
+bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const char* name);
+
+/// launcher_buses.c: interfaces of the buses, before there is a run; then shared memory, and the addresses in
+/// the run block. False: `reason` says what is wrong and what to do. Removing also tells how the hand-over
+/// went.
+bool launcher_ready_interfaces(launcher_t* launcher);
+bool launcher_make_buses(launcher_t* launcher);
+void launcher_remove_buses(launcher_t* launcher);
+/// Virtual interfaces that a launcher which was killed has made, to be removed with the buses.
+void launcher_adopt_interfaces(launcher_t* launcher);
+
+/// launcher_watch.c: suspend a process that hangs while it holds the grant; end the life of one that does not
+/// join.
+void launcher_watch_calendar(launcher_t* launcher);
+/// True if the holder of the grant is ready to run but gets no processor.
+bool launcher_is_starved(launcher_t* launcher);
+/// Name of the process that holds the grant, for messages.
+const char* launcher_holder(launcher_t* launcher);
+
+/// launcher.c: mission time.
+uint64_t launcher_now_ns(const launcher_t* launcher);
+bool launcher_is_flag(const uint32_t* flag);
+/// The run fails; the first reason counts.
+void launcher_give_up(launcher_t* launcher, const char* what, const char* detail);
+/// A part has ended that should not have: the run goes on as far as it can, and fails.
+void launcher_part_lost(launcher_t* launcher, child_t* child);
+
+#endif // LAUNCHER_LAUNCHER_INTERNAL_H

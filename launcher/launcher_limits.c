@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the process of a subsystem may take of the machine: what its mission says, or what its program needs.
+#include "launcher/launcher_internal.h"
+
+#include "osal/include/osal/console.h"
+
+/// Address space beside the program itself: shared libraries, stacks, and the memories that a run shares.
+#define BESIDE_KIB 8192U
+/// Open descriptors: sockets and memories of all links, files of all stores, and as many again.
+#define DESCRIPTORS 128U
+
+static void begin_line(text_t* const text, const char* const mission_path,
+                       const mission_subsystem_t* const one)
+{
+    text_add(text, mission_path);
+    text_add(text, ":");
+    text_add_unsigned(text, one->line);
+    text_add(text, ": ");
+}
+
+/// A quarter more than the program takes with what is beside it.
+static uint32_t derived_kib(const uint64_t octets)
+{
+    const uint64_t needed_kib = (octets / 1024U) + BESIDE_KIB;
+    return (uint32_t)(needed_kib + (needed_kib / 4U));
+}
+
+static bool set_limit(launcher_t* const launcher, const char* const mission_path, const uint16_t index)
+{
+    const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[index];
+    char path[LAUNCH_PATH_MAX];
+    char line[LAUNCHER_REASON_MAX];
+    uint64_t octets = 0U;
+    text_t name     = text_in(path, sizeof path);
+    text_add(&name, launcher->program_folder);
+    text_add(&name, subsystem->executable);
+    const status_t status = osal_process_loaded_size(path, &octets); // A script has no size of its own.
+    if ((status == STATUS_OK) && (subsystem->memory_kib > 0U) && (subsystem->memory_kib < (octets / 1024U))) {
+        text_t text = text_in(launcher->reason, sizeof launcher->reason);
+        begin_line(&text, mission_path, subsystem);
+        text_add(&text, "memoryKiB=\"");
+        text_add_unsigned(&text, subsystem->memory_kib);
+        text_add(&text, "\" of <Subsystem>: expected more KiB than the program alone needs, ");
+        text_add_unsigned(&text, octets / 1024U);
+        launcher->exit_code = 1;
+        return false;
+    }
+    launcher->memory_limit_kib[index] =
+        (subsystem->memory_kib > 0U) ? subsystem->memory_kib : derived_kib(octets);
+    if (subsystem->memory_kib == 0U) {
+        text_t text = text_in(line, sizeof line);
+        begin_line(&text, mission_path, subsystem);
+        text_add(&text, subsystem->name);
+        text_add(&text, " has no memoryKiB: limited to ");
+        text_add_unsigned(&text, launcher->memory_limit_kib[index]);
+        osal_console_say(line);
+    }
+    return true;
+}
+
+bool launcher_set_limits(launcher_t* const launcher, const char* const mission_path)
+{
+    bool is_good = true;
+    for (uint16_t i = 0U; is_good && (i < launcher->mission.subsystem_count); i++) {
+        is_good = set_limit(launcher, mission_path, i);
+    }
+    return is_good;
+}
+
+void launcher_limit(const launcher_t* const launcher, const child_t* const child,
+                    osal_process_start_t* const start)
+{
+    // An emulator of another processor maps all that this processor could address.
+    if (child->is_component && !launcher_is_foreign(launcher, child->component)) {
+        start->memory_limit_bytes = (uint64_t)launcher->memory_limit_kib[child->component] * 1024U;
+        start->descriptor_limit   = DESCRIPTORS;
+    }
+}
+
+/// For whoever looks for the cause of an end: whether it was near its limit.
+static void tell_memory(const launcher_t* const launcher, const child_t* const child)
+{
+    char line[LAUNCHER_REASON_MAX];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, child->name);
+    text_add(&text, ": had ");
+    text_add_unsigned(&text, child->memory_high_kib);
+    text_add(&text, " KiB of memory at most; its address space is limited to ");
+    text_add_unsigned(&text, launcher->memory_limit_kib[child->component]);
+    text_add(&text, " KiB");
+    osal_console_complain(line);
+}
+
+bool launcher_has_ended(const launcher_t* const launcher, child_t* const child)
+{
+    if (!child->is_alive || (osal_process_poll(&child->process, &child->result) != STATUS_OK) ||
+        !child->result.has_ended) {
+        return false;
+    }
+    if (child->result.memory_high_kib > child->memory_high_kib) {
+        child->memory_high_kib = child->result.memory_high_kib;
+    }
+    if (child->is_component && (child->result.was_signalled || (child->result.code != 0))) {
+        tell_memory(launcher, child);
+    }
+    return true;
+}

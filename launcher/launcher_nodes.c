@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+// What lies between the components of a run: its nodes (on-board computers, each a network namespace, joined
+// by a veth), and the sockets of messages and links on them.
+#include "launcher/launcher_internal.h"
+
+#include "base/assertion.h"
+#include "fsw/framework/rtlink/agreement.h"
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/file.h"
+#include "osal/include/osal/tipc.h"
+
+#include <string.h>
+
+#define NAMESPACES "/run/netns/"
+#define TOOL_PATH "PATH=/usr/sbin:/usr/bin:/sbin:/bin"
+#define WORDS_MAX 12U
+#define RECEIVE_OCTETS 425984U
+#define NEIGHBOUR_PATIENCE_NS 15000000000ULL ///< Wall-clock time in which the nodes see each other's names.
+#define NEIGHBOUR_ROUND_MS 100U
+#define NODE_IPV4 0x0A000001U ///< 10.0.0.1, then 10.0.0.2: of no concern to anybody outside the namespaces.
+
+static const char* const interfaces[RUN_NODES_MAX] = {"node1", "node2"};
+static const char* const addresses[RUN_NODES_MAX]  = {"10.0.0.1/30", "10.0.0.2/30"};
+
+static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
+{
+    launcher_give_up(launcher, what, detail);
+    return false;
+}
+
+// ---- Nodes ----
+
+static void name_node(const char* const folder, const char* const identity, const unsigned node,
+                      char* const name, const size_t capacity)
+{
+    FSW_ASSERT(node < RUN_NODES_MAX);
+    text_t text = text_in(name, capacity);
+    text_add(&text, folder);
+    text_add(&text, identity);
+    text_add(&text, ".");
+    text_add(&text, interfaces[node]);
+}
+
+bool launcher_enter_node(launcher_t* const launcher, const unsigned node)
+{
+    char path[RUN_NAME_MAX];
+    if (launcher->run->node_count < 2U) {
+        return true;
+    }
+    name_node(NAMESPACES, launcher->run->identity, node, path, sizeof path);
+    return (osal_network_enter(&launcher->home, path) == STATUS_OK) ||
+           fail(launcher, "cannot enter the network namespace ", path);
+}
+
+void launcher_leave_node(launcher_t* const launcher)
+{
+    if ((launcher->run->node_count >= 2U) && (osal_network_leave(&launcher->home) != STATUS_OK)) {
+        launcher_give_up(launcher, "cannot return to the network namespace of the launcher", "");
+    }
+}
+
+/// Run one of iproute2's tools. What it says is in console.log.
+static bool run_ip_tool(launcher_t* const launcher, const char* const* const words)
+{
+    arguments_t arguments = {.count = 0U};
+    arguments_add(&arguments, "/usr/bin/env");
+    arguments_add(&arguments, TOOL_PATH);
+    for (size_t i = 0U; (i < WORDS_MAX) && (words[i] != NULL); i++) {
+        arguments_add(&arguments, words[i]);
+    }
+    return launcher_run_tool(launcher, &arguments, words[0]);
+}
+
+static bool is_by_tipc(const launcher_t* const launcher)
+{
+    const uint8_t tipc = (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC);
+    return (launcher->run->transport == (uint8_t)RUN_TRANSPORT_TIPC) ||
+           ((launcher->run->link_methods & tipc) != 0U);
+}
+
+/// Addresses and bearer of one node. The veth is there already.
+static bool set_up_node(launcher_t* const launcher, const char* const name, const unsigned node)
+{
+    const char* const interface                  = interfaces[node];
+    const char* const commands[][WORDS_MAX + 1U] = {
+        {"ip", "-n", name, "link", "set", "lo", "up"},
+        {"ip", "-n", name, "address", "add", addresses[node], "dev", interface},
+        {"ip", "-n", name, "link", "set", interface, "up"},
+        {"ip", "netns", "exec", name, "tipc", "bearer", "enable", "media", "eth", "device", interface},
+    };
+    const size_t count = (sizeof commands / sizeof commands[0]) - (is_by_tipc(launcher) ? 0U : 1U);
+    for (size_t i = 0U; i < count; i++) {
+        if (!run_ip_tool(launcher, commands[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// Two namespaces and the veth that joins them.
+static bool make_namespaces(launcher_t* const launcher)
+{
+    char first[RUN_NAME_MAX];
+    char second[RUN_NAME_MAX];
+    name_node("", launcher->run->identity, 0U, first, sizeof first);
+    name_node("", launcher->run->identity, 1U, second, sizeof second);
+    const char* const commands[][WORDS_MAX + 1U] = {
+        {"ip", "netns", "add", first},
+        {"ip", "netns", "add", second},
+        {"ip", "-n", first, "link", "add", interfaces[0], "type", "veth", "peer", "name", interfaces[1]},
+        {"ip", "-n", first, "link", "set", interfaces[1], "netns", second},
+    };
+    for (size_t i = 0U; i < (sizeof commands / sizeof commands[0]); i++) {
+        if (!run_ip_tool(launcher, commands[i])) {
+            return false;
+        }
+    }
+    return set_up_node(launcher, first, 0U) && set_up_node(launcher, second, 1U);
+}
+
+bool launcher_check_system(launcher_t* const launcher)
+{
+    const launch_options_t* const options = &launcher->options;
+    osal_network_t home                   = {-1};
+    osal_socket_t probe                   = OSAL_SOCKET_CLOSED;
+    const bool is_tipc =
+        (strcmp(options->transport, "tipc") == 0) || (strstr(options->links, "tipc") != NULL);
+    if (is_tipc && (osal_tipc_open(&probe, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE) == STATUS_UNSUPPORTED)) {
+        return fail(launcher,
+                    "this kernel has no TIPC; load it as root: `modprobe tipc`, or fly in the micro-VM: "
+                    "`make vm SECONDS=3600 CMD='make sim-run TRANSPORT=tipc'`",
+                    "");
+    }
+    osal_socket_close(&probe);
+    if (options->nodes < 2U) {
+        return true;
+    }
+    const status_t status = osal_network_enter(&home, "/proc/thread-self/ns/net");
+    if ((status != STATUS_OK) || (osal_network_leave(&home) != STATUS_OK)) {
+        return fail(launcher,
+                    "--nodes 2: network namespaces are not permitted to this user; run it as root: "
+                    "`sudo make sim-run NODES=2`, or in the micro-VM: `make vm SECONDS=3600 CMD='make "
+                    "sim-run NODES=2'`",
+                    "");
+    }
+    return true;
+}
+
+bool launcher_make_nodes(launcher_t* const launcher)
+{
+    run_block_t* const run = launcher->run;
+    const unsigned asked   = launcher->options.nodes;
+    run->node_ipv4[0]      = OSAL_IPV4_LOOPBACK;
+    run->node_count        = 1U;
+    bool has_second        = false;
+    for (uint16_t i = 0U; i < run->component_count; i++) {
+        run->components[i].node = (asked < 2U) ? 0U : (uint8_t)(launcher->mission.subsystems[i].node - 1U);
+        has_second              = has_second || (run->components[i].node == 1U);
+    }
+    if (asked < 2U) {
+        return true;
+    }
+    if (!has_second) {
+        return fail(
+            launcher,
+            "--nodes 2: the mission puts no subsystem on node 2; write node=\"2\" into a <Subsystem> of ",
+            run->mission_path);
+    }
+    run->node_ipv4[0] = NODE_IPV4;
+    run->node_ipv4[1] = NODE_IPV4 + 1U;
+    run->node_count   = RUN_NODES_MAX;
+    return make_namespaces(launcher) ||
+           fail(launcher,
+                "--nodes 2: cannot make two network namespaces and a veth between them (needs iproute2 and "
+                "root; console.log has what `ip` said): ",
+                run->folder);
+}
+
+void launcher_remove_nodes(const char* const identity)
+{
+    for (unsigned node = 0U; node < RUN_NODES_MAX; node++) {
+        char path[RUN_NAME_MAX];
+        name_node(NAMESPACES, identity, node, path, sizeof path);
+        if (osal_file_exists(path)) {
+            (void)osal_network_remove(path);
+        }
+    }
+}
+
+// ---- Sockets ----
+
+static bool open_udp(launcher_t* const launcher, osal_socket_t* const socket, const unsigned node,
+                     uint16_t* const out_port)
+{
+    osal_address_t local = {launcher->run->node_ipv4[node], 0U};
+    if ((osal_udp_open(socket, local, RECEIVE_OCTETS) != STATUS_OK) ||
+        (osal_socket_local_address(socket, &local) != STATUS_OK)) {
+        return fail(launcher, "cannot open a UDP socket on ",
+                    (launcher->run->node_count < 2U) ? "127.0.0.1" : addresses[node]);
+    }
+    *out_port = local.port;
+    return true;
+}
+
+static bool open_tipc(launcher_t* const launcher, osal_socket_t* const socket, const osal_tipc_kind_t kind,
+                      const osal_tipc_name_t name)
+{
+    const osal_tipc_scope_t scope = (launcher->run->node_count < 2U) ? OSAL_TIPC_NODE : OSAL_TIPC_CLUSTER;
+    const status_t status         = osal_tipc_open(socket, kind, &name, scope);
+    return (status == STATUS_OK) || fail(launcher, "cannot open a TIPC socket: ", status_text(status));
+}
+
+static bool open_message_socket(launcher_t* const launcher, const uint16_t index)
+{
+    run_component_t* const component = &launcher->run->components[index];
+    osal_socket_t* const socket      = &launcher->messages[index];
+    const osal_tipc_name_t name      = {run_message_type(launcher->run), component->apid};
+    const bool is_open               = (launcher->run->transport == (uint8_t)RUN_TRANSPORT_TIPC)
+                                           ? open_tipc(launcher, socket, OSAL_TIPC_MESSAGE, name)
+                                           : open_udp(launcher, socket, component->node, &component->message_port);
+    component->message_descriptor    = osal_socket_descriptor(socket);
+    return is_open;
+}
+
+static bool open_link_socket(launcher_t* const launcher, const uint16_t index, const unsigned node)
+{
+    run_block_t* const run      = launcher->run;
+    osal_socket_t* const socket = &launcher->links[index];
+    const osal_tipc_name_t name = {run_link_type(run), launcher->mission.links[index].number};
+    const bool is_tipc          = ((run->link_methods & (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC)) != 0U);
+    const bool is_open          = is_tipc ? open_tipc(launcher, socket, OSAL_TIPC_SAMPLE, name)
+                                          : open_udp(launcher, socket, node, &run->link_ports[index]);
+    run->link_descriptors[index] = osal_socket_descriptor(socket);
+    return is_open;
+}
+
+/// The sockets of all that runs on one node, in its namespace.
+static bool open_on_node(launcher_t* const launcher, const unsigned node)
+{
+    run_block_t* const run  = launcher->run;
+    const uint8_t in_memory = (uint8_t)(1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY);
+    const bool has_links    = ((run->link_methods & (uint8_t)~in_memory) != 0U);
+    bool is_open            = launcher_enter_node(launcher, node);
+    if (!is_open) {
+        return false;
+    }
+    for (uint16_t i = 0U; is_open && !launcher->options.is_image && (i < run->component_count); i++) {
+        is_open = (run->components[i].node != node) || open_message_socket(launcher, i);
+    }
+    for (uint16_t i = 0U; is_open && has_links && (i < launcher->mission.link_count) && (i < RUN_LINKS_MAX);
+         i++) {
+        unsigned consumer  = 0U;
+        const bool is_here = run_block_find(run, launcher->mission.links[i].consumer_apid, &consumer) &&
+                             (run->components[consumer].node == node);
+        is_open = !is_here || open_link_socket(launcher, i, node);
+    }
+    launcher_leave_node(launcher);
+    return is_open;
+}
+
+/// Until the topology service of a node has told of `expected` names. Nodes know of each other only a moment
+/// after their bearers are up.
+static bool sees_names(launcher_t* const launcher, const uint32_t type, const unsigned expected)
+{
+    const uint64_t end_ns = osal_clock_monotonic_ns() + NEIGHBOUR_PATIENCE_NS;
+    osal_socket_t watch   = OSAL_SOCKET_CLOSED;
+    unsigned seen         = 0U;
+    status_t status       = osal_tipc_watch_open(&watch, type);
+    while ((status == STATUS_OK) && (seen < expected) && (osal_clock_monotonic_ns() < end_ns)) {
+        osal_tipc_event_t event = {false, 0U};
+        status                  = osal_tipc_watch_next(&watch, &event);
+        if (status == STATUS_OK) {
+            seen += event.is_published ? 1U : 0U;
+        } else if (status == STATUS_EMPTY) {
+            status = osal_socket_wait_readable(&watch, NEIGHBOUR_ROUND_MS);
+            status = (status == STATUS_TIMEOUT) ? STATUS_OK : status;
+        } else {
+            // The watch is over.
+        }
+    }
+    osal_socket_close(&watch);
+    return (seen >= expected) ||
+           fail(launcher,
+                "the nodes do not see each other's TIPC names; see `tipc link list` in their namespaces", "");
+}
+
+static bool see_each_other(launcher_t* const launcher)
+{
+    const run_block_t* const run = launcher->run;
+    const bool is_transport      = (run->transport == (uint8_t)RUN_TRANSPORT_TIPC);
+    bool is_seen                 = true;
+    for (unsigned node = 0U; is_seen && (node < run->node_count); node++) {
+        is_seen = launcher_enter_node(launcher, node);
+        if (is_seen) {
+            is_seen = is_transport ? sees_names(launcher, run_message_type(run), run->component_count)
+                                   : sees_names(launcher, run_link_type(run), launcher->mission.link_count);
+            launcher_leave_node(launcher);
+        }
+    }
+    return is_seen;
+}
+
+/// Numbers by which receivers know the sockets of their peers. A node has its address only from a moment
+/// after its bearer is up: by now it has.
+static bool note_identities(launcher_t* const launcher)
+{
+    const bool is_tipc =
+        (launcher->run->transport == (uint8_t)RUN_TRANSPORT_TIPC) && !launcher->options.is_image;
+    bool is_noted = true;
+    for (uint16_t i = 0U; is_tipc && is_noted && (i < launcher->run->component_count); i++) {
+        is_noted = (osal_tipc_identity(&launcher->messages[i],
+                                       &launcher->run->components[i].message_identity) == STATUS_OK);
+    }
+    return is_noted || fail(launcher, "cannot tell the TIPC sockets of the components apart", "");
+}
+
+bool launcher_open_sockets(launcher_t* const launcher)
+{
+    bool is_open = true;
+    for (unsigned node = 0U; is_open && (node < launcher->run->node_count); node++) {
+        is_open = open_on_node(launcher, node);
+    }
+    const bool has_neighbours = (launcher->run->node_count >= 2U) && is_by_tipc(launcher);
+    return is_open && (!has_neighbours || see_each_other(launcher)) && note_identities(launcher);
+}

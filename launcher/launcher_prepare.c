@@ -1,0 +1,497 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run needs before its first process: mission, folder, shared memory, buses, sockets.
+#include "launcher/launcher_internal.h"
+
+#include "fsw/programs/ground_key.h"
+#include "launcher/run_summary.h"
+#include "fsw/framework/rtlink/agreement.h"
+#include "fsw/supervisor/vitals.h"
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/file.h"
+
+#include <string.h>
+
+#define IDENTITY "hirosco-"
+#define FAMILY "/" IDENTITY ///< How all names of runs begin.
+#define SLOT_NS 500000ULL
+#define REAL_PATIENCE_NS 40000000ULL ///< With a process that is stopped in the middle of a hand-over.
+#define PORT_TRIES 200U
+#define FOLDER_TRIES 1000U
+
+static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
+{
+    text_t text = text_in(launcher->reason, sizeof launcher->reason);
+    text_add(&text, what);
+    text_add(&text, detail);
+    launcher->exit_code = 1;
+    return false;
+}
+
+// ---- Mission and folder ----
+
+static bool load_mission(launcher_t* const launcher, char* const path, const size_t capacity)
+{
+    text_t text = text_in(path, capacity);
+    text_add(&text, "descriptors/missions/");
+    text_add(&text, launcher->options.mission);
+    text_add(&text, ".xml");
+    if (!osal_file_exists(path)) {
+        return fail(launcher, "no such mission (run hirosco in the project's folder): ", path);
+    }
+    descriptor_loader_init(&launcher->loader);
+    if (descriptor_load_mission(&launcher->loader, path, MISSION_ANY_TARGET, &mission_whole,
+                                &launcher->mission, &launcher->scratch) != STATUS_OK) {
+        return fail(launcher, descriptor_error(&launcher->loader), "");
+    }
+    return true;
+}
+
+/// Each subsystem's program lies beside the launcher.
+static bool find_programs(launcher_t* const launcher, const char* const mission_path)
+{
+    for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
+        const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
+        char path[LAUNCH_PATH_MAX];
+        text_t text = text_in(path, sizeof path);
+        text_add(&text, launcher->program_folder);
+        text_add(&text, subsystem->executable);
+        if (!text.cut && osal_file_exists(path)) {
+            continue;
+        }
+        text = text_in(launcher->reason, sizeof launcher->reason);
+        text_add(&text, mission_path);
+        text_add(&text, ":");
+        text_add_unsigned(&text, subsystem->line);
+        text_add(&text, ": executable=\"");
+        text_add(&text, subsystem->executable);
+        text_add(&text, "\" of <Subsystem>: expected a program in ");
+        text_add(&text, launcher->program_folder);
+        text_add(&text, "; `make` builds one of each fsw/programs/*_main.c");
+        launcher->exit_code = 1;
+        return false;
+    }
+    return true;
+}
+
+/// Carrier of messages and transfer method of links that the mission prefers, unless the command line has
+/// one.
+static bool choose_methods(launcher_t* const launcher, const char* const mission_path)
+{
+    launch_options_t* const options = &launcher->options;
+    const uint8_t messages          = launcher->mission.message_method;
+    const uint8_t links             = launcher->mission.link_method;
+    if (options->transport[0] == '\0') {
+        if ((messages != (uint8_t)DESCRIPTOR_UDP) && (messages != (uint8_t)DESCRIPTOR_TIPC)) {
+            return fail(launcher, mission_path,
+                        ": <Transports messages>: expected UDP or TIPC; or give --transport udp|tipc");
+        }
+        options->transport = (messages == (uint8_t)DESCRIPTOR_TIPC) ? "tipc" : "udp";
+    }
+    if (options->links[0] == '\0') {
+        if (links >= (uint8_t)RTLINK_METHOD_COUNT) {
+            return fail(
+                launcher, mission_path,
+                ": <Transports links>: expected SHARED_MEMORY, UDP or TIPC; or give --links shm|udp|tipc");
+        }
+        static const char* const names[] = {"shm", "tipc", "udp"};
+        const bool is_spread = (options->nodes > 1U) && (links == (uint8_t)RTLINK_METHOD_SHARED_MEMORY);
+        options->links       = names[links];
+        if (is_spread) { // Shared memory within a node; between nodes what carries the messages, too.
+            options->links = (strcmp(options->transport, "tipc") == 0) ? "shm tipc" : "shm udp";
+        }
+    }
+    return true;
+}
+
+/// Bit set of the methods that are named.
+static uint8_t link_methods(const char* const names)
+{
+    const unsigned shm  = (strstr(names, "shm") != NULL) ? (1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY) : 0U;
+    const unsigned tipc = (strstr(names, "tipc") != NULL) ? (1U << (unsigned)RTLINK_METHOD_TIPC) : 0U;
+    const unsigned udp  = (strstr(names, "udp") != NULL) ? (1U << (unsigned)RTLINK_METHOD_UDP) : 0U;
+    return (uint8_t)(shm | tipc | udp);
+}
+
+static bool find_scenario(launcher_t* const launcher)
+{
+    launcher->has_operator     = (strcmp(launcher->options.scenario, "none") != 0);
+    launcher->scenario_path[0] = '\0';
+    if (!launcher->has_operator) {
+        return true;
+    }
+    const bool is_path = launch_scenario_is_path(launcher->options.scenario);
+    text_t text        = text_in(launcher->scenario_path, sizeof launcher->scenario_path);
+    text_add(&text, is_path ? "" : "sim/scenarios/");
+    text_add(&text, launcher->options.scenario);
+    text_add(&text, is_path ? "" : ".scn");
+    return osal_file_exists(launcher->scenario_path) ||
+           fail(launcher, "no such scenario: ", launcher->scenario_path);
+}
+
+/// Without folders and ending.
+static void add_scenario_name(text_t* const text, const char* const scenario)
+{
+    const char* const slash = strrchr(scenario, '/');
+    for (const char* next = (slash != NULL) ? &slash[1] : scenario; *next != '\0'; next++) {
+        if (strcmp(next, ".scn") == 0) {
+            break;
+        }
+        text_add_character(text, *next);
+    }
+}
+
+static bool is_used(const char* const folder)
+{
+    char path[LAUNCH_PATH_MAX + 16U];
+    text_t text = text_in(path, sizeof path);
+    text_add(&text, folder);
+    text_add(&text, "/run.json");
+    return osal_file_exists(path);
+}
+
+/// The folder that was asked for, or the first unused of this scenario, form and seed.
+static bool make_folder(launcher_t* const launcher, char* const folder, const size_t capacity)
+{
+    const launch_options_t* const options = &launcher->options;
+    text_t text                           = text_in(folder, capacity);
+    if (options->output[0] != '\0') {
+        text_add(&text, options->output);
+        if (is_used(folder)) {
+            return fail(launcher, "there is a run in this folder already; choose another --out: ", folder);
+        }
+    } else {
+        bool is_free = false;
+        for (unsigned number = 1U; !is_free && (number < FOLDER_TRIES); number++) {
+            text = text_in(folder, capacity);
+            text_add(&text, "runs/");
+            add_scenario_name(&text, options->scenario);
+            text_add(&text, options->is_image ? "-image-" : "-processes-");
+            text_add_unsigned(&text, options->seed);
+            text_add(&text, "-");
+            text_add_digits(&text, number, 3U);
+            is_free = !osal_file_exists(folder);
+        }
+    }
+    if (text.cut || (osal_directory_create(folder) != STATUS_OK)) {
+        return fail(launcher, "cannot make the output folder ", folder);
+    }
+    const char* const base = (strncmp(folder, "runs/", 5U) == 0) ? &folder[5] : NULL;
+    if (base != NULL) {
+        const status_t status = osal_file_link(base, "runs/latest");
+        (void)status; // A convenience: two runs at once may race for it.
+    }
+    return true;
+}
+
+/// The key of the ground link: asked for, or the mission's, whose path begins at the mission's file. It is
+/// opened once before anything runs: a mission that shall have a key flies with it or not at all.
+static bool check_key(launcher_t* const launcher, const char* const mission_path)
+{
+    const char* const asked = launcher->options.key;
+    const char* const named = launcher->mission.ground_key;
+    const char* const slash = strrchr(mission_path, '/');
+    text_t text             = text_in(launcher->key_path, sizeof launcher->key_path);
+    if (asked[0] != '\0') {
+        text_add(&text, asked);
+    } else if (named[0] != '\0') {
+        for (const char* next = mission_path; (named[0] != '/') && (slash != NULL) && (next <= slash);
+             next++) {
+            text_add_character(&text, *next);
+        }
+        text_add(&text, named);
+    } else {
+        return true;
+    }
+    ground_key_t key;
+    char error[GROUND_KEY_ERROR_MAX];
+    if (text.cut) {
+        return fail(launcher, "the path of the ground link's key is too long: ", launcher->key_path);
+    }
+    if (!ground_key_open(&key, launcher->key_path, error)) {
+        return fail(launcher, error, "");
+    }
+    ground_key_close(&key);
+    return true;
+}
+
+// ---- Left by others ----
+
+int32_t launcher_owner_of(const char* const identity)
+{
+    int32_t owner          = 0;
+    const size_t length    = sizeof IDENTITY - 1U;
+    const char* const from = (strncmp(identity, IDENTITY, length) == 0) ? &identity[length] : "";
+    for (const char* next = from; (*next >= '0') && (*next <= '9') && (owner < 100000000); next++) {
+        owner = (owner * 10) + (int32_t)(*next - '0');
+    }
+    return owner;
+}
+
+/// Remove a name whose launcher is dead: one that was killed could not clean up.
+static void sweep(void* const context, const char* const name)
+{
+    (void)context;
+    osal_process_t owner  = {.id = 0, .descriptor = -1};
+    const int32_t id      = launcher_owner_of(&name[1]);
+    const status_t status = (id > 0) ? osal_process_watch(&owner, id) : STATUS_OK;
+    if (status == STATUS_NOT_FOUND) {
+        (void)osal_shm_remove(name); // The door has such a name as well.
+        char identity[RUN_IDENTITY_MAX];
+        text_t text = text_in(identity, sizeof identity);
+        text_add(&text, &FAMILY[1]);
+        text_add_unsigned(&text, (uint64_t)id);
+        launcher_remove_nodes(identity);
+    }
+    osal_process_release(&owner);
+}
+
+// ---- Shared memory ----
+
+static bool make_run_block(launcher_t* const launcher, const char* const mission_path,
+                           const char* const folder)
+{
+    char identity[RUN_IDENTITY_MAX];
+    text_t text = text_in(identity, sizeof identity);
+    text_add(&text, IDENTITY);
+    text_add_unsigned(&text, (uint64_t)osal_process_own_id());
+    if (run_block_create(&launcher->run_shm, identity, &launcher->run) != STATUS_OK) {
+        return fail(launcher, "cannot make shared memory for the run ", identity);
+    }
+    run_block_t* const run = launcher->run;
+    text                   = text_in(run->mission_path, sizeof run->mission_path);
+    text_add(&text, mission_path);
+    text = text_in(run->folder, sizeof run->folder);
+    text_add(&text, folder);
+    text = text_in(run->storage, sizeof run->storage);
+    text_add(&text, (launcher->options.storage[0] != '\0') ? launcher->options.storage : folder);
+    text_add(&text, (launcher->options.storage[0] != '\0') ? "" : "/storage");
+    if (text.cut || (osal_directory_create(run->storage) != STATUS_OK)) {
+        return fail(launcher, "cannot make the storage folder ", run->storage);
+    }
+    text = text_in(run->key, sizeof run->key);
+    text_add(&text, launcher->key_path);
+    // Also in wall-clock time: simulated hardware belongs to the calendar, unless all is free.
+    run->is_stepped      = launch_has_calendar(&launcher->options);
+    run->is_real         = !launcher->options.is_stepped;
+    run->link_methods    = link_methods(launcher->options.links);
+    run->transport       = (uint8_t)((strcmp(launcher->options.transport, "tipc") == 0) ? RUN_TRANSPORT_TIPC
+                                                                                        : RUN_TRANSPORT_UDP);
+    run->instance        = (uint32_t)osal_process_own_id();
+    run->component_count = launcher->mission.subsystem_count;
+    for (uint16_t i = 0U; i < run->component_count; i++) {
+        run_component_t* const component           = &run->components[i];
+        const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
+        component->apid                            = subsystem->apid;
+        component->message_descriptor              = -1;
+        component->life                            = 1U;
+        component->wanted_life                     = 1U;
+        run_block_beat(run, i, 0U, OSAL_CALENDAR_NEVER);
+        text = text_in(component->name, sizeof component->name);
+        text_add(&text, subsystem->name);
+    }
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        run->link_descriptors[i] = -1;
+    }
+    return true;
+}
+
+/// The supervisor that dies is there again after its declared time of booting.
+static void let_supervisor_return(const launcher_t* const launcher)
+{
+    unsigned index = 0U;
+    if (run_block_find(launcher->run, DESCRIPTOR_SUPERVISOR_APID, &index)) {
+        osal_calendar_succeed(launcher->calendar, run_participant(index),
+                              (uint64_t)launcher->mission.subsystems[index].boot_time_us * 1000U);
+    }
+}
+
+static bool make_calendar(launcher_t* const launcher)
+{
+    char name[RUN_NAME_MAX];
+    if (!launcher->run->is_stepped) {
+        return true; // Each component has a clock of its own.
+    }
+    if (!run_name(launcher->run, "calendar", 0U, name, sizeof name) ||
+        (osal_shm_create(&launcher->calendar_shm, name, OSAL_CALENDAR_BYTES) != STATUS_OK)) {
+        return fail(launcher, "cannot make shared memory for the calendar ", name);
+    }
+    launcher->calendar =
+        osal_calendar_create(osal_shm_address(&launcher->calendar_shm), SLOT_NS, !launcher->options.is_image);
+    if (launcher->calendar == NULL) {
+        return fail(launcher, "this system has no lock that survives the death of its holder", "");
+    }
+    if (!launcher->options.is_stepped) {
+        osal_calendar_set_patience(launcher->calendar, REAL_PATIENCE_NS);
+    }
+    const unsigned last = run_operator(launcher->run);
+    for (unsigned participant = 0U; participant <= last; participant++) {
+        if ((participant != last) || launcher->has_operator) {
+            osal_calendar_expect(launcher->calendar, participant, 1U, 0U);
+        }
+    }
+    let_supervisor_return(launcher);
+    return true;
+}
+
+/// What a supervisor that is started again takes over.
+static bool make_vitals(launcher_t* const launcher)
+{
+    char name[RUN_NAME_MAX];
+    osal_shm_t shm;
+    if (!run_name(launcher->run, "vitals", 0U, name, sizeof name) ||
+        (osal_shm_create(&shm, name, sizeof(vitals_t)) != STATUS_OK)) {
+        return fail(launcher, "cannot make shared memory for the supervisor ", name);
+    }
+    osal_shm_close(&shm); // The name keeps it.
+    return true;
+}
+
+// ---- Sockets ----
+
+static bool listen_to_ground(launcher_t* const launcher)
+{
+    const bool is_asked  = (launcher->options.port != 0U);
+    const uint16_t first = is_asked ? launcher->options.port : launcher->mission.ground_port;
+    const uint32_t ipv4  = (launcher->mission.is_ground_open != 0U) ? 0U : OSAL_IPV4_LOOPBACK;
+    status_t status      = STATUS_EXISTS;
+    uint16_t port        = first;
+    for (unsigned i = 0U; (status == STATUS_EXISTS) && (i < (is_asked ? 1U : PORT_TRIES)); i++) {
+        port   = (uint16_t)(first + i);
+        status = osal_tcp_listen(&launcher->ground, (osal_address_t){ipv4, port});
+    }
+    char place[32];
+    text_t text = text_in(place, sizeof place);
+    text_add(&text, (ipv4 == OSAL_IPV4_LOOPBACK) ? "127.0.0.1: " : "0.0.0.0: ");
+    text_add_unsigned(&text, first);
+    if (status != STATUS_OK) {
+        return fail(launcher,
+                    (status == STATUS_EXISTS) ? "the ground port is in use on " : "cannot listen on ", place);
+    }
+    launcher->run->ground_port       = port;
+    launcher->run->ground_descriptor = osal_socket_descriptor(&launcher->ground);
+    return true;
+}
+
+/// One line of text into a file of the run's folder.
+static bool write_line(launcher_t* const launcher, const char* const name, const char* const line)
+{
+    char path[LAUNCH_PATH_MAX + 32U];
+    osal_file_t file = {-1};
+    text_t text      = text_in(path, sizeof path);
+    text_add(&text, launcher->run->folder);
+    text_add(&text, name);
+    if (osal_file_create(&file, path) != STATUS_OK) {
+        return fail(launcher, "cannot write ", path);
+    }
+    const bool is_written = (osal_file_write(&file, line, strlen(line)) == STATUS_OK) &&
+                            (osal_file_write(&file, "\n", 1U) == STATUS_OK);
+    osal_file_close(&file);
+    return is_written || fail(launcher, "cannot write ", path);
+}
+
+/// Mission and port, for ground tools that look them up.
+static bool tell_ground(launcher_t* const launcher)
+{
+    char digits[16];
+    text_t text = text_in(digits, sizeof digits);
+    text_add_unsigned(&text, launcher->run->ground_port);
+    return write_line(launcher, "/ground.mission", launcher->options.mission) &&
+           write_line(launcher, "/ground.port", digits) &&
+           ((launcher->run->key[0] == '\0') ||
+            write_line(launcher, "/ground.key-file", launcher->run->key)) &&
+           (run_summary_reserve(launcher) ||
+            fail(launcher, "no room for run.json in ", launcher->run->folder));
+}
+
+/// What hangs on the buses beside the arm and the joystick, where the mission has such a file.
+static void find_equipment(launcher_t* const launcher)
+{
+    text_t text = text_in(launcher->equipment_path, sizeof launcher->equipment_path);
+    text_add(&text, "sim/equipment/");
+    text_add(&text, launcher->options.mission);
+    text_add(&text, ".txt");
+    launcher->has_equipment = osal_file_exists(launcher->equipment_path);
+}
+
+/// Beside the run's shared memory: who has a /dev/shm of its own and begins to count processes at 1 (a
+/// container) has doors of its own too, and what a killed launcher left is swept with the rest.
+static void name_door(launcher_t* const launcher)
+{
+    text_t text = text_in(launcher->door, sizeof launcher->door);
+    text_add(&text, "/dev/shm/");
+    text_add(&text, launcher->run->identity);
+    text_add(&text, ".door");
+}
+
+static void begin(launcher_t* const launcher, const launch_options_t* const options,
+                  const char* const program_folder)
+{
+    (void)memset(launcher, 0, sizeof *launcher);
+    launcher->options           = *options;
+    launcher->program_folder    = program_folder;
+    launcher->ground.descriptor = -1;
+    for (size_t i = 0U; i < MISSION_SUBSYSTEMS_MAX; i++) {
+        launcher->messages[i].descriptor = -1;
+    }
+    for (size_t i = 0U; i < MISSION_BUSES_MAX; i++) {
+        launcher->buses[i].claim.descriptor = -1;
+    }
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        launcher->links[i].descriptor = -1;
+    }
+}
+
+/// The mission, and whether it can be flown here.
+static bool read_mission(launcher_t* const launcher, char* const path, const size_t capacity)
+{
+    return load_mission(launcher, path, capacity) && choose_methods(launcher, path) &&
+           find_programs(launcher, path) && check_key(launcher, path) && launcher_set_limits(launcher, path);
+}
+
+bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,
+                      const char* const program_folder)
+{
+    char mission_path[LAUNCH_PATH_MAX];
+    char folder[LAUNCH_PATH_MAX];
+    begin(launcher, options, program_folder);
+    (void)osal_shm_each(FAMILY, sweep, NULL);
+    const bool is_ready =
+        read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_foreign(launcher) &&
+        launcher_check_system(launcher) && find_scenario(launcher) && launcher_ready_interfaces(launcher) &&
+        make_folder(launcher, folder, sizeof folder) && make_run_block(launcher, mission_path, folder) &&
+        make_calendar(launcher) && make_vitals(launcher) && launcher_make_buses(launcher) &&
+        launcher_make_nodes(launcher) && launcher_open_sockets(launcher) && listen_to_ground(launcher) &&
+        tell_ground(launcher);
+    if (is_ready) {
+        find_equipment(launcher);
+        name_door(launcher);
+        launcher->run->origin_ns = osal_clock_monotonic_ns() + 300000000U; // All are up by then.
+    }
+    return is_ready;
+}
+
+void launcher_take_over(launcher_t* const launcher, const launch_options_t* const options,
+                        const char* const program_folder, run_block_t* const run)
+{
+    char path[LAUNCH_PATH_MAX];
+    begin(launcher, options, program_folder);
+    if (load_mission(launcher, path, sizeof path) && choose_methods(launcher, path)) {
+        launcher_adopt_interfaces(launcher);
+    }
+    launcher->run             = run;
+    launcher->is_taken_over   = true;
+    launcher->is_undetermined = true; // The instant of its death is of the wall.
+    launcher->is_broken       = true;
+    launcher->exit_code       = 1;
+    text_t text               = text_in(launcher->reason, sizeof launcher->reason);
+    text_add(&text, "launcher was killed; all others died with it");
+    if (run == NULL) {
+        return;
+    }
+    name_door(launcher);
+    if (run->is_stepped && run_name(run, "calendar", 0U, path, sizeof path) &&
+        (osal_shm_open(&launcher->calendar_shm, path) == STATUS_OK)) {
+        launcher->calendar = osal_calendar_attach(osal_shm_address(&launcher->calendar_shm));
+    }
+    launcher->last_simulated_ns = launcher_now_ns(launcher);
+}

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Watching over the hand-over of the calendar. Who holds the grant and does not hand it on stops simulated
+// time for all. A component that does so hangs: it is suspended, so that the others go on, and the supervisor
+// kills it. What wall-clock time has decided makes the run irreproducible.
+#include "launcher/launcher_internal.h"
+
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/console.h"
+
+#define NS_PER_MS 1000000ULL
+/// How long a holder may compute, or stand still by a signal, before it is taken for hanging: as simulated
+/// time is held back to the wall clock, and as it is not.
+#define REAL_HANG_NS (20U * NS_PER_MS)
+#define STEPPED_HANG_NS (5000U * NS_PER_MS)
+/// How long it may wait for something of the system: a disk may take its time.
+#define REAL_WAIT_NS (5000U * NS_PER_MS)
+#define STEPPED_WAIT_NS (20000U * NS_PER_MS)
+/// Wall-clock time that a component which was started again has to join; time stands still for it.
+#define JOIN_NS (10000U * NS_PER_MS)
+#define POSTPONED_NS (20U * NS_PER_MS) ///< Simulated time, where it is held back to the wall clock.
+
+static child_t* child_of(launcher_t* const launcher, const unsigned participant)
+{
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        child_t* const child = &launcher->children[i];
+        if (child->is_alive && (child->participant == participant)) {
+            return child;
+        }
+    }
+    return NULL;
+}
+
+/// A process that is only short of a processor does not hang: a loaded machine decides nothing.
+static bool is_hanging(const launcher_t* const launcher, const osal_process_look_t* const look,
+                       const uint64_t held_ns)
+{
+    const bool is_stepped  = launcher->options.is_stepped;
+    const uint64_t hang_ns = is_stepped ? STEPPED_HANG_NS : REAL_HANG_NS;
+    const uint64_t wait_ns = is_stepped ? STEPPED_WAIT_NS : REAL_WAIT_NS;
+    if (look->is_stopped) {
+        return held_ns >= hang_ns;
+    }
+    return look->is_runnable ? ((look->processor_ns - launcher->watch.processor_ns) >= hang_ns)
+                             : (held_ns >= wait_ns);
+}
+
+static void tell(const child_t* const child, const char* const what)
+{
+    char line[LAUNCHER_REASON_MAX];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, child->name);
+    text_add(&text, what);
+    osal_console_complain(line);
+}
+
+static void suspend(launcher_t* const launcher, child_t* const child)
+{
+    run_component_t* const component = &launcher->run->components[child->component];
+    launcher->is_undetermined        = true;
+    if (component->apid == DESCRIPTOR_SUPERVISOR_APID) { // Nobody else would kill it.
+        tell(child, " hangs: killed");
+        (void)osal_process_stop(&child->process, true);
+        return;
+    }
+    tell(child, " hangs: suspended, so that the others continue; the supervisor kills it");
+    (void)osal_process_suspend(&child->process); // So that it does nothing outside of a grant.
+    osal_calendar_suspend(launcher->calendar, child->participant);
+    __atomic_store_n(&component->hung_life, child->life, __ATOMIC_RELEASE);
+}
+
+static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
+{
+    launcher_watch_t* const watch = &launcher->watch;
+    uint32_t grants               = 0U;
+    const unsigned holder         = osal_calendar_holder(launcher->calendar, &grants);
+    child_t* const child          = child_of(launcher, holder);
+    osal_process_look_t look;
+    if ((child == NULL) || (osal_process_look(&child->process, &look) != STATUS_OK)) {
+        watch->since_ns = 0U;
+        return;
+    }
+    if ((watch->since_ns == 0U) || (watch->holder != holder) || (watch->grants != grants)) {
+        *watch = (launcher_watch_t){.holder       = holder,
+                                    .grants       = grants,
+                                    .since_ns     = now_ns,
+                                    .join_ns      = watch->join_ns,
+                                    .processor_ns = look.processor_ns};
+        return;
+    }
+    if (child->is_component && is_hanging(launcher, &look, now_ns - watch->since_ns)) {
+        suspend(launcher, child);
+        watch->since_ns = 0U;
+    }
+}
+
+/// A start may not hold others up.
+static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
+{
+    const unsigned awaited   = osal_calendar_awaited(launcher->calendar);
+    const uint64_t simulated = osal_calendar_now_ns(launcher->calendar);
+    const bool is_begun      = (simulated > 0U);
+    uint32_t life            = 0U;
+    if ((awaited == OSAL_CALENDAR_PARTICIPANTS_MAX) || !is_begun) {
+        launcher->watch.join_ns = 0U;
+        return;
+    }
+    (void)osal_calendar_presence(launcher->calendar, awaited, &life);
+    if (!launcher->options.is_stepped) {
+        osal_calendar_postpone(launcher->calendar, awaited, life, simulated + POSTPONED_NS);
+        return;
+    }
+    if (launcher->watch.join_ns == 0U) {
+        launcher->watch.join_ns = now_ns;
+    } else if ((now_ns - launcher->watch.join_ns) >= JOIN_NS) {
+        child_t* const child      = child_of(launcher, awaited);
+        launcher->is_undetermined = true;
+        if (child != NULL) {
+            tell(child, " has not joined the run within 10 s: killed");
+            (void)osal_process_stop(&child->process, true);
+        }
+        osal_calendar_end(launcher->calendar, awaited, life);
+        launcher->watch.join_ns = 0U;
+    } else {
+        // It has its time.
+    }
+}
+
+void launcher_watch_calendar(launcher_t* const launcher)
+{
+    if ((launcher->calendar == NULL) || launcher->options.is_image) {
+        return; // Everybody has a clock of its own; or one loop runs all.
+    }
+    const uint64_t now_ns = osal_clock_monotonic_ns();
+    watch_holder(launcher, now_ns);
+    watch_joining(launcher, now_ns);
+}
+
+bool launcher_is_starved(launcher_t* const launcher)
+{
+    osal_process_look_t look;
+    const child_t* const child =
+        (launcher->calendar != NULL) ? child_of(launcher, launcher->watch.holder) : NULL;
+    return (launcher->watch.since_ns != 0U) && (child != NULL) &&
+           (osal_process_look(&child->process, &look) == STATUS_OK) && look.is_runnable &&
+           ((look.processor_ns - launcher->watch.processor_ns) < STEPPED_HANG_NS);
+}
+
+const char* launcher_holder(launcher_t* const launcher)
+{
+    const child_t* const child =
+        (launcher->calendar != NULL) ? child_of(launcher, launcher->watch.holder) : NULL;
+    return ((launcher->watch.since_ns != 0U) && (child != NULL)) ? child->name : "nobody";
+}

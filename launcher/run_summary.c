@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "launcher/run_summary.h"
+
+#include "launcher/launcher_guard.h"
+#include "base/text.h"
+#include "osal/include/osal/file.h"
+
+#include <string.h>
+
+#define SUMMARY_MAX 8192U
+#define SUMMARY_PATH (LAUNCH_PATH_MAX + 24U)
+
+/// A JSON string; what would need escaping becomes a space.
+static void add_string(text_t* const text, const char* const value)
+{
+    text_add_character(text, '"');
+    for (const char* next = value; *next != '\0'; next++) {
+        const bool is_plain = (*next >= ' ') && (*next != '"') && (*next != '\\');
+        text_add_character(text, is_plain ? *next : ' ');
+    }
+    text_add_character(text, '"');
+}
+
+static void add_key(text_t* const text, const char* const key)
+{
+    text_add(text, (text->length > 1U) ? ",\n \"" : "\n \"");
+    text_add(text, key);
+    text_add(text, "\": ");
+}
+
+static void add_word(text_t* const text, const char* const key, const char* const value)
+{
+    add_key(text, key);
+    add_string(text, value);
+}
+
+static void add_hash(text_t* const text, const char* const key, const uint64_t hash)
+{
+    add_key(text, key);
+    text_add_character(text, '"');
+    text_add_hex(text, hash, 16U);
+    text_add_character(text, '"');
+}
+
+/// value / 1000 with three decimals.
+static void add_thousandths(text_t* const text, const char* const key, const uint64_t value)
+{
+    add_key(text, key);
+    text_add_unsigned(text, value / 1000U);
+    text_add_character(text, '.');
+    text_add_digits(text, value % 1000U, 3U);
+}
+
+static void add_options(text_t* const text, const launch_options_t* const options)
+{
+    add_word(text, "mission", options->mission);
+    add_word(text, "scenario", options->scenario);
+    add_key(text, "seed");
+    text_add_unsigned(text, options->seed);
+    add_word(text, "form", options->is_image ? "image" : "processes");
+    add_word(text, "time", launch_time_text(options));
+    add_word(text, "bus", launch_bus_text(options->bus));
+    add_word(text, "transport", options->is_image ? "ring" : options->transport);
+    add_key(text, "nodes");
+    text_add_unsigned(text, options->nodes);
+    add_word(text, "links", options->links);
+    if (options->foreign[0] != '\0') {
+        add_word(text, "foreign", options->foreign);
+    }
+}
+
+/// Frames of SocketCAN buses that did not come as announced, and interfaces that went away.
+static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
+{
+    add_key(text, "bus_frames_late");
+    text_add_unsigned(text, launcher->late_frames);
+    add_key(text, "bus_frames_lost");
+    text_add_unsigned(text, launcher->lost_frames);
+    add_key(text, "bus_frames_foreign");
+    text_add_unsigned(text, launcher->foreign_frames);
+    add_key(text, "bus_interfaces_lost");
+    text_add_unsigned(text, launcher->bus_cuts);
+}
+
+/// On a clock of its own: how many steps were late by less than 0.1, 1, 10, 100 ms, and by more.
+static void add_lateness(text_t* const text, const launcher_t* const launcher, const unsigned component)
+{
+    if (launcher->calendar != NULL) {
+        return;
+    }
+    text_add(text, ", \"late_steps\": [");
+    for (unsigned i = 0U; i < RUN_LATENESS; i++) {
+        text_add(text, (i > 0U) ? ", " : "");
+        text_add_unsigned(text, launcher->run->beats[component].late[i]);
+    }
+    text_add(text, "]");
+}
+
+static void add_children(text_t* const text, const launcher_t* const launcher)
+{
+    add_key(text, "processes");
+    text_add(text, "[");
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        const child_t* const child = &launcher->children[i];
+        text_add(text, (i > 0U) ? ",\n  {\"name\": " : "\n  {\"name\": ");
+        add_string(text, child->name);
+        text_add(text, child->result.was_signalled ? ", \"signal\": " : ", \"exit_code\": ");
+        text_add_signed(text, child->result.code);
+        text_add(text, ", \"memory_high_kib\": ");
+        text_add_unsigned(text, child->memory_high_kib);
+        if (child->is_component) {
+            text_add(text, ", \"starts\": ");
+            text_add_unsigned(text, launcher->run->components[child->component].found_life);
+            add_lateness(text, launcher, child->component);
+            text_add(text, ", \"memory_limit_kib\": ");
+            text_add_unsigned(text, launcher->memory_limit_kib[child->component]);
+        }
+        text_add(text, "}");
+    }
+    text_add(text, "]");
+}
+
+static void add_speed(text_t* const text, const launcher_t* const launcher)
+{
+    const uint64_t wall_ns      = launcher->last_wall_ns - launcher->first_wall_ns;
+    const uint64_t simulated_ns = launcher->last_simulated_ns - launcher->first_simulated_ns;
+    add_thousandths(text, "simulated_s", launcher->last_simulated_ns / 1000000U);
+    if (launcher->first_wall_ns == 0U) {
+        return; // Simulated time never moved.
+    }
+    add_thousandths(text, "wall_s", wall_ns / 1000000U);
+    if (wall_ns >= 1000000U) {
+        add_thousandths(text, "real_time_factor", simulated_ns / (wall_ns / 1000U));
+    }
+}
+
+/// Temporary and final path.
+static bool name_files(const launcher_t* const launcher, char out_part[SUMMARY_PATH],
+                       char out_path[SUMMARY_PATH])
+{
+    text_t part = text_in(out_part, SUMMARY_PATH);
+    text_t path = text_in(out_path, SUMMARY_PATH);
+    text_add(&part, launcher->run->folder);
+    text_add(&part, "/run.json.part");
+    text_add(&path, launcher->run->folder);
+    text_add(&path, "/run.json");
+    return !part.cut && !path.cut;
+}
+
+bool run_summary_reserve(const launcher_t* const launcher)
+{
+    char part[SUMMARY_PATH];
+    char path[SUMMARY_PATH];
+    osal_file_t file = {-1};
+    if (!name_files(launcher, part, path) || (osal_file_create(&file, part) != STATUS_OK)) {
+        return false;
+    }
+    const status_t status = osal_file_reserve(&file, SUMMARY_MAX);
+    osal_file_close(&file);
+    return (status == STATUS_OK) || (status == STATUS_UNSUPPORTED);
+}
+
+/// Into the room that was reserved; the name is that of a whole file at any moment.
+static bool write_whole(const launcher_t* const launcher, const char* const summary, const size_t size)
+{
+    char part[SUMMARY_PATH];
+    char path[SUMMARY_PATH];
+    osal_file_t file = {-1};
+    if (!name_files(launcher, part, path) || (osal_file_update(&file, part) != STATUS_OK)) {
+        return false;
+    }
+    const bool is_written = (osal_file_write_at(&file, 0U, summary, size) == STATUS_OK) &&
+                            (osal_file_resize(&file, size) == STATUS_OK) &&
+                            (osal_file_sync(&file) == STATUS_OK);
+    osal_file_close(&file);
+    return is_written && (osal_file_rename(part, path) == STATUS_OK);
+}
+
+static size_t describe_run(const launcher_t* const launcher, char out_summary[SUMMARY_MAX])
+{
+    text_t text = text_in(out_summary, SUMMARY_MAX);
+    text_add(&text, "{");
+    add_options(&text, &launcher->options);
+    add_hash(&text, "interface_hash", launcher->mission.interface_hash);
+    add_hash(&text, "configuration_hash", launcher->mission.configuration_hash);
+    add_speed(&text, launcher);
+    const bool is_reproducible = launcher->options.is_stepped && !launcher->is_undetermined &&
+                                 !launcher->is_cut_short && (launcher->run->is_intruded == 0U) &&
+                                 (launcher->lost_frames == 0U) && (launcher->foreign_frames == 0U) &&
+                                 (launcher->bus_cuts == 0U) && (launcher->run->is_lossy == 0U);
+    add_key(&text, "reproducible");
+    text_add(&text, is_reproducible ? "true" : "false");
+    add_key(&text, "exit_code");
+    text_add_signed(&text, launcher->exit_code);
+    add_word(&text, "exit_reason", launcher->reason);
+    add_bus_frames(&text, launcher);
+    add_key(&text, "versions");
+    text_add(&text, "{\"hirosco\": \"0.1.0\", \"compiler\": ");
+    add_string(&text, __VERSION__);
+    text_add(&text, "}");
+    if ((launcher->guard != NULL) && (launcher->guard->starts > 1U)) {
+        add_key(&text, "guards");
+        text_add_unsigned(&text, launcher->guard->starts);
+    }
+    add_children(&text, launcher);
+    text_add(&text, "\n}\n");
+    return text.cut ? 0U : text.length;
+}
+
+bool run_summary_write(const launcher_t* const launcher)
+{
+    static char summary[SUMMARY_MAX];
+    const size_t size = describe_run(launcher, summary);
+    return (size > 0U) && write_whole(launcher, summary, size);
+}

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/core/due_heap.h"
+
+#include "base/assertion.h"
+
+#include <string.h>
+
+void pus_due_init(pus_due_heap_t* const self, pus_due_t* const heap, uint16_t* const places,
+                  const uint16_t capacity)
+{
+    FSW_ASSERT((self != NULL) && (heap != NULL) && (places != NULL));
+    *self = (pus_due_heap_t){.heap = heap, .places = places};
+    (void)memset(places, 0, capacity * sizeof(places[0]));
+}
+
+static bool is_before(const pus_due_t* const one, const pus_due_t* const other)
+{
+    return (one->due < other->due) || ((one->due == other->due) && (one->entry < other->entry));
+}
+
+static void put(pus_due_heap_t* const self, const uint16_t place, const pus_due_t item)
+{
+    self->heap[place]        = item;
+    self->places[item.entry] = (uint16_t)(place + 1U);
+}
+
+/// Put an item where it belongs between `place` and the top.
+static void rise(pus_due_heap_t* const self, uint16_t place, const pus_due_t item)
+{
+    while (place > 0U) {
+        const uint16_t parent = (uint16_t)((place - 1U) / 2U);
+        if (!is_before(&item, &self->heap[parent])) {
+            break;
+        }
+        put(self, place, self->heap[parent]);
+        place = parent;
+    }
+    put(self, place, item);
+}
+
+/// Put an item where it belongs between `place` and the bottom.
+static void sink(pus_due_heap_t* const self, uint16_t place, const pus_due_t item)
+{
+    uint32_t child = (2U * (uint32_t)place) + 1U;
+    while (child < self->count) {
+        if (((child + 1U) < self->count) && is_before(&self->heap[child + 1U], &self->heap[child])) {
+            child++;
+        }
+        if (!is_before(&self->heap[child], &item)) {
+            break;
+        }
+        put(self, place, self->heap[child]);
+        place = (uint16_t)child;
+        child = (2U * (uint32_t)place) + 1U;
+    }
+    put(self, place, item);
+}
+
+/// Fill the hole at `place` with an item that may belong above or below it.
+static void fill(pus_due_heap_t* const self, const uint16_t place, const pus_due_t item)
+{
+    sink(self, place, item);
+    if (self->places[item.entry] == (place + 1U)) {
+        rise(self, place, item);
+    }
+}
+
+void pus_due_set(pus_due_heap_t* const self, const uint16_t entry, const uint64_t due)
+{
+    FSW_ASSERT(self != NULL);
+    const pus_due_t item = {.due = due, .entry = entry};
+    if (self->places[entry] != 0U) {
+        fill(self, (uint16_t)(self->places[entry] - 1U), item);
+    } else {
+        self->count++;
+        rise(self, (uint16_t)(self->count - 1U), item);
+    }
+}
+
+void pus_due_remove(pus_due_heap_t* const self, const uint16_t entry)
+{
+    FSW_ASSERT(self != NULL);
+    const uint16_t place = self->places[entry];
+    if (place == 0U) {
+        return;
+    }
+    self->places[entry] = 0U;
+    self->count--;
+    if ((place - 1U) < self->count) {
+        fill(self, (uint16_t)(place - 1U), self->heap[self->count]);
+    }
+}
+
+bool pus_due_next(const pus_due_heap_t* const self, const uint64_t now, uint16_t* const out_entry)
+{
+    FSW_ASSERT((self != NULL) && (out_entry != NULL));
+    if ((self->count == 0U) || (self->heap[0].due > now)) {
+        return false;
+    }
+    *out_entry = self->heap[0].entry;
+    return true;
+}
+
+void pus_due_repeat(pus_due_heap_t* const self, const uint64_t now, const uint64_t interval)
+{
+    FSW_ASSERT((self != NULL) && (self->count > 0U) && (self->heap[0].due <= now) && (interval >= 1U));
+    pus_due_t item = self->heap[0];
+    item.due += ((now - item.due) / interval) * interval;
+    item.due += interval;
+    sink(self, 0U, item);
+}

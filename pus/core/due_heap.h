@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What is due next, among many: a heap of entries (0 .. capacity - 1), each with the cycle it is due in, so
+/// that a cycle costs nothing for what is not due. Entries due in the same cycle come by their number.
+///
+/// Ownership  The caller places the arrays, `capacity` of each, and gives numbers below it.
+/// Context    One loop. Time: O(log entries); looking at the next one O(1).
+#ifndef PUS_CORE_DUE_HEAP_H
+#define PUS_CORE_DUE_HEAP_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct { // Private.
+    uint64_t due;
+    uint16_t entry;
+} pus_due_t;
+
+typedef struct { // Private.
+    pus_due_t* heap;
+    uint16_t* places; // Of each entry in the heap, + 1; 0 = not in it.
+    uint16_t count;
+} pus_due_heap_t;
+
+void pus_due_init(pus_due_heap_t* self, pus_due_t* heap, uint16_t* places, uint16_t capacity);
+/// Let an entry be due in cycle `due`, whether it is in the heap or not.
+void pus_due_set(pus_due_heap_t* self, uint16_t entry, uint64_t due);
+/// Take an entry out, if it is in.
+void pus_due_remove(pus_due_heap_t* self, uint16_t entry);
+/// Whether an entry is due in cycle `now`; *out_entry is the first of them. It stays in the heap.
+bool pus_due_next(const pus_due_heap_t* self, uint64_t now, uint16_t* out_entry);
+/// Let the first entry be due again, a whole number of intervals (>= 1) later, behind cycle `now`.
+void pus_due_repeat(pus_due_heap_t* self, uint64_t now, uint64_t interval);
+
+#endif // PUS_CORE_DUE_HEAP_H

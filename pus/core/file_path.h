@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Paths of the file service: names with `/` between them from the root on, the root itself being "". A name
+/// has 1 to PUS_FILE_NAME_MAX printable ASCII characters; it does not begin with a dot, and holds neither `/`
+/// nor a wildcard. So no path leads out of the root, and each file has one path only.
+///
+/// On the wire a repository path may begin with a `/`, and does in reports; names are joined to it.
+/// Context: any; no state. Time: O(length).
+#ifndef PUS_CORE_FILE_PATH_H
+#define PUS_CORE_FILE_PATH_H
+
+#include "base/octets.h"
+
+#define PUS_FILE_NAME_MAX 63U   ///< Longest name and search pattern [characters].
+#define PUS_FILE_PATH_MAX 192U  ///< Longest path of a file or folder [characters].
+#define PUS_FILE_PATH_SIZE 208U ///< With its NUL, and room for the name of what is being copied.
+
+typedef struct {
+    char text[PUS_FILE_PATH_SIZE];
+} pus_file_path_t;
+
+/// True if a text that may be longer is a name.
+bool pus_file_name_is_good(const char* name);
+/// Read a repository path. False: it is none.
+bool pus_file_path_read(octet_reader_t* reader, pus_file_path_t* out_path);
+/// Read a name, and go to it from the folder that *path is. False: it is none, or too far away.
+bool pus_file_path_read_name(octet_reader_t* reader, pus_file_path_t* path);
+/// Go to a name in the folder that *path is; the name is good. False: too far away; *path stays.
+bool pus_file_path_enter(pus_file_path_t* path, const char* name);
+/// The last name of a path, "" of the root.
+const char* pus_file_path_name(const pus_file_path_t* path);
+/// Go to the folder that holds a file or folder other than the root.
+void pus_file_path_leave(pus_file_path_t* path);
+bool pus_file_path_is_same(const pus_file_path_t* a, const pus_file_path_t* b);
+/// True if a path is that of the folder or leads through it.
+bool pus_file_path_is_within(const pus_file_path_t* path, const pus_file_path_t* folder);
+
+/// Write a name or a pattern.
+void pus_file_name_write(octet_writer_t* writer, const char* name);
+/// Write a path with its leading `/`.
+void pus_file_path_write(octet_writer_t* writer, const pus_file_path_t* path);
+
+/// Read a search pattern into PUS_FILE_NAME_MAX + 1 characters. False: it is none.
+bool pus_file_pattern_read(octet_reader_t* reader, char* out_pattern);
+/// True if a name is what the pattern describes: `*` any characters or none, `?` one.
+bool pus_file_pattern_matches(const char* pattern, const char* name);
+
+#endif // PUS_CORE_FILE_PATH_H

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The port by which the file service reaches files. Paths are those of pus/core/file_path.h as texts, from a
+/// root that the store does not let anyone leave. What a call that makes, removes or renames has acknowledged
+/// outlasts a power cut; what was written does after `sync`.
+#ifndef PUS_CORE_FILE_STORE_H
+#define PUS_CORE_FILE_STORE_H
+
+#include "base/status.h"
+#include "pus/core/file_path.h"
+
+#define PUS_FILE_BATCH 16U ///< Entries that are listed at once, at most.
+
+typedef struct {
+    bool is_directory;
+    uint64_t size; ///< Of a file [octets].
+} pus_file_about_t;
+
+typedef struct {
+    char name[PUS_FILE_NAME_MAX + 1U];
+    bool is_directory;
+} pus_file_entry_t;
+
+/// Each may also return STATUS_NOT_FOUND (it, or its folder), STATUS_DENIED, STATUS_IO; what is said here
+/// comes beside these and STATUS_OK.
+typedef struct {
+    void* context;
+    status_t (*describe)(void* context, const char* path, pus_file_about_t* out_about);
+    /// Make an empty file, with room set aside. STATUS_EXISTS, STATUS_FULL.
+    status_t (*make_file)(void* context, const char* path, uint64_t room);
+    status_t (*remove_file)(void* context, const char* path);
+    /// STATUS_EXISTS, STATUS_FULL.
+    status_t (*make_directory)(void* context, const char* path);
+    /// STATUS_FORBIDDEN: it is not empty.
+    status_t (*remove_directory)(void* context, const char* path);
+    /// Atomic; replaces nothing. STATUS_EXISTS, STATUS_INVALID (a folder into itself).
+    status_t (*rename)(void* context, const char* path, const char* new_path);
+    /// The first entries whose names come after `after`, in the order of their octets; fewer than `capacity`:
+    /// there are no more. capacity 1..PUS_FILE_BATCH.
+    status_t (*list)(void* context, const char* path, const char* after, pus_file_entry_t* entries,
+                     size_t capacity, size_t* out_count);
+    /// Up to `size` octets; fewer at the end only.
+    status_t (*read)(void* context, const char* path, uint64_t offset, uint8_t* octets, size_t size,
+                     size_t* out_size);
+    /// STATUS_FULL.
+    status_t (*write)(void* context, const char* path, uint64_t offset, const uint8_t* octets, size_t size);
+    status_t (*sync)(void* context, const char* path);
+} pus_file_store_t;
+
+#endif // PUS_CORE_FILE_STORE_H

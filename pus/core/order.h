@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Slots (indices of somebody's table) in the order of their tags; equal tags in the order of their serial
+/// numbers. A treap: a binary tree by (tag, serial) that is a heap by a hash of the slot, so that its depth
+/// stays logarithmic without a look at how the tags arrive.
+///
+/// Ownership  The caller places the nodes; they outlive the order. A slot is in the order or not; the caller
+///            knows.
+/// Context    One loop. Time: insert, remove, lower bound and next O(log count); first O(1). No recursion.
+#ifndef PUS_CORE_ORDER_H
+#define PUS_CORE_ORDER_H
+
+#include <stdint.h>
+
+#define PUS_ORDER_NONE UINT16_MAX ///< No slot.
+
+typedef struct { // Private, except tag and serial: read-only.
+    uint64_t tag;
+    uint64_t serial;
+    uint16_t parent;
+    uint16_t children[2]; // Earlier, later.
+} pus_order_node_t;
+
+typedef struct { // Private.
+    pus_order_node_t* nodes;
+    uint16_t root;
+    uint16_t first;
+} pus_order_t;
+
+/// An empty order. `nodes` has one node for each slot, PUS_ORDER_NONE at most.
+void pus_order_init(pus_order_t* order, pus_order_node_t* nodes);
+/// Put a slot that is not in the order.
+void pus_order_insert(pus_order_t* order, uint16_t slot, uint64_t tag, uint64_t serial);
+/// Take a slot out that is in the order.
+void pus_order_remove(pus_order_t* order, uint16_t slot);
+/// First slot; PUS_ORDER_NONE if there is none.
+uint16_t pus_order_first(const pus_order_t* order);
+/// First slot at or after (tag, serial); PUS_ORDER_NONE if there is none.
+uint16_t pus_order_from(const pus_order_t* order, uint64_t tag, uint64_t serial);
+/// The slot after a slot that is in the order; PUS_ORDER_NONE behind the last.
+uint16_t pus_order_next(const pus_order_t* order, uint16_t slot);
+
+#endif // PUS_CORE_ORDER_H

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Space packets with PUS-C secondary headers: decoding to views, encoding into a caller's buffer, time.
+///
+/// Ownership  A decoded view points into the packet's octets; it lives as long as they do.
+/// Context    Any; no state. Time: O(size), for the checksum.
+/// Errors     Nothing received can fail an assertion. Each function lists every status it returns.
+#ifndef PUS_CORE_PACKET_H
+#define PUS_CORE_PACKET_H
+
+#include "base/octets.h"
+#include "base/status.h"
+#include "pus/core/tailoring.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/// Failure notice of ST[01], 8 octets on the wire.
+typedef struct {
+    uint16_t code;        ///< PUS_FAILURE_*, PUS_FAILURE_NONE if all is well.
+    uint16_t instruction; ///< 1-based; 0 = the whole request.
+    uint32_t detail;      ///< Meaning by code.
+} pus_failure_t;
+
+/// What a report about a request needs; small enough to keep until the request completes.
+typedef struct {
+    uint32_t request_id; ///< First four octets of the request.
+    uint16_t source;     ///< Receives the reports.
+    uint8_t ack;         ///< PUS_ACK_*.
+    uint8_t service;
+    uint8_t subtype;
+} pus_token_t;
+
+/// A request.
+typedef struct {
+    uint16_t apid;     ///< Addressee, 0..2047.
+    uint16_t sequence; ///< 0..16383.
+    uint8_t ack;       ///< PUS_ACK_*.
+    uint8_t service;
+    uint8_t subtype;
+    uint16_t source;
+    uint32_t request_id; ///< Filled by decoding; ignored by encoding.
+    const uint8_t* data; ///< Application data; may be null if size is 0.
+    size_t size;         ///< [octets]
+} pus_tc_t;
+
+/// A report.
+typedef struct {
+    uint16_t apid;     ///< Sender, 0..2047.
+    uint16_t sequence; ///< 0..16383.
+    uint8_t time_status;
+    uint8_t service;
+    uint8_t subtype;
+    uint16_t counter;     ///< Message type counter.
+    uint16_t destination; ///< User.
+    uint64_t time_ns;     ///< Since 1958-01-01 TAI; the wire rounds down to 2^-24 s.
+    const uint8_t* data;  ///< Source data; may be null if size is 0.
+    size_t size;          ///< [octets]
+} pus_tm_t;
+
+/// Size of the packet that starts at `octets`, from its length field; for framing a stream.
+/// STATUS_OK, STATUS_TRUNCATED (not all of it is there yet; *out_size is its size if the primary header is
+/// there, else 0), STATUS_TOO_LARGE (longer than PUS_PACKET_MAX: the stream is out of step).
+MUST_USE status_t pus_packet_frame(const uint8_t* octets, size_t size, size_t* out_size);
+/// True if the primary header (at least one octet of it) says request rather than report.
+bool pus_packet_is_tc(const uint8_t* octets, size_t size);
+
+/// Check and decode one request that fills `octets` exactly. The order of the checks is: size, length field,
+/// checksum, packet version, type, secondary header flag, sequence flags, PUS version; the first that fails
+/// is told in *out_failure, ready for TM[1,2]. *out_tc holds the header fields as far as they were received,
+/// else zero, so that the failure can be reported. STATUS_OK, STATUS_TRUNCATED (shorter than PUS_TC_MIN),
+/// STATUS_TOO_LARGE (longer than PUS_PACKET_MAX), STATUS_CHECKSUM, STATUS_INVALID (any other).
+MUST_USE status_t pus_tc_decode(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
+                                pus_failure_t* out_failure);
+/// The same for a request larger than a packet, up to PUS_LARGE_MAX, as ST[13] puts it together.
+MUST_USE status_t pus_tc_decode_large(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
+                                      pus_failure_t* out_failure);
+/// The same as the first for a report; a P-field other than the mission's is STATUS_INVALID with
+/// PUS_FAILURE_DATA.
+MUST_USE status_t pus_tm_decode(const uint8_t* octets, size_t size, pus_tm_t* out_tm,
+                                pus_failure_t* out_failure);
+
+/// Write a whole request. STATUS_OK, STATUS_TOO_LARGE (buffer or packet limit).
+MUST_USE status_t pus_tc_encode(const pus_tc_t* tc, uint8_t* octets, size_t capacity, size_t* out_size);
+/// Write a whole report. STATUS_OK, STATUS_TOO_LARGE.
+MUST_USE status_t pus_tm_encode(const pus_tm_t* tm, uint8_t* octets, size_t capacity, size_t* out_size);
+
+/// Token of a decoded request.
+pus_token_t pus_token_of(const pus_tc_t* tc);
+
+/// Failure notice of the whole request.
+pus_failure_t pus_failure(uint16_t code, uint32_t detail);
+void pus_failure_write(octet_writer_t* writer, const pus_failure_t* failure);
+pus_failure_t pus_failure_read(octet_reader_t* reader);
+
+/// Absolute time, PUS_TIME_SIZE octets with P-field. Times beyond the field wrap, as on board after 2094.
+void pus_time_write(octet_writer_t* writer, uint64_t time_ns);
+/// STATUS_OK, STATUS_TRUNCATED, STATUS_INVALID (other P-field). The result is rounded up to
+/// the next ns, so that writing it gives the same octets again.
+MUST_USE status_t pus_time_read(octet_reader_t* reader, uint64_t* out_time_ns);
+
+/// Relative time, PUS_RELATIVE_TIME_SIZE octets, in ticks of 1 / PUS_TIME_TICKS_PER_S s, about +-68 years; 0
+/// from a reader that fails.
+int64_t pus_relative_time_read(octet_reader_t* reader);
+
+#endif // PUS_CORE_PACKET_H

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What packet.c, packet_report.c and packet_encode.c share: the fields that requests and reports begin with.
+/// Internal to these files. Programs that decode no reports, or encode nothing as a whole, hold no code for
+/// it.
+#ifndef PUS_CORE_PACKET_INTERNAL_H
+#define PUS_CORE_PACKET_INTERNAL_H
+
+#include "pus/core/packet.h"
+
+#define PACKET_TYPE_TC 0x1000U // Bits of the packet's first word.
+#define PACKET_SECONDARY_HEADER 0x0800U
+#define PACKET_APID_MASK 0x07FFU
+#define PACKET_SEQUENCE_MASK 0x3FFFU
+#define PACKET_FLAGS_MASK 0x0FU
+#define PACKET_LENGTH_FIELD 4U
+#define PACKET_LENGTH_OFFSET 7U // A packet is its length field plus this long.
+
+typedef struct {
+    uint16_t word0;
+    uint16_t word1;
+    uint8_t flags; ///< PUS version, and four bits that are the direction's own.
+    uint8_t service;
+    uint8_t subtype;
+} packet_header_t;
+
+typedef struct {  // What a packet of one direction must be.
+    size_t least; ///< [octets]
+    size_t most;
+    uint16_t type; ///< PACKET_TYPE_TC, or 0 for a report.
+} packet_form_t;
+
+/// Read the header; the reader fails where the octets end before it.
+void packet_header_read(octet_reader_t* reader, packet_header_t* out_header);
+/// Check size, checksum and the header's fields. STATUS_OK, or as pus_tc_decode; *out_failure says why.
+MUST_USE status_t packet_check(const uint8_t* octets, size_t size, const packet_form_t* form,
+                               const packet_header_t* header, pus_failure_t* out_failure);
+
+#endif // PUS_CORE_PACKET_INTERNAL_H

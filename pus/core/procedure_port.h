@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The port to an engine that runs on-board control procedures, whatever their language. It has slots; each
+/// runs one procedure, a little at a time, and gives control back with a call: what the procedure wants from
+/// its host. The host answers and lets it go on. The engine knows neither packets nor clocks: what a
+/// procedure does depends on its code, its arguments and the answers alone.
+#ifndef PUS_CORE_PROCEDURE_PORT_H
+#define PUS_CORE_PROCEDURE_PORT_H
+
+#include "base/status.h"
+#include "base/value.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum {
+    PUS_CALL_PAUSED,     ///< The budget is used up; goes on with the next one.
+    PUS_CALL_STEP,       ///< Step `number` (1..65535) begins.
+    PUS_CALL_WAIT,       ///< For `seconds` (0 .. 1e9).
+    PUS_CALL_SEND,       ///< Release a request of `apid`, `service`, `subtype` and `octets`; answer verdict.
+    PUS_CALL_GET,        ///< Value of parameter `number`; answer value, or missing.
+    PUS_CALL_GET_NAMED,  ///< The same by `text`.
+    PUS_CALL_EVENT,      ///< Raise event `number`; answer verdict.
+    PUS_CALL_PARAMETERS, ///< Communicated parameters, for `seconds` at most; answer values, or missing.
+    PUS_CALL_ENDED,      ///< The procedure is done; the slot is free.
+    PUS_CALL_FAILED      ///< It ended in an error, at line `number` (0: unknown): `text`; the slot is free.
+} pus_call_kind_t;
+
+typedef struct {
+    pus_call_kind_t kind;
+    uint32_t number;
+    double seconds;
+    uint16_t apid;
+    uint8_t service;
+    uint8_t subtype;
+    bool does_wait;        ///< Of a request: wait for its end.
+    const uint8_t* octets; ///< Until the slot runs again.
+    size_t size;
+    const char* text; ///< Ended by NUL, never null; until the slot runs again.
+} pus_call_t;
+
+typedef enum {
+    PUS_ANSWER_NONE,
+    PUS_ANSWER_VERDICT, ///< Good if `code` is 0; else failure code and detail.
+    PUS_ANSWER_VALUE,   ///< `bits` of `type`.
+    PUS_ANSWER_VALUES,  ///< `octets`: count u8 and so often layout u8 and value, as in TC[18,3].
+    PUS_ANSWER_MISSING
+} pus_answer_kind_t;
+
+typedef struct {
+    pus_answer_kind_t kind;
+    uint16_t code;
+    uint32_t detail;
+    value_type_t type;
+    uint64_t bits;
+    const uint8_t* octets;
+    size_t size;
+} pus_answer_t;
+
+typedef struct {
+    void* context;
+    uint16_t slots; ///< Procedures that run at the same time.
+    /// Begin a procedure in a free slot. `name` is of its errors; `arguments` as in PUS_ANSWER_VALUES, well-
+    /// formed. Code and arguments are not needed after the call. STATUS_OK, STATUS_INVALID (no program:
+    /// *out_call is PUS_CALL_FAILED; the slot stays free), STATUS_EXHAUSTED (no memory; the same).
+    status_t (*start)(void* context, uint16_t slot, const char* name, const uint8_t* code, size_t size,
+                      const uint8_t* arguments, size_t arguments_size, pus_call_t* out_call);
+    /// Give a slot that runs a new budget [units of the engine]; what it has used too much is taken off.
+    void (*grant)(void* context, uint16_t slot, uint32_t budget);
+    /// What a slot has really used since it was given its budget; it may be more.
+    uint32_t (*used)(void* context, uint16_t slot);
+    /// Go on until the procedure calls. `answer` is that to its last call.
+    void (*run)(void* context, uint16_t slot, const pus_answer_t* answer, pus_call_t* out_call);
+    /// End a procedure where it is; nothing of it runs any more. The slot is free.
+    void (*kill)(void* context, uint16_t slot);
+} pus_procedure_port_t;
+
+#endif // PUS_CORE_PROCEDURE_PORT_H

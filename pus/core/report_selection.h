@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Selection of reports, as ST[14] forwards by it to ground and each packet store of ST[15] keeps by it:
+/// report types by application process, service and subtype; housekeeping and diagnostic structures, each
+/// with a subsampling rate; and events that are held back.
+///
+/// A report is selected if its type is, and then
+///     TM[3,25], TM[3,26]  if its structure is, too; of a structure with rate n, one of n reports, the first
+///                         included;
+///     TM[5,1] .. TM[5,4]  unless its event is in the list of blocked events.
+/// An empty list of types or structures selects nothing; an empty list of blocked events blocks nothing. All
+/// services of a process, all subtypes of a service, all structures or events of a process are one entry,
+/// which takes the place of those that it comprises. While it is there none of those can be added (exists)
+/// or deleted (unknown).
+///
+/// Requests are lists of instructions, numbered from 1 by their innermost fields (a process without services
+/// and a service without subtypes count as one). Each is refused on its own, with its process << 16 |
+/// service << 8 | subtype or its process << 16 | structure or event as detail: PUS_FAILURE_UNKNOWN_ID (a
+/// process that is not controlled, or an entry that is not there), PUS_FAILURE_EXISTS,
+/// PUS_FAILURE_TABLE_FULL (maximum of entries), PUS_FAILURE_OUT_OF_RANGE (service, subtype or rate 0). A
+/// structure that is there already gets the new rate. Deletion with no process at all empties the list.
+///
+/// Ownership  The caller places the entries. Context: one loop. Time: a decision is O(log entries).
+#ifndef PUS_CORE_REPORT_SELECTION_H
+#define PUS_CORE_REPORT_SELECTION_H
+
+#include "pus/core/packet.h"
+#include "pus/core/persistence.h"
+#include "pus/core/service.h"
+
+#define PUS_SELECTION_ENTRIES_MAX 1300U ///< Of all lists together, so that they fit a lasting record.
+
+typedef enum {
+    PUS_SELECTED_TYPES = 0,
+    PUS_SELECTED_HOUSEKEEPING,
+    PUS_SELECTED_DIAGNOSTIC,
+    PUS_BLOCKED_EVENTS,
+    PUS_SELECTION_LISTS ///< Number of lists.
+} pus_selection_list_t;
+
+typedef struct { // Private.
+    uint32_t key;
+    uint16_t rate;
+    uint16_t phase; // Reports since the last that was selected.
+} pus_selection_entry_t;
+
+typedef struct {                    // Private.
+    pus_selection_entry_t* entries; // Ascending by key.
+    uint16_t count;
+    uint16_t capacity;
+} pus_selection_t;
+
+/// An empty selection. capacity 1..PUS_SELECTION_ENTRIES_MAX.
+void pus_selection_init(pus_selection_t* selection, pus_selection_entry_t* entries, uint16_t capacity);
+/// Select all of a process: types and structures, no event blocked. STATUS_OK; STATUS_EXHAUSTED: nothing
+/// changed. An entry that is there already stays.
+MUST_USE status_t pus_selection_add_process(pus_selection_t* selection, uint16_t apid);
+/// Decide about a report; counts it where its structure is subsampled.
+bool pus_selection_takes(pus_selection_t* selection, const pus_tm_t* tm);
+
+/// Who changes selections: `candidate` is where a change is made before it is kept, and shared by all.
+typedef struct {
+    const uint16_t* apids; ///< Processes that are controlled.
+    uint16_t apid_count;
+    pus_selection_entry_t* candidate;     ///< As many as the largest selection has.
+    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    uint8_t table;                        ///< Of the lasting records.
+} pus_selection_editor_t;
+
+/// Perform the instructions of a request, whose reader stands on the count of processes, and put the whole
+/// selection as record `key`. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status): nothing changed.
+pus_reply_t pus_selection_add(const pus_selection_editor_t* editor, pus_selection_t* selection,
+                              pus_selection_list_t list, uint32_t key, pus_request_t* request);
+pus_reply_t pus_selection_delete(const pus_selection_editor_t* editor, pus_selection_t* selection,
+                                 pus_selection_list_t list, uint32_t key, pus_request_t* request);
+/// Put a selection as record `key`. Statuses of pus_persistence_t.put, STATUS_OK if nothing is kept.
+MUST_USE status_t pus_selection_put(const pus_selection_editor_t* editor, const pus_selection_t* selection,
+                                    uint32_t key);
+/// Take a record back. STATUS_OK; STATUS_INVALID (malformed), STATUS_EXHAUSTED (more than the capacity): the
+/// selection stays.
+MUST_USE status_t pus_selection_restore(pus_selection_t* selection, const uint8_t* octets, size_t size);
+/// Answer with the content of a list, in as many reports as it takes: each is whole in itself and begins with
+/// `name` (PUS_NAME_SIZE octets) unless that is null.
+void pus_selection_report(const pus_selection_t* selection, pus_selection_list_t list, pus_request_t* request,
+                          uint8_t subtype, const uint8_t* name);
+
+#endif // PUS_CORE_REPORT_SELECTION_H

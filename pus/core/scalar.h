@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Values of scalar parameters as their bits, compared exactly: 64-bit integers without rounding, and a
+/// number that is none (NaN) in no order to anything. Used by monitoring and statistics.
+///
+/// Bits are those of base/value.h: the value's octets, the first of the wire the highest.
+/// Context: any; no state. Time: O(1).
+#ifndef PUS_CORE_SCALAR_H
+#define PUS_CORE_SCALAR_H
+
+#include "base/octets.h"
+#include "base/value.h"
+#include "pus/core/parameter_port.h"
+
+typedef enum {
+    PUS_LESS,
+    PUS_EQUAL,
+    PUS_GREATER,
+    PUS_UNORDERED ///< One of both is not a number.
+} pus_comparison_t;
+
+/// A scalar parameter behind the port.
+typedef struct {
+    uint32_t id;
+    value_type_t type; ///< A scalar type.
+} pus_scalar_t;
+
+/// Type in the layout bits of a parameter id; VALUE_SCALARS if it is no scalar.
+value_type_t pus_scalar_type(uint32_t parameter_id);
+/// Find a parameter, with a value or not yet, and see that it is a scalar. STATUS_OK, STATUS_NOT_FOUND,
+/// STATUS_FORBIDDEN (not readable), STATUS_INVALID (no scalar). *out_scalar changes only with STATUS_OK.
+MUST_USE status_t pus_scalar_find(const pus_parameter_port_t* port, uint32_t parameter_id,
+                                  pus_scalar_t* out_scalar);
+/// Failure code for a status of pus_scalar_find other than STATUS_OK; its detail is the parameter id.
+uint16_t pus_scalar_failure(status_t status);
+/// The present value's bits. The parameter is looked up each time, since it may be withdrawn and come back
+/// while its owner's software is started anew. Status of pus_scalar_find, or STATUS_EMPTY (no value yet);
+/// *out_bits is 0 unless STATUS_OK.
+MUST_USE status_t pus_scalar_sample(const pus_parameter_port_t* port, const pus_scalar_t* scalar,
+                                    uint64_t* out_bits);
+
+uint64_t pus_scalar_read(octet_reader_t* reader, value_type_t type);
+void pus_scalar_write(octet_writer_t* writer, value_type_t type, uint64_t bits);
+/// As a double; 64-bit integers may round.
+double pus_scalar_as_double(value_type_t type, uint64_t bits);
+
+/// `one` against `other`.
+pus_comparison_t pus_scalar_compare(value_type_t type, uint64_t one, uint64_t other);
+/// Type of the difference of two values of a type: that of the same size with a sign.
+value_type_t pus_scalar_delta_type(value_type_t type);
+/// The mean difference over `count` (>= 1) steps from `first` to `last` against a threshold, whose type is
+/// pus_scalar_delta_type. Integers exactly, real numbers in double precision.
+pus_comparison_t pus_scalar_compare_delta(value_type_t type, uint64_t first, uint64_t last, uint16_t count,
+                                          uint64_t threshold);
+
+#endif // PUS_CORE_SCALAR_H

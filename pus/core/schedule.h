@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A schedule of requests that are released when their tag comes: what ST[11], whose tags are times, and
+/// ST[22], whose tags are positions along the orbit, have in common. All requests 1..27 of both are here, by
+/// subtype.
+///
+/// An activity is a request with its release tag, in a sub-schedule and a group. It is released if the
+/// execution function, its sub-schedule and its group are enabled; what comes due while one of them is not is
+/// deleted without release and counted. A sub-schedule begins to be with the first activity that names it,
+/// disabled, and lasts until the schedule is reset; a group is created by request. A reset disables the
+/// function, deletes activities and sub-schedules, and enables all groups.
+///
+/// Insertion refuses an instruction by itself: tag malformed (OUT_OF_RANGE, offset), group unknown
+/// (UNKNOWN_ID), embedded request malformed or longer than PUS_SCHEDULE_REQUEST_MAX (EMBEDDED, offset), tag
+/// earlier than now and the margin (PAST), no room (TABLE_FULL: activities, or blocks), not kept (IO,
+/// status); a sub-schedule too many refuses the whole request (TABLE_FULL). A request identifier (source,
+/// APID, sequence count) names every activity with such a request; one that names none is refused
+/// (UNKNOWN_ID, APID << 16 | sequence count). A filter whose window ends before it begins (OUT_OF_RANGE,
+/// offset), or that names an unknown sub-schedule or group (UNKNOWN_ID), is refused. A shift out of the range
+/// of tags (OUT_OF_RANGE) or to earlier than now and the margin (PAST) is refused: by the instruction where
+/// it goes by identifier, as a whole otherwise.
+///
+/// Reports are in the order of tags, in as many packets as they need. What the port does not take at once
+/// goes on in the steps that follow, each packet with what is true then; meanwhile another report is refused
+/// (STATE, subtype under way).
+///
+/// Every change is kept before it is acknowledged. What is due is moved into one record of identifiers and
+/// committed before it is released, and that record is erased and committed when the port has taken all; what
+/// a restart finds in it is not released again but told by `lost`: each request is released at most once. If
+/// keeping fails, what is due is released all the same (`unsaved`). docs/decisions/0017.
+///
+/// Ownership  The caller places all arrays. Context: one loop.
+/// Time       A step with nothing due is O(1); insertion, release and deletion O(log activities), O(1) to
+/// find
+///            one by its identifier; a step releases PUS_SCHEDULE_BATCH at most. Requests that go by filter,
+///            shifts of all and reports are O(activities that they select).
+#ifndef PUS_CORE_SCHEDULE_H
+#define PUS_CORE_SCHEDULE_H
+
+#include "pus/core/chains.h"
+#include "pus/core/long_report.h"
+#include "pus/core/order.h"
+#include "pus/core/service.h"
+
+#define PUS_SCHEDULE_IDS 256U   ///< Sub-schedules at most; and groups.
+#define PUS_SCHEDULE_BATCH 256U ///< Activities that one step takes out of the schedule.
+/// Largest request of an activity, so that TM[11,10] can report it in one packet [octets].
+#define PUS_SCHEDULE_REQUEST_MAX (PUS_TM_DATA_MAX - 12U)
+#define PUS_SCHEDULE_RECORD_HEAD 18U ///< Before the request in the record of an activity [octets].
+
+/// What is different for times and positions.
+typedef struct {
+    uint8_t service;
+    uint64_t tag_max; ///< Largest tag, < 2^62.
+    /// False: malformed. Both read all octets of the field.
+    bool (*read_tag)(octet_reader_t* reader, uint64_t* out_tag);
+    int64_t (*read_offset)(octet_reader_t* reader);
+    void (*write_tag)(octet_writer_t* writer, uint64_t tag);
+    /// The present tag; `self` is that of pus_schedule_init.
+    uint64_t (*now)(void* self, uint64_t now_ns);
+} pus_schedule_kind_t;
+
+typedef struct { // Names the request of an activity.
+    uint16_t source;
+    uint16_t apid;
+    uint16_t sequence;
+} pus_activity_id_t;
+
+typedef struct { // Private.
+    pus_chain_t request;
+    pus_activity_id_t id;
+    uint8_t sub_schedule;
+    uint8_t group;
+    uint16_t next;     // In its bucket, among those that are being released, or among the free.
+    uint16_t previous; // In its bucket.
+    uint16_t chosen;   // Next of those that a shift has chosen.
+    uint32_t report;   // Number of the report that names it.
+    bool in_use;
+} pus_activity_t;
+
+typedef struct {
+    pus_process_t* process;               ///< For reports that go on in a step.
+    pus_port_t release;                   ///< Takes requests that are due.
+    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    pus_activity_t* activities;
+    pus_order_node_t* nodes;     ///< One for each activity.
+    uint16_t activity_count;     ///< 1..65534.
+    uint16_t* buckets;           ///< For finding by identifier; about as many as activities.
+    uint32_t bucket_count;       ///< A power of two.
+    pus_chains_t* chains;        ///< Room for the requests; may be shared with others of the same loop.
+    uint16_t sub_schedule_count; ///< At most, 1..256.
+    uint16_t group_count;        ///< At most, 1..256.
+    uint64_t margin;             ///< A tag must be so much later than now [ticks of the tag].
+    void* context;               ///< Of `lost`.
+    /// Told in the first step after a restart: the request may or may not have been released. May be null.
+    void (*lost)(void* context, const pus_activity_id_t* id);
+} pus_schedule_config_t;
+
+typedef struct { // Private: sub-schedules or groups.
+    uint16_t count;
+    uint8_t flags[PUS_SCHEDULE_IDS]; // Exists, is enabled.
+} pus_schedule_set_t;
+
+typedef struct {   // Private: which activities a request is for.
+    uint64_t from; // Tag, and serial number among equal ones.
+    uint64_t serial;
+    uint64_t to;
+    uint32_t report;        // Only those that carry this number; 0: any.
+    bool has_sub_schedules; // Restricted to those in the list.
+    bool has_groups;
+    uint8_t sub_schedules[PUS_SCHEDULE_IDS / 8U];
+    uint8_t groups[PUS_SCHEDULE_IDS / 8U];
+} pus_schedule_filter_t;
+
+typedef struct { // Private, except `counters` and `count`: read-only, for telemetry.
+    const pus_schedule_kind_t* kind;
+    void* self; // The service.
+    pus_schedule_config_t config;
+    bool is_enabled;
+    uint16_t count; ///< Activities in the schedule.
+    uint16_t free;
+    uint64_t serial;        // Of the next activity.
+    uint32_t report_number; // Of the last report by identifiers.
+    pus_order_t order;
+    pus_schedule_set_t sub_schedules;
+    pus_schedule_set_t groups;
+    uint16_t group_uses[PUS_SCHEDULE_IDS]; // Activities in each.
+    pus_long_report_t report;
+    pus_schedule_filter_t report_filter;
+    uint16_t releasing; // First activity that is being released.
+    uint16_t releasing_last;
+    uint16_t lost_count; // Found at restart, not told yet.
+    pus_activity_id_t lost[PUS_SCHEDULE_BATCH];
+    uint8_t record[PUS_SCHEDULE_RECORD_HEAD + PUS_PACKET_MAX];
+    struct {
+        uint32_t inserted;
+        uint32_t released;
+        uint32_t deferred; ///< Times the port did not take a request that was due.
+        uint32_t dropped;  ///< Activities that came due while disabled.
+        uint32_t lost;     ///< Activities that a restart found under release.
+        uint32_t refused;  ///< Requests and instructions.
+        uint32_t unsaved;  ///< Changes in steps that could not be kept.
+    } counters;
+} pus_schedule_t;
+
+/// `self` is the service, for kind->now and its own requests.
+void pus_schedule_init(pus_schedule_t* schedule, const pus_schedule_kind_t* kind, void* self,
+                       const pus_schedule_config_t* config);
+/// Take a lasting record back; before the first request and step. STATUS_OK, STATUS_INVALID (malformed),
+/// STATUS_EXISTS (its place is taken), STATUS_EXHAUSTED (no room for it).
+MUST_USE status_t pus_schedule_restore(pus_schedule_t* schedule, uint32_t key, const uint8_t* octets,
+                                       size_t size);
+/// Release what is due, and go on with a report.
+void pus_schedule_step(pus_schedule_t* schedule, uint64_t now_ns);
+/// True if the next step has something to do whatever the time: the port did not take everything, or there
+/// was more than one step may do.
+bool pus_schedule_is_waiting(const pus_schedule_t* schedule);
+/// Tag of the next activity; UINT64_MAX if there is none.
+uint64_t pus_schedule_next(const pus_schedule_t* schedule);
+/// Keep a record of the service itself beside those of the schedule. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO,
+/// status).
+pus_reply_t pus_schedule_keep_own(pus_schedule_t* schedule, const uint8_t* octets, size_t size);
+#define PUS_SCHEDULE_KEY_OWN 2U ///< Its key; pus_schedule_restore refuses it.
+
+/// What the requests do; the object is a pus_schedule_t.
+pus_reply_t pus_schedule_enable(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_disable(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_reset(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_insert(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_delete_ids(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_delete_filtered(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_shift_ids(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_shift_filtered(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_shift_all(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_report_ids(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_report_filtered(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_report_all(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_report_sub_schedules(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_enable_sub_schedules(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_disable_sub_schedules(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_create_groups(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_delete_groups(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_enable_groups(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_disable_groups(void* object, pus_request_t* request);
+pus_reply_t pus_schedule_report_groups(void* object, pus_request_t* request);
+
+/// The table of the requests 1..26 of a service.
+#define PUS_SCHEDULE_REQUESTS(service)                                                                       \
+    PUS_REQUEST(service, 1, pus_schedule_enable), PUS_REQUEST(service, 2, pus_schedule_disable),             \
+        PUS_REQUEST(service, 3, pus_schedule_reset), PUS_REQUEST(service, 4, pus_schedule_insert),           \
+        PUS_REQUEST(service, 5, pus_schedule_delete_ids),                                                    \
+        PUS_REQUEST(service, 6, pus_schedule_delete_filtered),                                               \
+        PUS_REQUEST(service, 7, pus_schedule_shift_ids),                                                     \
+        PUS_REQUEST(service, 8, pus_schedule_shift_filtered),                                                \
+        PUS_REQUEST(service, 9, pus_schedule_report_ids),                                                    \
+        PUS_REQUEST(service, 11, pus_schedule_report_filtered),                                              \
+        PUS_REQUEST(service, 12, pus_schedule_report_ids),                                                   \
+        PUS_REQUEST(service, 14, pus_schedule_report_filtered),                                              \
+        PUS_REQUEST(service, 15, pus_schedule_shift_all), PUS_REQUEST(service, 16, pus_schedule_report_all), \
+        PUS_REQUEST(service, 17, pus_schedule_report_all),                                                   \
+        PUS_REQUEST(service, 18, pus_schedule_report_sub_schedules),                                         \
+        PUS_REQUEST(service, 20, pus_schedule_enable_sub_schedules),                                         \
+        PUS_REQUEST(service, 21, pus_schedule_disable_sub_schedules),                                        \
+        PUS_REQUEST(service, 22, pus_schedule_create_groups),                                                \
+        PUS_REQUEST(service, 23, pus_schedule_delete_groups),                                                \
+        PUS_REQUEST(service, 24, pus_schedule_enable_groups),                                                \
+        PUS_REQUEST(service, 25, pus_schedule_disable_groups),                                               \
+        PUS_REQUEST(service, 26, pus_schedule_report_groups)
+
+#endif // PUS_CORE_SCHEDULE_H

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Private to pus/core/schedule*.c: the activities behind the requests.
+#ifndef PUS_CORE_SCHEDULE_INTERNAL_H
+#define PUS_CORE_SCHEDULE_INTERNAL_H
+
+#include "pus/core/schedule.h"
+
+#define NO_SLOT PUS_ORDER_NONE
+#define TAG_NEVER UINT64_MAX
+#define EXISTS 0x01U // Flags of a sub-schedule or group.
+#define ENABLED 0x02U
+
+/// An activity as it is inserted. `request` is borrowed.
+typedef struct {
+    uint64_t tag;
+    uint64_t serial;
+    uint8_t sub_schedule;
+    uint8_t group;
+    pus_activity_id_t id;
+    const uint8_t* request;
+    size_t size; // [octets]
+} activity_draft_t;
+
+uint64_t schedule_now(const pus_schedule_t* schedule, uint64_t now_ns);
+/// Insert into memory, into a slot that is free. STATUS_OK, STATUS_EXHAUSTED (not enough blocks).
+MUST_USE status_t schedule_add(pus_schedule_t* schedule, uint16_t slot, const activity_draft_t* draft);
+/// Identifier of a decoded request.
+pus_activity_id_t schedule_id_of(const pus_tc_t* tc);
+/// Take an activity out of the schedule, and forget it.
+void schedule_drop(pus_schedule_t* schedule, uint16_t slot);
+/// Keep an activity as if it had this tag. Status of the port.
+MUST_USE status_t schedule_put(pus_schedule_t* schedule, uint16_t slot, uint64_t tag);
+/// Erase the record of an activity. STATUS_OK, STATUS_IO.
+MUST_USE status_t schedule_erase(const pus_schedule_t* schedule, uint16_t slot);
+/// Forget what is under release, and its record. STATUS_OK, STATUS_IO.
+MUST_USE status_t schedule_abandon(pus_schedule_t* schedule);
+/// Keep the status of function, sub-schedules and groups. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status).
+pus_reply_t schedule_put_state(pus_schedule_t* schedule);
+/// An activity gets another tag. It keeps its place among equal ones.
+void schedule_retag(pus_schedule_t* schedule, uint16_t slot, uint64_t tag);
+/// First activity with a request so named, or the next after `slot`; NO_SLOT if there is none (more).
+uint16_t schedule_find(const pus_schedule_t* schedule, const pus_activity_id_t* id);
+uint16_t schedule_find_next(const pus_schedule_t* schedule, uint16_t slot);
+/// Copy the request of an activity to `out_octets` (PUS_PACKET_MAX). Returns its size.
+size_t schedule_request(const pus_schedule_t* schedule, uint16_t slot, uint8_t* out_octets);
+/// Read a request identifier; and as the detail of a failure.
+pus_activity_id_t schedule_read_id(octet_reader_t* reader);
+uint32_t schedule_id_detail(const pus_activity_id_t* id);
+
+/// Refuse a request, or an instruction of it, and count that.
+pus_reply_t schedule_refuse(pus_schedule_t* schedule, uint16_t code, uint32_t detail);
+void schedule_refuse_one(pus_schedule_t* schedule, pus_request_t* request, uint16_t instruction,
+                         uint16_t code, uint32_t detail);
+
+/// A filter that selects all.
+pus_schedule_filter_t schedule_filter_all(void);
+/// Read a filter. PUS_DONE, or PUS_REFUSED.
+pus_reply_t schedule_read_filter(pus_schedule_t* schedule, octet_reader_t* reader,
+                                 pus_schedule_filter_t* out_filter);
+/// The first activity that the filter selects; NO_SLOT if there is none.
+uint16_t schedule_select(const pus_schedule_t* schedule, const pus_schedule_filter_t* filter);
+/// The next one after `slot`.
+uint16_t schedule_select_next(const pus_schedule_t* schedule, const pus_schedule_filter_t* filter,
+                              uint16_t slot);
+
+/// Go on with the report that is under way, and complete its request behind the last packet.
+void schedule_report_go_on(pus_schedule_t* schedule, uint64_t now_ns);
+
+#endif // PUS_CORE_SCHEDULE_INTERNAL_H

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Services of one application process, and the dispatcher that verifies requests and passes them on.
+///
+/// The dispatcher accepts a request (TM[1,1] or TM[1,2]): packet, APID, service, subtype, and the application
+/// data's shape, which must end exactly on the last octet. Then it calls the service's `execute`, whose reply
+/// decides on the reports of start and completion (TM[1,3], [1,4], [1,7], [1,8]). A service that answers
+/// PUS_LATER copies the request's token and ends the request itself with the functions of ST[01].
+///
+/// A request of several instructions refuses each faulty one with its own TM[1,4] (instruction index from 1)
+/// and performs the others: `pus_request_refuse`, `pus_request_perform`, and reply pus_done(). If some but
+/// not all failed, the request ends with TM[1,8] PUS_FAILURE_SOME_FAILED; if all failed, the TM[1,4] are the
+/// end.
+///
+/// Ownership  The caller places dispatcher, service list and services; all outlive the dispatcher.
+/// Context    The loop of the process. Time: O(packet) plus the service's.
+#ifndef PUS_CORE_SERVICE_H
+#define PUS_CORE_SERVICE_H
+
+#include "base/octets.h"
+#include "pus/core/packet.h"
+#include "pus/core/persistence.h"
+#include "pus/core/process.h"
+
+typedef enum {
+    PUS_DONE,    ///< Performed: TM[1,3], TM[1,7] as asked.
+    PUS_LATER,   ///< Started: TM[1,3] as asked; the service keeps the token and completes.
+    PUS_STARTED, ///< As PUS_LATER, but the service has sent TM[1,3] itself, since reports of progress
+                 ///< followed it.
+    PUS_REFUSED, ///< Not started: TM[1,4].
+    PUS_FAILED   ///< Started and failed: TM[1,3] as asked, TM[1,8].
+} pus_reply_kind_t;
+
+/// Answer of a service, or of a service's port, to a request.
+typedef struct {
+    pus_reply_kind_t kind;
+    pus_failure_t failure; ///< With PUS_REFUSED and PUS_FAILED.
+} pus_reply_t;
+
+pus_reply_t pus_done(void);
+pus_reply_t pus_later(void);
+pus_reply_t pus_started(void);
+pus_reply_t pus_refused(uint16_t code, uint32_t detail);
+pus_reply_t pus_failed(uint16_t code, uint32_t detail);
+
+/// A request under execution; lives during `execute` only.
+typedef struct {
+    pus_token_t token;     ///< Copy it to complete later.
+    octet_reader_t reader; ///< Over the application data; its shape has been checked.
+    uint64_t now_ns;
+    pus_process_t* process; ///< For reports in answer.
+    uint16_t performed;     ///< Private: instructions performed.
+    uint16_t refused;       ///< Private: instructions refused.
+    bool is_started;        ///< Private: TM[1,3] is out.
+    bool may_resume;        ///< Private: the dispatcher can execute it again in a later step.
+    bool is_resumed;        ///< Private: it does.
+    bool is_unfinished;     ///< Private: the port did not take a packet of the answer.
+    uint16_t packets;       ///< Private: of the answer, in this execution.
+    uint16_t packets_out;   ///< Private: of these, sent or lost in this or an earlier execution.
+    uint16_t packets_lost;  ///< Private: neither sent nor kept.
+} pus_request_t;
+
+/// Note that an instruction is about to be performed; the first sends TM[1,3] as asked.
+void pus_request_perform(pus_request_t* request);
+/// Refuse one instruction with TM[1,4]. instruction >= 1. Where reports wait and room is short, only the
+/// first is told by its own report; the number of all is in TM[1,8].
+void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t code, uint32_t detail);
+
+/// Finish and send one packet of an answer that may need several. What the port does not take is sent in a
+/// later step: the dispatcher executes the request again, without what has been sent and refused before, so
+/// `execute` of such a request may change nothing while pus_answer_is_whole is false. The request ends behind
+/// the last packet; one that is lost ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
+void pus_answer_send(pus_request_t* request, octet_writer_t* writer);
+/// True if all packets of the answer so far are out.
+bool pus_answer_is_whole(const pus_request_t* request);
+/// Begin a report of the request's service in answer to it; the request's process finishes it.
+octet_writer_t pus_answer_begin(const pus_request_t* request, uint8_t subtype);
+/// The same for a list, whose count comes first and is written when its entries are known.
+octet_writer_t pus_list_begin(const pus_request_t* request, uint8_t subtype);
+/// Finish and post it. PUS_DONE; PUS_FAILED with PUS_FAILURE_TABLE_FULL if it is too long for a packet.
+pus_reply_t pus_list_end(const pus_request_t* request, octet_writer_t* writer, uint16_t count);
+
+/// Who performs requests of some services later, in another loop, by pus_perform.
+typedef struct {
+    void* context;
+    /// Asked for each request that was accepted. PUS_STARTED: it has copied token and `data` and will perform
+    /// it; PUS_REFUSED: it would, but has no room; PUS_DONE: it is not its business, perform it now.
+    pus_reply_t (*take)(void* context, const pus_token_t* token, const uint8_t* data, size_t size);
+} pus_performer_t;
+
+/// One subtype of a service.
+typedef struct {
+    uint8_t subtype;
+    /// Walk the application data without effect. The dispatcher refuses the request with PUS_FAILURE_DATA if
+    /// the reader has failed or is not at its end afterwards. False: inconsistent, at the reader's position.
+    /// Null: `shape` tells it all.
+    bool (*has_shape)(void* self, octet_reader_t* reader);
+    pus_reply_t (*execute)(void* self, pus_request_t* request);
+    const uint8_t* shape; ///< Program of pus/core/shape.h, PUS_SHAPE_<service>_<subtype>; or null.
+} pus_subtype_t;
+
+/// A request whose data has the shape in the catalogue: `execute` may read it without a look at its bounds.
+#define PUS_REQUEST(service, subtype, execute)                                                               \
+    {                                                                                                        \
+        subtype, NULL, execute, PUS_SHAPE_##service##_##subtype                                              \
+    }
+
+/// One service as the dispatcher sees it.
+typedef struct {
+    uint8_t type;
+    uint8_t subtype_count;
+    const pus_subtype_t* subtypes;
+    void* self; ///< First argument of the functions.
+    /// Called by pus_dispatcher_step; null if the service has nothing to do in time.
+    void (*step)(void* self, uint64_t now_ns, uint32_t cycle);
+} pus_service_t;
+
+/// A service without steps, for the functions of services that make theirs. Pointers may not be null.
+pus_service_t pus_service_of(uint8_t type, const pus_subtype_t* subtypes, size_t subtype_count, void* self);
+
+/// Shapes for `has_shape`: no data; one u8; one u16.
+bool pus_shape_empty(void* self, octet_reader_t* reader);
+bool pus_shape_u8(void* self, octet_reader_t* reader);
+bool pus_shape_u16(void* self, octet_reader_t* reader);
+
+/// Application data of the longest request that is executed again [octets]: a list of identifiers.
+#define PUS_RESUMED_DATA_MAX (1U + (2U * PUS_COUNT_MAX))
+
+/// Private: a request whose answer is not out yet.
+typedef struct {
+    const pus_service_t* service; // Null: there is none.
+    const pus_subtype_t* subtype;
+    pus_token_t token;
+    uint16_t packets_out;
+    uint16_t packets_lost;
+    uint16_t size;
+    uint8_t data[PUS_RESUMED_DATA_MAX];
+} pus_unfinished_t;
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_process_t* process;
+    const pus_service_t* services;
+    size_t service_count;
+    pus_unfinished_t unfinished;
+    pus_performer_t performer;            // `take` is null: all is performed at once.
+    const pus_persistence_t* persistence; // Null: nothing is kept.
+    struct {
+        uint32_t accepted; ///< Requests accepted.
+        uint32_t rejected; ///< Requests rejected with TM[1,2].
+        uint32_t ignored;  ///< Packets too short to name their request.
+        uint32_t refused;  ///< Requests whose start failed as a whole.
+    } counters;
+} pus_dispatcher_t;
+
+/// `services` may still be filled after the call, but not while a request is being dispatched.
+void pus_dispatcher_init(pus_dispatcher_t* dispatcher, pus_process_t* process, const pus_service_t* services,
+                         size_t service_count);
+/// From now on `performer` is asked for each accepted request.
+void pus_dispatcher_defer(pus_dispatcher_t* dispatcher, const pus_performer_t* performer);
+/// From now on what a request changed is committed before its completion is reported; a commit that fails
+/// ends the request with TM[1,8] (PUS_FAILURE_IO, status).
+void pus_dispatcher_persist(pus_dispatcher_t* dispatcher, const pus_persistence_t* persistence);
+/// Perform a request that a performer has taken, with all reports from its start on. `service` has the
+/// request's type and subtype; it may be another instance than the dispatcher's, and `process` another
+/// process of the same APID, so that neither is shared with the dispatcher's loop.
+void pus_perform(pus_process_t* process, const pus_service_t* service, const pus_token_t* token,
+                 const uint8_t* data, size_t size, uint64_t now_ns);
+/// Verify one packet and pass it on. STATUS_OK (accepted; verification tells the rest), STATUS_INVALID
+/// (rejected with TM[1,2]), STATUS_TRUNCATED (too short to name its request: ignored, counted).
+status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size, uint64_t now_ns);
+/// The same with a request that may be larger than a packet, as ST[13] has put it together.
+status_t pus_dispatch_large(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size,
+                            uint64_t now_ns);
+/// Send what the process keeps, then go on with an answer that is not out yet. True if one still is not: a
+/// second request of that kind fails then where the port does not take its answer.
+bool pus_dispatcher_resume(pus_dispatcher_t* dispatcher, uint64_t now_ns);
+/// The same without trying.
+bool pus_dispatcher_is_answering(const pus_dispatcher_t* dispatcher);
+/// The same, then step each service; call once per cycle. `cycle` counts minimum sampling
+/// intervals and may jump forward.
+void pus_dispatcher_step(pus_dispatcher_t* dispatcher, uint64_t now_ns, uint32_t cycle);
+
+#endif // PUS_CORE_SERVICE_H

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Class of a packet: what goes first, and what is kept, where the way to its receiver is full.
+///
+///     FIRM   what somebody waits for or must react to: ST[01], transitions of states, links and modes
+///            (TM[129,2], [130,10], [131,2]), HIGH events and their notices, orders of the supervisor
+///     PLAIN  other events and notices, answers that fit one packet, other requests
+///     BULK   housekeeping, diagnostics, statistics, lists over many packets, dumps, parts: their sender goes
+///            on later, or counts what the receiver misses
+///
+/// Context    Any. Time: O(1).
+#ifndef PUS_CORE_TRAFFIC_CLASS_H
+#define PUS_CORE_TRAFFIC_CLASS_H
+
+#include "pus/core/packet.h"
+
+typedef enum {
+    PUS_CLASS_FIRM,
+    PUS_CLASS_PLAIN,
+    PUS_CLASS_BULK
+} pus_class_t;
+
+#define PUS_CLASSES 3U
+
+/// Class of a packet by its headers and, for a notice, its severity. What is too short or malformed is BULK.
+pus_class_t pus_class_of(const uint8_t* packet, size_t size);
+
+#endif // PUS_CORE_TRAFFIC_CLASS_H

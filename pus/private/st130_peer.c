@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// The other end of service 130: requests are written and reports read by who leads links, not by subsystems.
+#include "pus/private/st130_codec.h"
+
+#define OFFER_SIZE 24U  // Of an entry of TM[130,2] [octets].
+#define STATUS_SIZE 52U // Of an entry of TM[130,9] [octets].
+
+void pus_link_request_write(octet_writer_t* const writer, const pus_link_request_t* const request)
+{
+    pus_fields_write(writer, link_request_fields, request);
+}
+
+void pus_link_open_write(octet_writer_t* const writer, const pus_link_open_t* const open)
+{
+    pus_fields_write(writer, link_open_fields, open);
+    link_endpoint_write(writer, &open->peer);
+    octet_write_u32(writer, open->deadline_ms);
+}
+
+void pus_link_close_write(octet_writer_t* const writer, const pus_link_close_t* const close)
+{
+    pus_fields_write(writer, link_close_fields, close);
+}
+
+status_t pus_link_accept_read(octet_reader_t* const reader, pus_link_accept_t* const out_accept)
+{
+    pus_fields_read(reader, link_accept_fields, out_accept);
+    link_endpoint_read(reader, &out_accept->endpoint);
+    return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
+}
+
+status_t pus_link_refuse_read(octet_reader_t* const reader, pus_link_refuse_t* const out_refuse)
+{
+    return pus_fields_read_all(reader, link_refuse_fields, out_refuse);
+}
+
+status_t pus_link_transition_read(octet_reader_t* const reader, pus_link_transition_t* const out_transition)
+{
+    pus_fields_read(reader, link_transition_fields, out_transition);
+    const status_t status = pus_time_read(reader, &out_transition->time_ns);
+    return ((status == STATUS_OK) && octet_reader_is_done(reader)) ? STATUS_OK : STATUS_INVALID;
+}
+
+/// Count of a list whose entries fill the rest exactly.
+static status_t count_read(octet_reader_t* const reader, const size_t entry_size, uint16_t* const out_count)
+{
+    const uint16_t count = octet_read_u16(reader);
+    const bool is_good   = !reader->failed && (octet_reader_left(reader) == (count * entry_size));
+    *out_count           = is_good ? count : 0U;
+    return is_good ? STATUS_OK : STATUS_INVALID;
+}
+
+status_t pus_link_offers_read(octet_reader_t* const reader, uint16_t* const out_count)
+{
+    return count_read(reader, OFFER_SIZE, out_count);
+}
+
+void pus_link_offer_read(octet_reader_t* const reader, pus_link_offer_t* const out_offer)
+{
+    pus_fields_read(reader, link_offer_fields, out_offer);
+}
+
+status_t pus_link_statuses_read(octet_reader_t* const reader, uint16_t* const out_count)
+{
+    return count_read(reader, STATUS_SIZE, out_count);
+}
+
+void pus_link_status_read(octet_reader_t* const reader, pus_link_status_t* const out_status)
+{
+    pus_fields_read(reader, link_status_fields, out_status);
+}

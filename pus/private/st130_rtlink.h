@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Mission service 130, real-time links: offers, negotiation, opening, status. The same service serves a
+/// member (a subsystem, by its link data plane) and the manager (the supervisor); they differ in the port.
+///
+///     TC 1  report link offers {N u8 x {port u16}}, N = 0: all
+///     TM 2  link offers {N u16 x {port u16, role u8 (0 producer, 1 consumer), P}}, a port once per method
+///     offered TC 3  request link {transaction u32, link u16 (0: the manager gives it), producer APID u16,
+///     port u16,
+///           consumer APID u16, port u16, P wanted}
+///     TM 4  link accept {transaction u32, link u16, P agreed, E of the accepting side}
+///     TM 5  link refuse {transaction u32, reason u8, offending field u8, P supported}
+///     TC 6  open link {link u16, epoch u32, E of the peer, deadline u32 ms}
+///     TC 7  close link {link u16, reason u8}
+///     TC 8  report link status {N u8 x {link u16}}, N = 0: all
+///     TM 9  link status {N u16 x {link u16, state u8, producer APID u16, port u16, consumer APID u16, port
+///     u16, P,
+///           sent u32, received u32, lost u32, late u32, last sequence u32}}
+///     TM 10 link state transition {link u16, previous u8, state u8, cause u8, time 8 octets}
+///
+///     P = layout hash u32, layout size u32, byte order u8 (0 big, 1 little), period u32 us, tolerance u16
+///     permille,
+///         method u8, queue depth u8, largest age u32 us            (21 octets)
+///     E = kind u8 (as method), size u8 (0..PUS_ENDPOINT_MAX), octets: logical name or address
+#ifndef PUS_PRIVATE_ST130_RTLINK_H
+#define PUS_PRIVATE_ST130_RTLINK_H
+
+#include "pus/core/service.h"
+
+#define PUS_ENDPOINT_MAX 32U ///< Octets of an endpoint's address or name.
+
+enum {
+    PUS_LINK_REPORT_OFFERS = 1,
+    PUS_LINK_OFFERS        = 2,
+    PUS_LINK_REQUEST       = 3,
+    PUS_LINK_ACCEPT        = 4,
+    PUS_LINK_REFUSE        = 5,
+    PUS_LINK_OPEN          = 6,
+    PUS_LINK_CLOSE         = 7,
+    PUS_LINK_REPORT_STATUS = 8,
+    PUS_LINK_STATUS        = 9,
+    PUS_LINK_TRANSITION    = 10
+};
+
+typedef enum {
+    PUS_LINK_PRODUCER = 0,
+    PUS_LINK_CONSUMER = 1
+} pus_link_role_t;
+
+typedef enum {
+    PUS_METHOD_SHARED_MEMORY = 0,
+    PUS_METHOD_TIPC          = 1,
+    PUS_METHOD_UDP           = 2,
+    PUS_METHOD_STREAM        = 3,
+    PUS_METHOD_QUEUE         = 4
+} pus_link_method_t;
+
+typedef enum {
+    PUS_LINK_STATE_CLOSED    = 0,
+    PUS_LINK_STATE_REQUESTED = 1,
+    PUS_LINK_STATE_ACCEPTED  = 2,
+    PUS_LINK_STATE_OPEN      = 3,
+    PUS_LINK_STATE_STALE     = 4,
+    PUS_LINK_STATE_FAILED    = 5
+} pus_link_state_t;
+
+/// Reasons of TM[130,5], TC[130,7] and causes of TM[130,10].
+typedef enum {
+    PUS_LINK_REASON_NONE     = 0, ///< By request.
+    PUS_LINK_REASON_LAYOUT   = 1,
+    PUS_LINK_REASON_ORDER    = 2,
+    PUS_LINK_REASON_PERIOD   = 3,
+    PUS_LINK_REASON_METHOD   = 4,
+    PUS_LINK_REASON_RESOURCE = 5,
+    PUS_LINK_REASON_STATE    = 6,
+    PUS_LINK_REASON_PORT     = 7,
+    PUS_LINK_REASON_DEADLINE = 8, ///< Accepted, but not opened in time.
+    PUS_LINK_REASON_STALE    = 9, ///< No sample within the largest age.
+    PUS_LINK_REASON_PEER     = 10 ///< The peer is gone or in error.
+} pus_link_reason_t;
+
+/// Offending field of TM[130,5].
+typedef enum {
+    PUS_LINK_FIELD_NONE        = 0,
+    PUS_LINK_FIELD_LAYOUT_HASH = 1,
+    PUS_LINK_FIELD_LAYOUT_SIZE = 2,
+    PUS_LINK_FIELD_BYTE_ORDER  = 3,
+    PUS_LINK_FIELD_PERIOD      = 4,
+    PUS_LINK_FIELD_TOLERANCE   = 5,
+    PUS_LINK_FIELD_METHOD      = 6,
+    PUS_LINK_FIELD_DEPTH       = 7,
+    PUS_LINK_FIELD_AGE         = 8,
+    PUS_LINK_FIELD_PORT        = 9,
+    PUS_LINK_FIELD_ROLE        = 10
+} pus_link_field_t;
+
+/// P: properties of a link, as offered, wanted, supported or agreed.
+typedef struct {
+    uint32_t layout_hash; ///< CRC-32 of the canonical text of the payload's layout.
+    uint32_t layout_size; ///< [octets]
+    uint8_t byte_order;   ///< 0 big, 1 little.
+    uint32_t period_us;
+    uint16_t tolerance_permille;
+    uint8_t method; ///< pus_link_method_t.
+    uint8_t depth;
+    uint32_t age_max_us;
+} pus_link_properties_t;
+
+/// E: where a side can be reached.
+typedef struct {
+    uint8_t kind; ///< pus_link_method_t.
+    uint8_t size; ///< 0..PUS_ENDPOINT_MAX.
+    uint8_t octets[PUS_ENDPOINT_MAX];
+} pus_endpoint_t;
+
+/// The two ends of a link.
+typedef struct {
+    uint16_t producer_apid;
+    uint16_t producer_port;
+    uint16_t consumer_apid;
+    uint16_t consumer_port;
+} pus_link_ends_t;
+
+/// One entry of TM[130,2].
+typedef struct {
+    uint16_t port;
+    uint8_t role; ///< pus_link_role_t.
+    pus_link_properties_t properties;
+} pus_link_offer_t;
+
+/// TC[130,3].
+typedef struct {
+    uint32_t transaction;
+    uint16_t link; ///< 0: to be given by the manager.
+    pus_link_ends_t ends;
+    pus_link_properties_t properties;
+} pus_link_request_t;
+
+/// TM[130,4].
+typedef struct {
+    uint32_t transaction;
+    uint16_t link;
+    pus_link_properties_t properties;
+    pus_endpoint_t endpoint;
+} pus_link_accept_t;
+
+/// TM[130,5].
+typedef struct {
+    uint32_t transaction;
+    uint8_t reason; ///< pus_link_reason_t.
+    uint8_t field;  ///< pus_link_field_t.
+    pus_link_properties_t supported;
+} pus_link_refuse_t;
+
+/// TC[130,6].
+typedef struct {
+    uint16_t link;
+    uint32_t epoch;
+    pus_endpoint_t peer;
+    uint32_t deadline_ms;
+} pus_link_open_t;
+
+/// TC[130,7].
+typedef struct {
+    uint16_t link;
+    uint8_t reason; ///< pus_link_reason_t.
+} pus_link_close_t;
+
+/// One entry of TM[130,9].
+typedef struct {
+    uint16_t link;
+    uint8_t state; ///< pus_link_state_t.
+    pus_link_ends_t ends;
+    pus_link_properties_t properties;
+    uint32_t sent;
+    uint32_t received;
+    uint32_t lost;
+    uint32_t late;
+    uint32_t last_sequence;
+} pus_link_status_t;
+
+/// TM[130,10].
+typedef struct {
+    uint16_t link;
+    uint8_t previous; ///< pus_link_state_t.
+    uint8_t state;    ///< pus_link_state_t.
+    uint8_t cause;    ///< pus_link_reason_t.
+    uint64_t time_ns; ///< Decoded: since 1958 TAI. Reported: mission time, the process adds its epoch.
+} pus_link_transition_t;
+
+/// Answer of a port to TC[130,3]; exactly one of the two is reported when the reply is PUS_DONE.
+typedef struct {
+    bool is_accepted;
+    pus_link_accept_t accept; ///< transaction is filled by the service.
+    pus_link_refuse_t refuse; ///< transaction is filled by the service.
+} pus_link_answer_t;
+
+/// All of it is mandatory.
+typedef struct {
+    void* context;
+    /// Offer number `index` (0, 1, ...); false past the last. May not send reports.
+    bool (*offer)(void* context, uint16_t index, pus_link_offer_t* out_offer);
+    /// Negotiate. PUS_DONE: *out_answer tells; the service sends TM[130,4] and completes, or sends TM[130,5]
+    /// and fails the request with PUS_FAILURE_LINK_REFUSED. PUS_LATER: the port reports and completes itself.
+    pus_reply_t (*request)(void* context, const pus_link_request_t* request, pus_link_answer_t* out_answer,
+                           const pus_token_t* token, uint64_t now_ns);
+    pus_reply_t (*open)(void* context, const pus_link_open_t* open, const pus_token_t* token,
+                        uint64_t now_ns);
+    pus_reply_t (*close)(void* context, const pus_link_close_t* close, const pus_token_t* token,
+                         uint64_t now_ns);
+    /// Status of link number `index` (0, 1, ...); false past the last. May not send reports.
+    bool (*status)(void* context, uint16_t index, pus_link_status_t* out_status);
+} pus_rtlink_port_t;
+
+typedef struct { // Private.
+    pus_rtlink_port_t port;
+} pus_rtlink_t;
+
+void pus_rtlink_init(pus_rtlink_t* rtlink, const pus_rtlink_port_t* port);
+pus_service_t pus_rtlink_service(pus_rtlink_t* rtlink);
+
+/// Reports. Status of pus_tm_post.
+status_t pus_link_accept_report(pus_process_t* process, uint16_t destination, const pus_link_accept_t* accept,
+                                uint64_t now_ns);
+status_t pus_link_refuse_report(pus_process_t* process, uint16_t destination, const pus_link_refuse_t* refuse,
+                                uint64_t now_ns);
+/// To all ground users; the supervisor sees it on the way.
+status_t pus_link_transition_report(pus_process_t* process, const pus_link_transition_t* transition,
+                                    uint64_t now_ns);
+
+/// Application data of requests, for a manager that sends them.
+void pus_link_request_write(octet_writer_t* writer, const pus_link_request_t* request);
+void pus_link_open_write(octet_writer_t* writer, const pus_link_open_t* open);
+void pus_link_close_write(octet_writer_t* writer, const pus_link_close_t* close);
+
+/// Decode whole application or source data. STATUS_OK, STATUS_INVALID (octets missing or left over, or an
+/// endpoint longer than PUS_ENDPOINT_MAX).
+MUST_USE status_t pus_link_request_read(octet_reader_t* reader, pus_link_request_t* out_request);
+MUST_USE status_t pus_link_accept_read(octet_reader_t* reader, pus_link_accept_t* out_accept);
+MUST_USE status_t pus_link_refuse_read(octet_reader_t* reader, pus_link_refuse_t* out_refuse);
+MUST_USE status_t pus_link_open_read(octet_reader_t* reader, pus_link_open_t* out_open);
+MUST_USE status_t pus_link_close_read(octet_reader_t* reader, pus_link_close_t* out_close);
+MUST_USE status_t pus_link_transition_read(octet_reader_t* reader, pus_link_transition_t* out_transition);
+/// Lists: read the count first (*out_count, checked against the octets left), then so many entries, in order.
+/// STATUS_OK, STATUS_INVALID.
+MUST_USE status_t pus_link_offers_read(octet_reader_t* reader, uint16_t* out_count);
+void pus_link_offer_read(octet_reader_t* reader, pus_link_offer_t* out_offer);
+MUST_USE status_t pus_link_statuses_read(octet_reader_t* reader, uint16_t* out_count);
+void pus_link_status_read(octet_reader_t* reader, pus_link_status_t* out_status);
+
+#endif // PUS_PRIVATE_ST130_RTLINK_H

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[01] request verification: reports of one request's stages, and their decoding.
+///
+/// Reports of success are sent only if the request asked for that stage; reports of failure always. All go to
+/// the request's source. None is lost while the process has room to keep it; what is lost it counts.
+#ifndef PUS_ST01_ST01_VERIFICATION_H
+#define PUS_ST01_ST01_VERIFICATION_H
+
+#include "pus/core/packet.h"
+#include "pus/core/process.h"
+
+/// Acceptance: TM[1,1], TM[1,2].
+void pus_verify_accepted(pus_process_t* process, const pus_token_t* token, uint64_t now_ns);
+void pus_verify_rejected(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
+                         uint64_t now_ns);
+/// Start of execution: TM[1,3], TM[1,4].
+void pus_verify_started(pus_process_t* process, const pus_token_t* token, uint64_t now_ns);
+void pus_verify_start_failed(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
+                             uint64_t now_ns);
+/// Progress: TM[1,5], TM[1,6]. Whoever tells of a failed step ends the request with TM[1,8] later.
+void pus_verify_progress(pus_process_t* process, const pus_token_t* token, uint16_t step, uint64_t now_ns);
+void pus_verify_progress_failed(pus_process_t* process, const pus_token_t* token, uint16_t step,
+                                const pus_failure_t* failure, uint64_t now_ns);
+/// Completion: TM[1,7], TM[1,8].
+void pus_verify_completed(pus_process_t* process, const pus_token_t* token, uint64_t now_ns);
+void pus_verify_failed(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
+                       uint64_t now_ns);
+/// Completion, as `failure` tells: TM[1,7] if its code is PUS_FAILURE_NONE, else TM[1,8].
+void pus_verify_ended(pus_process_t* process, const pus_token_t* token, pus_failure_t failure,
+                      uint64_t now_ns);
+/// Routing: TM[1,10], by a router only.
+void pus_verify_unrouted(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
+                         uint64_t now_ns);
+
+/// A verification report as read.
+typedef struct {
+    uint8_t subtype; ///< 1..8, 10.
+    uint32_t request_id;
+    uint16_t step;         ///< Subtypes 5 and 6, else 0.
+    pus_failure_t failure; ///< Subtypes 2, 4, 6, 8 and 10, else code PUS_FAILURE_NONE.
+} pus_verification_t;
+
+/// STATUS_OK, STATUS_NOT_FOUND (no report of ST[01]), STATUS_INVALID (octets missing or left over).
+MUST_USE status_t pus_verification_read(const pus_tm_t* tm, pus_verification_t* out_verification);
+/// True if the report ends the request's chain: completion, or a failure of any stage but progress. A step
+/// that failed is followed by others or by TM[1,8].
+bool pus_verification_is_final(const pus_verification_t* verification);
+
+#endif // PUS_ST01_ST01_VERIFICATION_H

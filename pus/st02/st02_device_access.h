@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[02] device access, all 11 messages: on/off devices, registers, command pulses, physical and logical
+/// devices, below the application that normally drives them.
+///
+/// A request is a list of instructions, performed one after the other behind a port: each is begun, then
+/// looked at in every step until it has ended. Several requests are under way at once.
+///
+/// Instructions are checked before anything is done. Of TC[2,1], [2,2], [2,4], [2,5], [2,8] and [2,11] a
+/// faulty one is refused by its own TM[1,4] and the others are performed; TC[2,7] and [2,10] are refused as a
+/// whole (TM[1,4] with the instruction), since commands of one request belong together. For the same reason
+/// these two end with the first command that fails, the others go on. Refusals: PUS_FAILURE_UNKNOWN_ID
+/// (device), PUS_FAILURE_OUT_OF_RANGE (octet offset of the instruction: address, register, protocol or
+/// command data, reserved bit), PUS_FAILURE_STATE (device: not now). Each instruction that fails is told by
+/// TM[1,6], its number being the step, and the request ends with TM[1,8] that names the first of them:
+/// PUS_FAILURE_NO_ANSWER (device id) after the time-out, PUS_FAILURE_DEVICE (what the device said) else.
+///
+/// TM[2,6] answers TC[2,5] with the registers that were read. Each acquisition has a TM[2,9] or [2,12] of its
+/// own, with the transaction id of the request: return code 0 and the data, or another return code and none.
+/// Codes are the port's; 0xFFFF is the time-out.
+///
+/// Protocol-specific data are four octets, of which the port knows the meaning; here: the index (u16) and
+/// subindex (u8) of a CANopen object, and its length (u8) [octets].
+///
+/// Ownership  The caller places operations. Context: the loop of the process. Time: a step is O(requests
+///            under way).
+#ifndef PUS_ST02_ST02_DEVICE_ACCESS_H
+#define PUS_ST02_ST02_DEVICE_ACCESS_H
+
+#include "pus/core/service.h"
+
+#define PUS_DEVICE_DATA_MAX 512U          ///< Of one acquisition [octets].
+#define PUS_DEVICE_PROTOCOL_SIZE 4U       ///< Protocol-specific data [octets].
+#define PUS_DEVICE_INSTRUCTIONS_MAX 2048U ///< More than fit any request.
+#define PUS_DEVICE_TIMED_OUT 0xFFFFU      ///< Return code.
+
+/// What an instruction does: the subtype of its request.
+enum {
+    PUS_DEVICE_SWITCH          = 1,
+    PUS_DEVICE_LOAD_REGISTER   = 2,
+    PUS_DEVICE_PULSE           = 4,
+    PUS_DEVICE_DUMP_REGISTER   = 5,
+    PUS_DEVICE_COMMAND         = 7,
+    PUS_DEVICE_ACQUIRE         = 8,
+    PUS_DEVICE_LOGICAL_COMMAND = 10,
+    PUS_DEVICE_LOGICAL_ACQUIRE = 11
+};
+
+/// One instruction; valid during the call.
+typedef struct {
+    uint8_t kind;
+    uint8_t exponent;        ///< PULSE: its length is the base duration times 2^exponent.
+    uint16_t device;         ///< On/off address, CPDU, physical or logical device. Registers: 0.
+    uint16_t command;        ///< LOGICAL_COMMAND: command id. PULSE: output line.
+    uint32_t address;        ///< Register; LOGICAL_ACQUIRE: parameter id.
+    const uint8_t* protocol; ///< COMMAND, ACQUIRE: PUS_DEVICE_PROTOCOL_SIZE octets.
+    const uint8_t* data;     ///< LOAD_REGISTER (4 octets), COMMAND, LOGICAL_COMMAND.
+    uint16_t size;           ///< Of data [octets].
+} pus_device_action_t;
+
+typedef struct {
+    uint16_t return_code; ///< Of an acquisition; not 0 if it failed.
+    uint32_t detail;      ///< Of TM[1,8] if it failed.
+    uint16_t size;        ///< Of data that were read; a register has 4.
+    uint8_t data[PUS_DEVICE_DATA_MAX];
+} pus_device_result_t;
+
+typedef struct {
+    void* context;
+    /// Judge without effect. STATUS_OK, STATUS_NOT_FOUND (device), STATUS_OUT_OF_RANGE (something else),
+    /// STATUS_FORBIDDEN (not now).
+    status_t (*check)(void* context, const pus_device_action_t* action);
+    /// Begin it as number `slot`, 0..operations - 1, which is free. STATUS_OK, STATUS_FULL (try again in the
+    /// next step), STATUS_IO (failed: *out_result says how).
+    status_t (*begin)(void* context, uint8_t slot, const pus_device_action_t* action,
+                      pus_device_result_t* out_result);
+    /// Look at it. STATUS_BUSY, STATUS_OK (done, *out_result has the data), STATUS_IO (failed).
+    status_t (*poll)(void* context, uint8_t slot, pus_device_result_t* out_result);
+    /// Time is up: forget it.
+    void (*abandon)(void* context, uint8_t slot);
+} pus_device_port_t;
+
+typedef struct { // Private: where a walk through the instructions of a request is.
+    octet_reader_t reader;
+    uint8_t kind;
+    uint8_t left;  // Instructions, or CPDUs.
+    uint8_t inner; // Pulses of the CPDU.
+    uint16_t cpdu;
+    uint16_t transaction;
+    uint16_t number; // Of the instruction, from 1.
+    uint32_t place;  // Its octet offset.
+} pus_device_walk_t;
+
+typedef struct {   // Private: a request under way.
+    uint8_t phase; // 0: free.
+    pus_device_walk_t walk;
+    pus_device_action_t action;
+    pus_device_result_t result;
+    uint64_t deadline_ns;
+    uint16_t refused;
+    pus_failure_t failure; // The first.
+    pus_token_t token;
+    uint8_t left_out[PUS_DEVICE_INSTRUCTIONS_MAX / 8U]; // Bit n - 1: instruction n was refused, or failed.
+    uint32_t values[PUS_COUNT_MAX];                     // Of registers.
+    uint8_t data[PUS_TC_DATA_MAX];
+    size_t size;
+} pus_device_operation_t;
+
+typedef struct {
+    pus_process_t* process;
+    pus_device_port_t port;
+    pus_device_operation_t* operations;
+    uint8_t operation_count;
+    uint64_t timeout_ns; ///< For one instruction.
+} pus_device_config_t;
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_device_config_t config;
+    uint8_t running;
+    struct {
+        uint32_t performed; ///< Instructions performed.
+        uint32_t failed;    ///< Instructions that failed.
+        uint32_t refused;   ///< Instructions refused.
+        uint32_t timed_out; ///< Of those that failed.
+    } counters;
+} pus_device_access_t;
+
+void pus_device_access_init(pus_device_access_t* access, const pus_device_config_t* config);
+/// The service's entry for a dispatcher; subtypes and step included.
+pus_service_t pus_device_access_service(pus_device_access_t* access);
+/// Go on with all requests.
+void pus_device_access_step(pus_device_access_t* access, uint64_t now_ns);
+
+#endif // PUS_ST02_ST02_DEVICE_ACCESS_H

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Private part of ST[03]: report structures are put together in the service's candidate, so that a request
+/// that fails leaves nothing behind. Functions that judge return a failure with code PUS_FAILURE_NONE if all
+/// is well.
+#ifndef PUS_ST03_ST03_STRUCTURES_H
+#define PUS_ST03_ST03_STRUCTURES_H
+
+#include "pus/st03/st03_housekeeping.h"
+
+#define HK_ID_SIZE 2U ///< Structure id before the values of a report [octets].
+
+/// Structure of a kind with this id, or null.
+pus_hk_structure_t* hk_structure_of(const pus_hk_t* hk, bool is_diagnostic, uint16_t id);
+/// Begin an empty candidate. Its verdict tells whether there may be such a structure; *out_place is where it
+/// goes. After a failure nothing more is added, and the verdict stays.
+void hk_candidate_begin(pus_hk_t* hk, bool is_diagnostic, uint16_t id, uint32_t interval,
+                        pus_hk_structure_t** out_place);
+/// Begin with what a structure has already.
+void hk_candidate_extend(pus_hk_t* hk, const pus_hk_structure_t* structure);
+/// Add a simply commutated parameter. They come before the sets: sets already there move up by one entry.
+void hk_candidate_add(pus_hk_t* hk, uint32_t parameter_id);
+/// Open a set of `count` parameters, which follow by hk_candidate_add_to_set. `offset`: detail of a failure.
+void hk_candidate_add_set(pus_hk_t* hk, uint16_t repetitions, uint8_t count, uint32_t offset);
+void hk_candidate_add_to_set(pus_hk_t* hk, uint32_t parameter_id);
+/// All that there is to add, `entries` parameters and sets, has been added: place the samples of the
+/// candidate in a sample buffer. `offset`: detail of the failure if it was nothing.
+void hk_candidate_lay_out(pus_hk_t* hk, unsigned entries, uint32_t offset);
+
+/// The candidate takes its place if nothing speaks against it.
+void hk_candidate_settle(const pus_hk_t* hk, pus_hk_structure_t* place);
+
+/// No other loop samples in between, while structures change.
+void hk_guard(const pus_hk_t* hk);
+void hk_release(const pus_hk_t* hk);
+/// Enable or disable periodic generation; an interval begins with the next step.
+void hk_set_periodic(pus_hk_structure_t* structure, bool is_periodic);
+/// Shortest interval that a structure may have: the largest repetition number of its sets.
+uint32_t hk_interval_min(const pus_hk_structure_t* structure);
+/// Report a structure's values of now to a user.
+void hk_sample_now(pus_hk_t* hk, const pus_hk_structure_t* structure, pus_request_t* request);
+/// st03_requests.c: the entry for a dispatcher, without its step.
+pus_service_t hk_requests(pus_hk_t* hk);
+
+/// st03_functional.c: TC[3,37] to [3,44].
+pus_reply_t hk_functional_apply(void* self, pus_request_t* request);
+pus_reply_t hk_functional_create(void* self, pus_request_t* request);
+pus_reply_t hk_functional_delete(void* self, pus_request_t* request);
+pus_reply_t hk_functional_report(void* self, pus_request_t* request);
+pus_reply_t hk_functional_add(void* self, pus_request_t* request);
+pus_reply_t hk_functional_remove(void* self, pus_request_t* request);
+pus_reply_t hk_functional_modify(void* self, pus_request_t* request);
+
+#endif // PUS_ST03_ST03_STRUCTURES_H

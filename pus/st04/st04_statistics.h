@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[04] parameter statistics: of each scalar parameter that is defined, samples, largest and smallest value
+/// with their times, mean and standard deviation. All 9 messages.
+///
+/// A parameter is sampled every `sampling interval`, a whole number of cycles: what the request names,
+/// rounded down; less than one cycle is refused. Real values that are not finite are not sampled, and
+/// counted. Largest and smallest are exact; mean and deviation (of all samples, not of a larger population)
+/// are doubles by Welford's method, which does not lose small changes on large values. A statistic holds at
+/// most 2^32 - 1 samples; it takes no more then.
+///
+/// TM[4,2] tells what has a sample since the start time, the last reset or start of the service; over as many
+/// packets as needed, each with both times. TC[4,1] resets if its flag says so. Periodic reports go to all
+/// ground users and reset, so that each is of one interval; intervals count cycles. Where the port refuses, a
+/// periodic report is lost, and counted.
+///
+/// Lasting: definitions and the reporting interval; not what was sampled.
+///
+/// Ownership  The caller places all storage. Context: the loop of the process. Time: a step is O(samples due
+/// *
+///            log definitions), and O(definitions) where a report is due; a request O(entries * definitions).
+#ifndef PUS_ST04_ST04_STATISTICS_H
+#define PUS_ST04_ST04_STATISTICS_H
+
+#include "pus/core/due_heap.h"
+#include "pus/core/scalar.h"
+#include "pus/core/service.h"
+
+typedef struct { // Private.
+    bool in_use;
+    pus_scalar_t scalar;
+    int64_t interval_ticks; // As requested, 2^-24 s.
+    uint64_t interval;      // [cycles]
+    uint32_t samples;
+    uint64_t maximum;
+    uint64_t minimum;
+    uint64_t maximum_ns; // Since 1958.
+    uint64_t minimum_ns;
+    double mean;
+    double squares; // Sum of the squared distances from the mean.
+} pus_statistic_t;
+
+typedef struct {
+    pus_process_t* process;
+    pus_parameter_port_t parameters;      ///< `write` is not used.
+    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    pus_statistic_t* statistics;          ///< `capacity` of each.
+    pus_due_t* due;
+    uint16_t* places;
+    uint16_t capacity;
+    uint64_t cycle_ns; ///< Minimum sampling interval [ns], >= 1.
+} pus_statistics_config_t;
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_statistics_config_t config;
+    pus_due_heap_t due;
+    uint64_t cycle;      // Extended to 64 bits.
+    uint32_t last_cycle; // As given.
+    bool is_started;     // start_ns is known.
+    uint64_t start_ns;
+    int64_t reporting_ticks; // 0: no periodic reports.
+    uint64_t reporting_interval;
+    uint64_t next_report; // Cycle.
+    struct {
+        uint32_t samples;    ///< Samples taken.
+        uint32_t missing;    ///< Samples not taken, since the parameter was not there.
+        uint32_t not_finite; ///< Values that were no finite number.
+        uint32_t lost;       ///< Periodic reports that did not go out whole.
+        uint32_t refused;    ///< Instructions and requests refused.
+        uint32_t unsaved;    ///< Records the store refused; what they say was refused too.
+    } counters;
+} pus_statistics_t;
+
+/// Without definitions or periodic reports.
+void pus_statistics_init(pus_statistics_t* self, const pus_statistics_config_t* config);
+/// The service's entry for a dispatcher; subtypes and step included.
+pus_service_t pus_statistics_service(pus_statistics_t* self);
+/// Take one record back. STATUS_OK, STATUS_INVALID (malformed, no scalar, or an interval out of range),
+/// STATUS_EXHAUSTED (no room). The parameter may come later.
+MUST_USE status_t pus_statistics_restore(pus_statistics_t* self, uint32_t key, const uint8_t* octets,
+                                         size_t size);
+/// Sample what is due and report. `cycle` counts minimum sampling intervals and may jump forward.
+void pus_statistics_step(pus_statistics_t* self, uint64_t now_ns, uint32_t cycle);
+
+#endif // PUS_ST04_ST04_STATISTICS_H

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[05] events: TM 1..4 by severity, TC 5 enable, 6 disable, 7 and TM 8 list of the disabled.
+/// A disabled event is not reported, but counted, and the supervisor gets a notice of it (TM[129,7]): what is
+/// to happen on board hangs on the event, not on its report. Reports go to all ground users and are kept by
+/// the process while the port refuses. Ownership: the caller places definitions and state.
+///
+/// A limiter for each event lets `burst` occurrences pass at once, later one in each interval; a HIGH event
+/// passes unless its last report still waits for the port. What does not pass is counted, and told by an
+/// event {event u16, count u32} for one event a second at most. Plans, ST[12] and ST[19] see what passes; the
+/// subsystem's own reaction does not ask the limiter.
+#ifndef PUS_ST05_ST05_EVENTS_H
+#define PUS_ST05_ST05_EVENTS_H
+
+#include "pus/core/service.h"
+
+typedef enum {
+    PUS_SEVERITY_INFORMATIVE = 1,
+    PUS_SEVERITY_LOW         = 2,
+    PUS_SEVERITY_MEDIUM      = 3,
+    PUS_SEVERITY_HIGH        = 4
+} pus_severity_t;
+
+typedef struct {
+    uint16_t id;
+    uint8_t severity;     ///< pus_severity_t.
+    uint8_t burst;        ///< Occurrences that pass at once.
+    uint16_t aux_size;    ///< Size of the auxiliary data [octets].
+    uint16_t interval_ms; ///< Then one passes in this time; 0: no limit.
+} pus_event_definition_t;
+
+typedef struct {
+    bool is_disabled;
+    uint32_t raised;     ///< How often, reported or not [wraps].
+    uint32_t suppressed; ///< Private: by the limiter, and not told yet.
+    uint32_t due_ms;     // When as many have passed as may on the average [wraps].
+} pus_event_state_t;
+
+#define PUS_EVENT_BURST 20U        ///< Where nothing else is said: so many at once,
+#define PUS_EVENT_INTERVAL_MS 100U ///< and ten a second.
+#define PUS_SUPPRESSED_TELL_NS 1000000000ULL
+#define PUS_SUPPRESSED_AUX 6U ///< Auxiliary data of the event that tells: event u16, count u32.
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_process_t* process;
+    const pus_event_definition_t* definitions;
+    pus_event_state_t* states;
+    uint16_t count;
+    uint16_t told;   // Index of the event whose suppressed occurrences were told last.
+    uint16_t untold; // Events with such that were not told yet.
+    uint16_t teller; // Event that tells them; 0: there is none.
+    uint64_t next_tell_ns;
+    struct {
+        uint32_t suppressed; ///< Occurrences that the limiter did not let pass.
+        uint32_t reported;   ///< TM[5,1..4] sent or kept.
+        uint32_t disabled;   ///< Raised while disabled: TM[129,7] sent or kept.
+        uint32_t refused;    ///< Unknown id, wrong auxiliary data, or no room.
+    } counters;
+} pus_events_t;
+
+/// `states` has `count` entries like `definitions`; all are enabled and cleared. Ids are unique.
+void pus_events_init(pus_events_t* events, pus_process_t* process, const pus_event_definition_t* definitions,
+                     pus_event_state_t* states, uint16_t count);
+pus_service_t pus_events_service(pus_events_t* events);
+/// The event that tells what was suppressed, with PUS_SUPPRESSED_AUX octets of auxiliary data; 0: none.
+void pus_events_tell_by(pus_events_t* events, uint16_t event_id);
+/// Tell what was suppressed, if it is time; call once per step. True if more is to be told later.
+bool pus_events_step(pus_events_t* events, uint64_t now_ns);
+/// Raise an event. STATUS_OK (reported, or disabled and noticed, or suppressed and counted),
+/// STATUS_NOT_FOUND, STATUS_INVALID (auxiliary data of another size), STATUS_EXHAUSTED (no room to report it;
+/// counted).
+status_t pus_event_raise(pus_events_t* events, uint16_t event_id, const uint8_t* aux, size_t aux_size,
+                         uint64_t now_ns);
+/// State of an event, or null if the id is unknown.
+const pus_event_state_t* pus_event_state(const pus_events_t* events, uint16_t event_id);
+
+/// An event as a report or a notice tells of it.
+typedef struct {
+    uint16_t apid;
+    uint16_t event;
+    uint8_t severity; ///< pus_severity_t.
+} pus_event_occurrence_t;
+
+/// The event of a TM[5,1..4] or a TM[129,7]. STATUS_OK, STATUS_NOT_FOUND (another message), STATUS_INVALID
+/// (octets missing or left over, severity unknown).
+MUST_USE status_t pus_event_occurrence_read(const pus_tm_t* tm, pus_event_occurrence_t* out_occurrence);
+
+#endif // PUS_ST05_ST05_EVENTS_H

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Private to ST[06] and ST[20]: the memory or object that a request names, and what lies inside it.
+#ifndef PUS_ST06_ST06_AREAS_H
+#define PUS_ST06_ST06_AREAS_H
+
+#include "pus/st06/st06_memory.h"
+
+/// What a request's areas lie in: a memory, or one object of it.
+typedef struct {
+    const pus_memory_t* memory;
+    uint8_t index; ///< Of the memory.
+    bool is_object;
+    uint32_t base_id; ///< Of the object.
+    uint32_t origin;  ///< Address = origin + what the request gives.
+    uint32_t first;   ///< Least that a request may give.
+    uint32_t size;    ///< From there on [octets].
+} memory_target_t;
+
+/// Read memory id and, for objects, base id. PUS_FAILURE_NONE, or PUS_FAILURE_UNKNOWN_ID.
+pus_failure_t memory_find(const pus_memory_t* memories, uint8_t count, octet_reader_t* reader, bool is_object,
+                          memory_target_t* out_target);
+/// True if an area lies inside, without an overflow, and is aligned.
+bool memory_is_inside(const memory_target_t* target, uint32_t address, uint32_t length);
+
+#endif // PUS_ST06_ST06_AREAS_H

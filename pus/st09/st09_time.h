@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[09] time management: TC[9,1] sets the rate of the spacecraft's time reports, a report every 2^v
+/// seconds; TM[9,2] has the time as CUC, TM[9,3] as CDS, one of the two by the configuration.
+///
+/// They are spacecraft time packets: APID 0, no secondary header, so that neither service nor subtype is in
+/// them. Layout (CCSDS 301.0-B for the times), 18 octets:
+///
+///     primary header (6) | v u8 | time (8) | time reference status u8 | CRC-16 u16
+///     CUC    P-field 0x1F | seconds u32 | fraction u24
+///     CDS    day u16 | ms of the day u32 | us of the ms u16; no P-field, days of TAI since 1958-01-01
+///
+/// A report is sent in the first step at or after each multiple of its period on the clock of the mission,
+/// once however far the clock jumps, in either direction. One that the port refuses is built anew in the next
+/// step, with the time of then. The rate is one lasting record, key 0.
+///
+/// Refusals: PUS_FAILURE_OUT_OF_RANGE (v > 8; detail: octet offset), TM[1,8] PUS_FAILURE_IO (the rate could
+/// not be kept and stays; detail: status).
+///
+/// Ownership  The caller places it. Context: one loop. Time: O(1).
+#ifndef PUS_ST09_ST09_TIME_H
+#define PUS_ST09_ST09_TIME_H
+
+#include "pus/core/persistence.h"
+#include "pus/core/service.h"
+
+#define PUS_TIME_PACKET_SIZE 18U
+#define PUS_TIME_EXPONENT_MAX 8U
+#define PUS_TIME_NO_REPORTS 255U ///< Instead of an exponent in the configuration: none before TC[9,1].
+
+typedef enum {
+    PUS_TIME_CUC = 2, ///< The subtype of its report.
+    PUS_TIME_CDS = 3
+} pus_time_format_t;
+
+typedef struct {
+    uint32_t epoch_s; ///< Of the mission [seconds since 1958-01-01 TAI].
+    pus_time_format_t format;
+    uint8_t exponent; ///< Of the rate at first, 0..PUS_TIME_EXPONENT_MAX or PUS_TIME_NO_REPORTS.
+    uint8_t status;   ///< Spacecraft time reference status, the mission's meaning.
+    pus_port_t port;  ///< Takes time packets to ground.
+    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+} pus_time_config_t;
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_time_config_t config;
+    uint8_t exponent;
+    uint16_t sequence;
+    uint64_t period; // Number of the one that was reported last; UINT64_MAX: none.
+    struct {
+        uint32_t sent;
+        uint32_t refused; ///< By the port.
+    } counters;
+} pus_time_t;
+
+/// What a time packet says.
+typedef struct {
+    uint16_t sequence;
+    uint8_t exponent;
+    uint8_t status;
+    uint64_t time_ns; ///< Since 1958-01-01 TAI.
+} pus_time_report_t;
+
+void pus_time_init(pus_time_t* time, const pus_time_config_t* config);
+/// Take the lasting record back. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID: it stays.
+MUST_USE status_t pus_time_restore(pus_time_t* time, uint32_t key, const uint8_t* octets, size_t size);
+/// Send a report if one is due.
+void pus_time_step(pus_time_t* time, uint64_t now_ns);
+/// When the next report is due [ns of the run]; now_ns if one is, UINT64_MAX if there are none.
+uint64_t pus_time_due_ns(const pus_time_t* time, uint64_t now_ns);
+/// The service's entry for a dispatcher; call pus_time_step once per cycle.
+pus_service_t pus_time_service(pus_time_t* time);
+
+/// True if these octets begin as a spacecraft time packet, which pus_tm_decode does not take.
+bool pus_is_time_packet(const uint8_t* octets, size_t size);
+/// Check and decode a time packet of this format that fills `octets` exactly. STATUS_OK, STATUS_INVALID
+/// (another packet or format, or a CDS time that is none), STATUS_CHECKSUM.
+MUST_USE status_t pus_time_decode(const uint8_t* octets, size_t size, pus_time_format_t format,
+                                  pus_time_report_t* out_report);
+
+#endif // PUS_ST09_ST09_TIME_H

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[11] time-based scheduling, all of it: a schedule (pus/core/schedule.h says what its requests do) whose
+/// tags are absolute times, in ticks of 2^-24 s since 1958-01-01 TAI.
+///
+/// Mission time is passed in and may jump: after a jump forward all that is due is released once, in order;
+/// after a jump back nothing is released again. Who steps the schedule at pus_time_schedule_next_ns releases
+/// to the nanosecond.
+///
+/// Ownership, context, time: as pus/core/schedule.h.
+#ifndef PUS_ST11_ST11_TIME_SCHEDULE_H
+#define PUS_ST11_ST11_TIME_SCHEDULE_H
+
+#include "pus/core/schedule.h"
+
+typedef struct { // Private, except schedule.counters and schedule.count.
+    pus_schedule_t schedule;
+    uint64_t epoch_ns;
+} pus_time_schedule_t;
+
+/// epoch_s: as in pus_process_init.
+void pus_time_schedule_init(pus_time_schedule_t* self, uint32_t epoch_s, const pus_schedule_config_t* config);
+/// The service's entry for a dispatcher, without a step.
+pus_service_t pus_time_schedule_service(pus_time_schedule_t* self);
+/// Take a lasting record back. Statuses of pus_schedule_restore.
+MUST_USE status_t pus_time_schedule_restore(pus_time_schedule_t* self, uint32_t key, const uint8_t* octets,
+                                            size_t size);
+/// Release what is due, and go on with a report.
+void pus_time_schedule_step(pus_time_schedule_t* self, uint64_t now_ns);
+/// Mission time at which the next activity is due, now_ns or earlier if it is already; UINT64_MAX if there is
+/// none. What pus_schedule_is_waiting tells of is not in it.
+uint64_t pus_time_schedule_next_ns(const pus_time_schedule_t* self);
+
+#endif // PUS_ST11_ST11_TIME_SCHEDULE_H

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Parts of ST[12] that its files share. Internal to pus/.
+#ifndef PUS_ST12_ST12_INTERNAL_H
+#define PUS_ST12_ST12_INTERNAL_H
+
+#include "pus/core/list_report.h"
+#include "pus/st12/st12_monitoring.h"
+
+#define MONITORING_NONE UINT16_MAX ///< No place in the order.
+#define MONITORING_PMON_RECORD 0U  ///< Kinds of records: the high half of a key.
+#define MONITORING_FMON_RECORD 1U
+#define MONITORING_SETTINGS_RECORD 2U
+#define MONITORING_RECORD_MAX 640U ///< Largest record [octets]: an FMON of 255 members.
+#define MONITORING_PMON_MAX 96U    ///< Largest entry of TM[12,9] [octets].
+#define MONITORING_TRANSITION_MAX 48U
+#define MONITORING_PMON_EVENT 16U ///< Auxiliary data of the event of a PMON [octets].
+#define MONITORING_FMON_EVENT 4U  ///< The same of an FMON.
+
+/// Where a definition comes from, which tells its fields: TC[12,5] and [12,23], TC[12,7], or a record.
+typedef enum {
+    MONITORING_FROM_ADD,
+    MONITORING_FROM_MODIFY,
+    MONITORING_FROM_RECORD
+} monitoring_origin_t;
+
+// Definitions of parameter monitoring (st12_definitions.c).
+
+/// Read a definition. False: no scalar, or no such check type.
+bool monitoring_read_pmon(octet_reader_t* reader, monitoring_origin_t origin, pus_pmon_t* out_pmon);
+/// As an entry of TM[12,9], and a record.
+void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
+/// As an entry of TM[12,11] and TM[12,12].
+void monitoring_write_transition(octet_writer_t* writer, const pus_check_transition_t* transition);
+bool monitoring_read_validity(octet_reader_t* reader, pus_validity_t* out_validity);
+void monitoring_write_validity(octet_writer_t* writer, const pus_validity_t* validity);
+/// Find events and, for a request, parameters; see that the definition makes sense. `offset`: of it, for the
+/// failure.
+pus_failure_t monitoring_check_pmon(const pus_monitoring_t* self, monitoring_origin_t origin,
+                                    pus_pmon_t* pmon, uint32_t offset);
+pus_failure_t monitoring_check_validity(const pus_monitoring_t* self, monitoring_origin_t origin,
+                                        pus_validity_t* validity, uint32_t offset);
+pus_failure_t monitoring_check_event(const pus_monitoring_t* self, uint16_t event_id, size_t size);
+
+// Tables and records (st12_monitoring.c).
+
+/// Null if there is none.
+pus_pmon_t* monitoring_pmon(const pus_monitoring_t* self, uint16_t id);
+/// Keep a record. PUS_FAILURE_NONE or PUS_FAILURE_IO.
+pus_failure_t monitoring_save(pus_monitoring_t* self, uint32_t kind, uint16_t id, const uint8_t* octets,
+                              size_t size);
+pus_failure_t monitoring_forget(pus_monitoring_t* self, uint32_t kind, uint16_t id);
+pus_failure_t monitoring_save_settings(pus_monitoring_t* self, bool is_enabled, bool is_functional,
+                                       uint32_t reporting_delay);
+/// Done, or refused as the failure says.
+pus_reply_t monitoring_reply(pus_monitoring_t* self, const pus_failure_t* failure);
+/// Refuse or perform an instruction, as its failure says.
+void monitoring_settle(pus_monitoring_t* self, pus_request_t* request, uint16_t instruction,
+                       const pus_failure_t* failure);
+/// Apply a function to each id of a request.
+typedef pus_failure_t (*monitoring_act_t)(pus_monitoring_t* self, uint16_t id);
+pus_reply_t monitoring_for_each(pus_monitoring_t* self, pus_request_t* request, monitoring_act_t act);
+/// Refuse each id of a request for reports that `look_up` does not know, and perform the rest; no id at all
+/// stands for all. False if nothing is to be reported.
+bool monitoring_accept_ids(pus_monitoring_t* self, pus_request_t* request, monitoring_act_t look_up);
+status_t monitoring_status(const pus_failure_t* failure);
+
+// Checking (st12_checks.c).
+
+bool monitoring_is_valid(const pus_monitoring_t* self, const pus_validity_t* validity);
+/// Let a PMON be checked from the next cycle on, if it and the function are enabled.
+void monitoring_schedule(pus_monitoring_t* self, const pus_pmon_t* pmon);
+/// Check it no more; its status is unchecked.
+void monitoring_uncheck(pus_monitoring_t* self, pus_pmon_t* pmon);
+
+// Functional monitoring (st12_functional.c).
+
+/// Tell each PMON who names it, if that has changed.
+void monitoring_link(pus_monitoring_t* self);
+/// The FMONs that name a PMON are to be judged.
+void monitoring_touch(pus_monitoring_t* self, const pus_pmon_t* pmon);
+/// Judge the FMONs that were touched.
+void monitoring_judge_touched(pus_monitoring_t* self, uint64_t now_ns);
+/// Whether a protected FMON names a PMON.
+bool monitoring_is_protected(pus_monitoring_t* self, const pus_pmon_t* pmon);
+status_t monitoring_restore_fmon(pus_monitoring_t* self, octet_reader_t* reader);
+pus_reply_t monitoring_enable_functional(void* self, pus_request_t* request);
+pus_reply_t monitoring_disable_functional(void* self, pus_request_t* request);
+pus_reply_t monitoring_enable_fmons(void* self, pus_request_t* request);
+pus_reply_t monitoring_disable_fmons(void* self, pus_request_t* request);
+pus_reply_t monitoring_protect_fmons(void* self, pus_request_t* request);
+pus_reply_t monitoring_unprotect_fmons(void* self, pus_request_t* request);
+pus_reply_t monitoring_add_fmons(void* self, pus_request_t* request);
+pus_reply_t monitoring_delete_fmons(void* self, pus_request_t* request);
+pus_reply_t monitoring_report_fmons(void* self, pus_request_t* request);
+pus_reply_t monitoring_report_fmon_status(void* self, pus_request_t* request);
+
+#endif // PUS_ST12_ST12_INTERNAL_H

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[12] on-board monitoring: parameter monitoring (PMON) and functional monitoring (FMON) definitions. All
+/// 28 messages.
+///
+/// A PMON samples one scalar parameter every `interval` cycles (the minimum sampling interval) and judges:
+///   expected value  (value & mask) == expected, on the value's bits; else "unexpected".
+///   limit           low <= value <= high. Compared exactly; what is not a number is below.
+///   delta           the mean of so many consecutive differences, low <= mean <= high; one verdict for each
+///                   such block. Thresholds have a sign, whatever the value's type: an unsigned value of
+///                   8..64 bits has thresholds of the same width in two's complement.
+/// While its validity condition does not hold, (validity parameter & mask) == expected, or one of both
+/// parameters is not there (its owner's software is not started), its status is "invalid", at once. The
+/// condition of parameter id 0 (mask and value are one octet there) always holds. Otherwise a verdict becomes
+/// its status when it has come `repetition` times in a row. A change of status is a transition: it joins the
+/// list of TM[12,12], which is sent when it is full, or the maximum reporting delay [cycles] after its first
+/// entry; and it raises the event of the limit that is crossed, unless that is 0. The event's auxiliary data,
+/// 16 octets: PMON id u16, parameter id u32, check type u8, status u8, value f64. A status that is set to
+/// "unchecked" because its definition or the function is disabled is no transition. `limit_crossed` is the
+/// limit of the new status, or of the one before it, or zero; with expected values always the expected one.
+///
+/// An FMON is judged whenever one of its PMONs was sampled or disabled: "invalid" while its validity
+/// condition does not hold, else "failed" while at least `minimum` of its PMONs are unexpected or out of
+/// their limits, else "running". When it becomes failed it raises its event, unless that is 0; auxiliary
+/// data, 4 octets: FMON id u16, number of failing PMONs u16.
+///
+/// Rules beyond the standard's text (docs/decisions): only a disabled PMON is modified or deleted, and none
+/// that an FMON names is deleted; a PMON of a protected FMON is neither disabled nor modified. A protected
+/// FMON is neither disabled nor deleted, an enabled one not deleted. All PMONs are deleted only while the
+/// function is disabled and there is no FMON. The PMON function stays enabled while the FMON function is, and
+/// the FMON function starts only with it. New definitions are disabled and unprotected.
+///
+/// Lasting: definitions with their statuses, both functions, the delay; not what was checked.
+///
+/// Ownership  The caller places all storage. Context: the loop of the process. Time: a step is O(PMONs due *
+///            (log PMONs + FMONs that name them)); a request O(entries * (log PMONs + FMON members)).
+#ifndef PUS_ST12_ST12_MONITORING_H
+#define PUS_ST12_ST12_MONITORING_H
+
+#include "pus/core/due_heap.h"
+#include "pus/core/event_port.h"
+#include "pus/core/scalar.h"
+#include "pus/core/service.h"
+
+typedef enum {
+    PUS_CHECK_EXPECTED = 0,
+    PUS_CHECK_LIMIT    = 1,
+    PUS_CHECK_DELTA    = 2
+} pus_check_type_t;
+
+typedef enum {
+    PUS_CHECK_NOMINAL   = 0,
+    PUS_CHECK_UNCHECKED = 1,
+    PUS_CHECK_INVALID   = 2,
+    PUS_CHECK_LOW       = 3, ///< Unexpected, or below the low limit or threshold.
+    PUS_CHECK_HIGH      = 4
+} pus_check_status_t;
+
+typedef enum {
+    PUS_FMON_UNCHECKED = 0,
+    PUS_FMON_RUNNING   = 1,
+    PUS_FMON_INVALID   = 2,
+    PUS_FMON_FAILED    = 3
+} pus_fmon_status_t;
+
+typedef struct {         // Private.
+    pus_scalar_t scalar; // Id 0: always valid.
+    uint64_t mask;
+    uint64_t expected;
+} pus_validity_t;
+
+/// A change of status, as in TM[12,11] and TM[12,12].
+typedef struct { // Private.
+    uint16_t pmon_id;
+    uint32_t parameter_id;
+    uint8_t check_type;
+    uint8_t previous;
+    uint8_t current;
+    uint64_t mask;
+    uint64_t value;
+    uint64_t limit;
+    uint64_t time_ns; // Since 1958.
+} pus_check_transition_t;
+
+typedef struct { // Private.
+    uint16_t id;
+    uint16_t repetition;
+    uint32_t interval;
+    pus_scalar_t scalar;
+    pus_validity_t validity;
+    uint64_t low;  // Limit, threshold, or mask.
+    uint64_t high; // Limit, threshold, or expected value.
+    uint16_t low_event;
+    uint16_t high_event;
+    uint16_t deltas;
+    uint8_t check_type;
+    bool is_enabled;
+    uint8_t status;
+    uint8_t verdict;      // The last one.
+    uint16_t verdicts;    // In a row, at most `repetition`.
+    uint16_t differences; // Of the present block of deltas.
+    bool has_first;       // The block has its first value.
+    uint64_t first;
+    pus_check_transition_t last;
+    uint16_t members; // First FMON member that names it, + 1; 0 none.
+} pus_pmon_t;
+
+typedef struct { // Private.
+    uint16_t id;
+    uint16_t event;
+    uint16_t minimum;
+    uint8_t count; // Members.
+    uint8_t status;
+    bool in_use;
+    bool is_enabled;
+    bool is_protected;
+    bool is_touched; // To be judged.
+    pus_validity_t validity;
+} pus_fmon_t;
+
+typedef struct { // Private. Member k of FMON f is number f * fmon_members + k.
+    uint16_t pmon_id;
+    uint16_t next; // Member that names the same PMON, + 1; 0 none.
+} pus_fmon_member_t;
+
+typedef struct {
+    pus_process_t* process;
+    pus_parameter_port_t parameters; ///< `write` is not used.
+    pus_event_port_t events;
+    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    pus_pmon_t* pmons;                    ///< pmon_capacity of each.
+    uint16_t* pmon_order;
+    uint16_t* pmon_places;
+    pus_due_t* due;
+    pus_fmon_t* fmons; ///< fmon_capacity.
+    uint16_t* touched;
+    pus_fmon_member_t* members;          ///< fmon_capacity * fmon_members, less than 65535.
+    pus_check_transition_t* transitions; ///< transition_capacity, >= 1.
+    uint16_t pmon_capacity;
+    uint16_t fmon_capacity;
+    uint16_t transition_capacity;
+    uint8_t fmon_members;     ///< Largest number of PMONs an FMON names.
+    uint32_t reporting_delay; ///< Maximum transition reporting delay at first [cycles].
+} pus_monitoring_config_t;
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_monitoring_config_t config;
+    pus_due_heap_t due;
+    uint64_t cycle;      // Extended to 64 bits.
+    uint32_t last_cycle; // As given.
+    uint32_t reporting_delay;
+    uint16_t pmon_count; // Of pmon_order, which is sorted by id; the free ones follow.
+    uint16_t touched_count;
+    uint16_t transition_count;
+    uint64_t transitions_since; // Cycle of the first.
+    bool is_enabled;
+    bool is_functional; // The FMON function is enabled.
+    bool is_unlinked;   // `members` do not tell who names whom.
+    struct {
+        uint32_t checks;      ///< Samples judged, valid or not.
+        uint32_t transitions; ///< Changes of status.
+        uint32_t lost;        ///< Transitions that were never reported: list full, and the port refused.
+        uint32_t failures;    ///< FMONs that became failed.
+        uint32_t refused;     ///< Instructions and requests refused.
+        uint32_t unsaved;     ///< Records the store refused; what they say was refused too.
+    } counters;
+} pus_monitoring_t;
+
+/// Without definitions, both functions disabled.
+void pus_monitoring_init(pus_monitoring_t* self, const pus_monitoring_config_t* config);
+/// The service's entry for a dispatcher; subtypes and step included.
+pus_service_t pus_monitoring_service(pus_monitoring_t* self);
+/// Take one record back. STATUS_OK, STATUS_INVALID (malformed, or what a request would be refused for),
+/// STATUS_NOT_FOUND (an event), STATUS_EXHAUSTED (no room). A parameter may come later.
+MUST_USE status_t pus_monitoring_restore(pus_monitoring_t* self, uint32_t key, const uint8_t* octets,
+                                         size_t size);
+/// Check what is due and report. `cycle` counts minimum sampling intervals and may jump forward; what was
+/// missed is then checked once.
+void pus_monitoring_step(pus_monitoring_t* self, uint64_t now_ns, uint32_t cycle);
+
+#endif // PUS_ST12_ST12_MONITORING_H

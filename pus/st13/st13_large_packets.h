@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[13] large packet transfer: packets longer than PUS_PACKET_MAX, up to PUS_LARGE_MAX, go in parts. The
+/// parts carry the whole packet, headers and checksum included, numbered from 1.
+///
+/// Down: a report of any service is built here instead of in the process. One that fits a packet is sent as
+/// such; a longer one goes as TM[13,1], [13,2] ... [13,3] with PUS_LARGE_PART octets each, one after the
+/// other as the port takes them, to the report's destination. Reports follow one another in the order in
+/// which they were posted; while the buffers last none is lost.
+///
+/// Up: TC[13,9], [13,10] ... [13,11] of one source and transaction, with parts of any length but 0, become
+/// one request, which `take` is given once it is whole; the last part's request completes then. The request
+/// must be well-formed and from the source that sends the parts. Refused with TM[1,4]:
+///
+///     PUS_FAILURE_OUT_OF_RANGE   part number, or a part without octets: offset
+///     PUS_FAILURE_UNKNOWN_ID     no such transaction is under way: its id
+///     PUS_FAILURE_TABLE_FULL     all buffers are taken: their number; too long, by its own length field as
+///                                soon as that has come, or by what came: how long it may be
+///     PUS_FAILURE_EMBEDDED       what was put together is no request: its length; is one of this service, or
+///                                of another source: offset of that in it
+///
+/// An uplink that is given up is told in TM[13,16]: 1 no part came in time, 2 a part is missing or came twice
+/// (also if its transaction begins anew: that one goes on), 3 too long, malformed, or not taken in time.
+///
+/// Ownership  The caller places buffers and lists, which outlive the service. What `take` is given lives
+///            during the call.
+/// Context    One loop. Time: O(octets moved); a step `parts_per_step` parts, and O(uplinks).
+#ifndef PUS_ST13_ST13_LARGE_PACKETS_H
+#define PUS_ST13_ST13_LARGE_PACKETS_H
+
+#include "pus/core/service.h"
+
+#define PUS_LARGE_PART 512U ///< Of a report; its last part may be shorter [octets].
+
+#define PUS_LARGE_LAST_DOWN 3U ///< Subtype of a report's last part; the others lie below.
+
+typedef enum {
+    PUS_LARGE_TIMEOUT       = 1,
+    PUS_LARGE_DISCONTINUITY = 2,
+    PUS_LARGE_INTERNAL      = 3
+} pus_large_reason_t;
+
+typedef struct { // Private.
+    uint16_t transaction;
+    uint16_t destination;
+    size_t size;
+    size_t sent;
+} pus_large_report_t;
+
+typedef struct { // Private.
+    bool is_used;
+    bool is_whole;
+    uint16_t transaction;
+    uint16_t next_part;
+    size_t size;
+    uint64_t heard_ns;
+    pus_token_t token; // Of the last part.
+} pus_large_uplink_t;
+
+typedef struct {
+    pus_process_t* process;
+    pus_large_report_t* reports; ///< `report_count` of them, with `report_size` octets each.
+    uint8_t* report_octets;
+    size_t report_count; ///< 1 at least.
+    size_t report_size;  ///< PUS_PACKET_MAX..PUS_LARGE_MAX.
+    uint16_t parts_per_step;
+    pus_large_uplink_t* uplinks; ///< `uplink_count` of them, with `uplink_size` octets each.
+    uint8_t* uplink_octets;
+    size_t uplink_count;
+    size_t uplink_size;  ///< Longest request that is put together [octets], up to PUS_LARGE_MAX.
+    uint64_t timeout_ns; ///< Longest time between two parts, and until `take` takes it.
+    void* context;
+    /// How long a request to an application may be [octets]; more than `uplink_size` is as that.
+    size_t (*limit)(void* context, uint16_t apid);
+    /// Take a whole request in, like one that was received. STATUS_OK, or any other status: try again later.
+    status_t (*take)(void* context, const uint8_t* packet, size_t size, uint64_t now_ns);
+} pus_large_config_t;
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_large_config_t config;
+    size_t first_report; // Of a ring: the one that is sent, and the next ones behind it.
+    size_t posted;
+    bool is_building;
+    uint16_t transaction; // Of the next long report.
+    struct {
+        uint32_t reports;  ///< Reports sent in parts, whole.
+        uint32_t parts;    ///< Their parts.
+        uint32_t requests; ///< Requests that were put together and taken.
+        uint32_t aborted;  ///< Uplinks given up.
+        uint32_t refused;  ///< Parts refused, and reports for which there was no buffer.
+    } counters;
+} pus_large_t;
+
+void pus_large_init(pus_large_t* large, const pus_large_config_t* config);
+
+/// Begin a report of any service; the writer takes as much as its buffer holds. One at a time. STATUS_OK,
+/// STATUS_FULL (all buffers are under way: counted, try again later).
+MUST_USE status_t pus_large_begin(pus_large_t* large, uint8_t service, uint8_t subtype, uint16_t destination,
+                                  uint64_t now_ns, octet_writer_t* out_writer);
+/// Finish it: send it if it fits a packet (and keep it as pus_tm_post does), else send it in parts from the
+/// next step on. STATUS_OK, STATUS_TOO_LARGE (longer than the buffer: over), STATUS_EXHAUSTED (short, and the
+/// backlog is full: lost, counted).
+status_t pus_large_post(pus_large_t* large, octet_writer_t* writer);
+/// Discard the report begun.
+void pus_large_cancel(pus_large_t* large);
+
+/// Send parts, hand whole requests over, give up what waits too long; call once per cycle.
+void pus_large_step(pus_large_t* large, uint64_t now_ns);
+/// True if the next step has something to do; it need not have for an uplink that waits for its next part,
+/// which is given up with the first step behind its time-out.
+bool pus_large_is_busy(const pus_large_t* large);
+/// Port by which a process builds its long reports here (pus_process_lengthen); `context` is the service.
+pus_long_port_t pus_large_port(pus_large_t* large);
+/// The service's entry for a dispatcher.
+pus_service_t pus_large_service(pus_large_t* large);
+
+#endif // PUS_ST13_ST13_LARGE_PACKETS_H

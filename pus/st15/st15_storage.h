@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[15] on-board storage and retrieval: packet stores, what goes into each of them, and how it comes back.
+/// All 37 messages of the service.
+///
+/// A store is circular (when full it gives up its oldest packets) or bounded (it takes no more), has a name
+/// of printable characters, a size, and a virtual channel by which its packets are sent again. It is made by
+/// the configuration or by TC[15,20], then disabled and with nothing selected. Every report on board is shown
+/// by pus_storage_observe; each enabled store whose selection takes it (pus/core/report_selection.h: the
+/// requests 3, 4, 29 .. 34) stores it with the time of that moment. A report that cannot be stored is
+/// counted.
+///
+///     size       multiples of PUS_STORE_BLOCK are used; what is left over is not
+///     time tags  storage times, to 2^-24 s as on the wire; both ends of a range belong to it
+///     TC[15,13]  times are 0 if nothing is stored; percentages are rounded up, so that only an empty store
+///                has 0
+///
+/// Retrieval sends packets exactly as they were, in the order in which they were stored, through a port that
+/// may refuse: what it refuses is sent later. A store has one retrieval at a time:
+///     open           from its start time tag on, and then what comes in, until suspended; the tag becomes
+///     the
+///                    time of the packet sent last, and resumption goes on exactly behind it
+///     by time range  the packets of a range that were there when it began, then it ends by itself
+/// In each step stores of the lowest priority number go first, those of one number take turns, packet by
+/// packet, within the limits of packets and octets of a step. What a circular store gives up before it was
+/// sent is skipped.
+///
+/// N = 0 means all stores to which the request applies; the others are passed over silently. Otherwise each
+/// instruction is refused on its own; the detail is the first four octets of the store's name:
+///     PUS_FAILURE_UNKNOWN_ID    no such store
+///     PUS_FAILURE_EXISTS        15,20: there is one of this name
+///     PUS_FAILURE_DUPLICATE     15,12: named twice
+///     PUS_FAILURE_TABLE_FULL    15,20: no store is left (detail: maximum)
+///     PUS_FAILURE_OUT_OF_RANGE  name, size, type, virtual channel or time tag; a range that ends before it
+///                               begins; a size that what is stored would not fit (detail: octet offset
+///                               behind the instruction)
+///     PUS_FAILURE_STATE         11, 24 .. 28: a retrieval or copy is in progress; 25 .. 27: and while
+///     storage
+///                               is enabled; 9, 15: a retrieval of the other kind, or a range, is in
+///                               progress; 14: not suspended; 21: not all idle; 24: the target is not empty,
+///                               or another copy is in progress
+///     PUS_FAILURE_IO            it could not be kept (detail: status); nothing has changed
+/// TC[15,24] copies packets with their storage times, in slices like a retrieval, and completes when it is
+/// done: TM[1,8] PUS_FAILURE_TABLE_FULL (the target is full; detail: packets copied), PUS_FAILURE_IO. A copy
+/// does not outlive a restart.
+///
+/// Lasting records: key i is the state of store i (with where its retrieval is), key 256 + i its selection.
+/// Retrievals in progress go on after a restart: what was sent since the last checkpoint is then sent again,
+/// nothing is left out. Packets are on their medium after the next sync.
+///
+/// Ownership  The caller places everything the configuration points to. Context: one loop. `send` may not
+/// call
+///            back. Time: observe O(stores x log entries + size); step O(stores + slice); see
+///            pus/core/packet_store.h.
+#ifndef PUS_ST15_ST15_STORAGE_H
+#define PUS_ST15_ST15_STORAGE_H
+
+#include "pus/core/packet_store.h"
+#include "pus/core/report_selection.h"
+
+#define PUS_STORES_MAX 32U
+#define PUS_STORE_CIRCULAR 0U
+#define PUS_STORE_BOUNDED 1U
+#define PUS_STORE_SELECTION_KEY 256U ///< Key of the first selection's record.
+
+/// A port that sends packets again.
+typedef struct {
+    void* context;
+    /// STATUS_OK, or any other status: not taken, try again later. `packet` is copied.
+    status_t (*send)(void* context, uint8_t virtual_channel, const uint8_t* packet, size_t size);
+} pus_retrieval_port_t;
+
+typedef struct {
+    pus_process_t* process;    ///< For reports of completion and the epoch.
+    const medium_t* media;     ///< One for each store.
+    uint8_t store_count;       ///< 1..PUS_STORES_MAX.
+    uint16_t blocks_of_store;  ///< Of the largest store, >= PUS_STORE_BLOCKS_MIN; x PUS_STORE_BLOCK octets.
+    pus_store_block_t* blocks; ///< store_count x blocks_of_store.
+    uint16_t entries_of_selection;    ///< 1..PUS_SELECTION_ENTRIES_MAX.
+    pus_selection_entry_t* entries;   ///< store_count x entries_of_selection.
+    pus_selection_entry_t* candidate; ///< entries_of_selection.
+    const uint16_t* apids;            ///< Processes whose reports may be selected, each once.
+    uint16_t apid_count;
+    uint8_t virtual_channels; ///< Number of them: 0..virtual_channels - 1.
+    pus_retrieval_port_t port;
+    uint16_t packets_per_step;            ///< Sent or copied at most, >= 1.
+    uint32_t octets_per_step;             ///< Read in a step after which it ends, >= 1.
+    uint64_t sync_interval_ns;            ///< Between syncs of what was stored; 0: in each step.
+    uint64_t checkpoint_interval_ns;      ///< Between records of how far retrievals are; 0: in each step.
+    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+} pus_storage_config_t;
+
+/// A store as the configuration defines it.
+typedef struct {
+    uint8_t name[PUS_NAME_SIZE]; ///< Padded with NUL.
+    uint32_t size;               ///< [octets]
+    uint8_t type;                ///< PUS_STORE_CIRCULAR, PUS_STORE_BOUNDED.
+    uint8_t virtual_channel;
+    bool is_enabled;
+} pus_store_definition_t;
+
+typedef enum { // Private.
+    PUS_RETRIEVAL_NONE = 0,
+    PUS_RETRIEVAL_OPEN,
+    PUS_RETRIEVAL_RANGE
+} pus_retrieval_t;
+
+typedef struct { // Private: what is kept of a store.
+    bool is_there;
+    uint8_t name[PUS_NAME_SIZE];
+    uint32_t size;
+    uint8_t type;
+    uint8_t virtual_channel;
+    bool is_enabled;
+    uint8_t retrieval; // pus_retrieval_t.
+    uint8_t priority;
+    uint32_t generation;
+    uint64_t tail; // As of the last deletion.
+    uint64_t open_tag_ns;
+    bool is_seeking;      // The open retrieval has not come to its tag yet.
+    uint64_t open_cursor; // Addresses.
+    uint64_t range_cursor;
+    uint64_t range_end;
+    uint64_t from_ns;
+    uint64_t to_ns;
+} pus_store_state_t;
+
+typedef struct { // Private, except `log.counters` and `sent`.
+    pus_store_state_t state;
+    pus_packet_store_t log;
+    pus_selection_t selection;
+    uint32_t sent;   ///< Packets sent again.
+    bool is_failed;  // Its medium could not be read at the start.
+    bool is_moved;   // Its retrieval went on since the last checkpoint.
+    bool is_waiting; // The port refused, or there is nothing to send, in this step.
+} pus_store_t;
+
+typedef struct { // Private: the copy in progress.
+    bool is_active;
+    pus_token_t token;
+    uint8_t source;
+    uint8_t target;
+    uint64_t cursor;
+    uint64_t end;
+    uint64_t from_ns;
+    uint64_t to_ns;
+    uint32_t copied;
+} pus_store_copy_t;
+
+typedef struct { // Private, except `counters` and `stores`: read-only, for telemetry.
+    pus_storage_config_t config;
+    pus_selection_editor_t editor;
+    pus_store_copy_t copy;
+    uint8_t last_served;           // Store that sent last.
+    bool is_stale[PUS_STORES_MAX]; // The medium holds what a deleted store has left.
+    uint64_t synced_ns;
+    uint64_t checkpoint_ns;
+    bool is_checkpoint_due; // Whatever the interval.
+    pus_store_t stores[PUS_STORES_MAX];
+    uint8_t buffer[PUS_STORE_BUFFER_SIZE];
+    struct {
+        uint32_t lost;    ///< Selected reports that could not be stored.
+        uint32_t refused; ///< Sends that the port refused.
+        uint32_t unkept;  ///< Checkpoints that could not be kept.
+    } counters;
+} pus_storage_t;
+
+void pus_storage_init(pus_storage_t* storage, const pus_storage_config_t* config);
+/// Add a store of the configuration, before pus_storage_start; it gets the next number. STATUS_OK,
+/// STATUS_EXHAUSTED, STATUS_EXISTS, STATUS_OUT_OF_RANGE (name, size, type or virtual channel).
+MUST_USE status_t pus_storage_add(pus_storage_t* storage, const pus_store_definition_t* definition);
+/// The selection of a store by its number, for the configuration.
+pus_selection_t* pus_storage_selection(pus_storage_t* storage, uint8_t number);
+/// Take a lasting record back, between pus_storage_add and pus_storage_start: it takes the place of what the
+/// configuration says. STATUS_OK; STATUS_NOT_FOUND (no such store), STATUS_INVALID (malformed, or not
+/// possible here), STATUS_EXHAUSTED (a selection longer than there is room for): nothing changed.
+MUST_USE status_t pus_storage_restore(pus_storage_t* storage, uint32_t key, const uint8_t* octets,
+                                      size_t size);
+/// Recover what the stores hold. STATUS_OK; STATUS_CHECKSUM: packets that nobody has deleted cannot be
+/// reached any more, all else can; STATUS_IO: the medium of a store failed, that store takes and gives
+/// nothing until the next start.
+MUST_USE status_t pus_storage_start(pus_storage_t* storage);
+/// Store a report, `tm` decoded, in all stores that select it.
+void pus_storage_observe(pus_storage_t* storage, const pus_tm_t* tm, const uint8_t* packet, size_t size,
+                         uint64_t now_ns);
+/// Send and copy a slice; sync and keep what is due.
+void pus_storage_step(pus_storage_t* storage, uint64_t now_ns);
+/// When a step has something to do [ns of the run]: now_ns or earlier if it has now (or found the port busy),
+/// UINT64_MAX if nothing before something is stored or requested.
+uint64_t pus_storage_due_ns(const pus_storage_t* storage, uint64_t now_ns);
+/// The service's entry for a dispatcher. It has no step: call pus_storage_step once per cycle.
+pus_service_t pus_storage_service(pus_storage_t* storage);
+
+#endif // PUS_ST15_ST15_STORAGE_H

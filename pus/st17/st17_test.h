@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[17] test: TC[17,1] are-you-alive answered by TM[17,2]; TC[17,3] {APID u16} on-board connection test
+/// answered by TM[17,4] {APID u16}, offered only where a port is configured.
+#ifndef PUS_ST17_ST17_TEST_H
+#define PUS_ST17_ST17_TEST_H
+
+#include "pus/core/service.h"
+
+#define PUS_TEST_ARE_YOU_ALIVE 1U ///< Subtype of the request that is answered at once.
+
+typedef struct {
+    void* context;
+    /// Begin a connection test with `apid`. PUS_LATER: end it with pus_test_connected and
+    /// pus_verify_completed, or pus_verify_failed. PUS_DONE: connected at once, the service reports.
+    pus_reply_t (*connect)(void* context, uint16_t apid, const pus_token_t* token, uint64_t now_ns);
+} pus_test_port_t;
+
+typedef struct { // Private.
+    pus_test_port_t port;
+} pus_test_t;
+
+/// port may be null: no connection test, TC[17,3] is an unknown subtype.
+void pus_test_init(pus_test_t* test, const pus_test_port_t* port);
+pus_service_t pus_test_service(pus_test_t* test);
+/// Send TM[17,4] to the request's source. Status of pus_tm_post.
+status_t pus_test_connected(pus_process_t* process, const pus_token_t* token, uint16_t apid, uint64_t now_ns);
+
+#endif // PUS_ST17_ST17_TEST_H

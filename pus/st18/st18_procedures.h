@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[18] on-board control procedures: loading, running, holding. All 20 messages. What a procedure is
+/// written in is the engine's business, behind pus/core/procedure_port.h.
+///
+/// Loading    By request (code with its checksum) or by reference (a whole file). A loaded procedure is
+///            inactive; only such a one is unloaded or activated.
+/// Running    TC[18,3] ends when the procedure does: TM[1,5] for each step, where asked; TM[1,7]; or TM[1,8]
+///            PUS_FAILURE_PROCEDURE with the line of the error, or PUS_FAILURE_ABORTED when it was stopped or
+///            aborted. A program that cannot be begun fails in the same way. Each cycle a running procedure
+///            gets a budget of the engine's units, and one of calls that others notice. What one has used
+///            beyond its budget in a cycle, those behind it have less: all together have budgets *
+///            procedures.
+/// Holding    A procedure is stopped or suspended where a step begins: the next one (step id 0) or the one
+///            named; a held one is stopped at once. It is aborted anywhere. TC[18,14] and [18,15] hold it
+///            where the next step begins. While it is held, its waiting goes on.
+/// Requests   it sends carry the on-board user of this process. One it waits for is judged by its TM[1,x],
+/// which
+///            the owner shows by pus_procedures_observe; none within the time limit is a failure
+///            (PUS_FAILURE_TIMEOUT). While the port refuses, it is sent in the next cycle.
+/// Observing  Level 1: started, held, resumed, ended, stopped, aborted; 2: also steps; 3: also requests sent
+/// and
+///            parameters received. Each raises the observation event; a failure raises the failure event at
+///            every level. Auxiliary data of both, 60 octets: procedure's id 8, what happened u8
+///            (pus_observation_t), step u16, detail u32 (failure: line; request: service << 8 | subtype),
+///            text 45 padded with NUL (failure: what the engine says). An event that the procedure raises
+///            itself has 10 octets: id 8, step u16.
+/// Engine     Runs from the start; while it is stopped nothing is loaded, activated or resumed. Stopping it
+///            aborts all. TC[18,7]: values wait until the procedure takes them; more are refused until then.
+///
+/// In failure notices a procedure's identifier is the first four octets of its id. Lasting: loaded code and
+/// whether the engine runs; no procedure runs after a restart.
+///
+/// Ownership  The caller places all storage. Context: the loop of the process. Time: a step is O(slots *
+///            budget); a request O(procedures).
+#ifndef PUS_ST18_ST18_PROCEDURES_H
+#define PUS_ST18_ST18_PROCEDURES_H
+
+#include "pus/core/event_port.h"
+#include "pus/core/file_port.h"
+#include "pus/core/procedure_port.h"
+#include "pus/core/requester.h"
+#include "pus/core/service.h"
+
+#define PUS_PROCEDURE_CODE_MAX 16384U     ///< Largest code [octets].
+#define PUS_PROCEDURE_ARGUMENTS_MAX 1024U ///< Values communicated to a procedure [octets].
+#define PUS_PROCEDURE_NONE UINT16_MAX
+#define PUS_OBSERVATION_TEXT 45U
+
+typedef enum {
+    PUS_PROCEDURE_INACTIVE = 0,
+    PUS_PROCEDURE_RUNNING  = 1,
+    PUS_PROCEDURE_HELD     = 2
+} pus_procedure_status_t;
+
+typedef enum {
+    PUS_OBSERVE_NOTHING   = 0,
+    PUS_OBSERVE_PROCEDURE = 1,
+    PUS_OBSERVE_STEPS     = 2,
+    PUS_OBSERVE_ALL       = 3
+} pus_observability_t;
+
+/// What happened, in the auxiliary data of an event.
+typedef enum {
+    PUS_OBSERVED_STARTED  = 1,
+    PUS_OBSERVED_ENDED    = 2,
+    PUS_OBSERVED_FAILED   = 3,
+    PUS_OBSERVED_STOPPED  = 4,
+    PUS_OBSERVED_ABORTED  = 5,
+    PUS_OBSERVED_HELD     = 6,
+    PUS_OBSERVED_RESUMED  = 7,
+    PUS_OBSERVED_STEP     = 8,
+    PUS_OBSERVED_SENT     = 9,
+    PUS_OBSERVED_RECEIVED = 10
+} pus_observation_t;
+
+/// Telemetry as it was last reported.
+typedef struct {
+    void* context;
+    /// Value of a parameter. STATUS_OK, STATUS_NOT_FOUND (unknown, never reported, or no scalar).
+    status_t (*read)(void* context, uint32_t parameter_id, value_type_t* out_type, uint64_t* out_bits);
+    /// The same by name, which may be that of a scalar within a parameter.
+    status_t (*read_named)(void* context, const char* name, value_type_t* out_type, uint64_t* out_bits);
+} pus_telemetry_port_t;
+
+typedef struct { // Private: a loaded procedure.
+    uint8_t id[PUS_NAME_SIZE];
+    bool in_use;
+    bool was_aborted;  // By the last request for all.
+    uint8_t parts;     // Of its records that were restored; one bit each.
+    uint8_t level;     // pus_observability_t.
+    uint16_t size;     // Of the code [octets].
+    uint16_t checksum; // Of the code.
+    uint16_t slot;     // PUS_PROCEDURE_NONE: inactive.
+    uint8_t code[PUS_PROCEDURE_CODE_MAX];
+} pus_procedure_t;
+
+/// What a running procedure is waiting for.
+typedef enum {
+    PUS_WAITS_NOT,
+    PUS_WAITS_TIME,
+    PUS_WAITS_PORT, // To send.
+    PUS_WAITS_VERIFICATION,
+    PUS_WAITS_PARAMETERS
+} pus_waiting_t;
+
+typedef struct { // Private: where a procedure is to be stopped or suspended.
+    bool is_wanted;
+    uint16_t step; // 0: the next one.
+} pus_hold_t;
+
+typedef struct {        // Private: a slot of the engine.
+    uint16_t procedure; // PUS_PROCEDURE_NONE: free.
+    bool is_held;
+    bool unloads; // When it has stopped.
+    uint16_t step;
+    pus_hold_t stop;
+    pus_hold_t suspension;
+    pus_token_t token; // Of the request that activated it.
+    pus_waiting_t waiting;
+    uint64_t until;      // Cycle.
+    uint32_t request_id; // Of what it waits for.
+    pus_call_t call;
+    pus_answer_t answer;
+    uint16_t communicated; // Octets that wait.
+    uint8_t values[PUS_PROCEDURE_ARGUMENTS_MAX];
+    uint8_t taken[PUS_PROCEDURE_ARGUMENTS_MAX];
+} pus_procedure_run_t;
+
+typedef struct {
+    pus_process_t* process;
+    pus_procedure_port_t engine;
+    pus_requester_t* requester; ///< For this service alone.
+    pus_telemetry_port_t telemetry;
+    pus_event_port_t events;
+    const pus_file_port_t* files;         ///< Null: nothing is loaded by reference.
+    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    pus_procedure_t* procedures;
+    pus_procedure_run_t* runs;    ///< One for each slot of the engine.
+    uint16_t capacity;            ///< Of `procedures`, 1..16383.
+    uint32_t budget;              ///< Units of the engine a procedure has in a cycle,
+    uint16_t calls;               ///< and steps, events and requests, >= 1; the next one waits a cycle.
+    uint64_t cycle_ns;            ///< [ns], >= 1.
+    uint32_t verification_cycles; ///< Time limit of a request that is waited for.
+    uint16_t observation_event;   ///< 0: none.
+    uint16_t failure_event;
+} pus_procedures_config_t;
+
+typedef struct { // Private, except `counters`: read-only, for telemetry.
+    pus_procedures_config_t config;
+    bool is_stopped; // The engine.
+    uint64_t cycle;  // Extended to 64 bits.
+    uint32_t last_cycle;
+    uint64_t now_ns;
+    struct {
+        uint32_t started;
+        uint32_t ended;
+        uint32_t failed;  ///< Ended in an error, or could not be begun.
+        uint32_t aborted; ///< Stopped or aborted.
+        uint32_t sent;    ///< Requests released.
+        uint32_t refused; ///< Instructions and requests refused.
+        uint32_t unsaved; ///< Records the store refused; what they say was refused too.
+    } counters;
+} pus_procedures_t;
+
+void pus_procedures_init(pus_procedures_t* self, const pus_procedures_config_t* config);
+/// The service's entry for a dispatcher; subtypes and step included.
+pus_service_t pus_procedures_service(pus_procedures_t* self);
+/// Take one record back. STATUS_OK, STATUS_INVALID (malformed, or its checksum is wrong), STATUS_EXHAUSTED
+/// (no room). A procedure is loaded when all its records are back.
+MUST_USE status_t pus_procedures_restore(pus_procedures_t* self, uint32_t key, const uint8_t* octets,
+                                         size_t size);
+/// See a report: a verification that a procedure waits for is its answer.
+void pus_procedures_observe(pus_procedures_t* self, const pus_tm_t* tm);
+/// Let what runs go on. `cycle` may jump forward.
+void pus_procedures_step(pus_procedures_t* self, uint64_t now_ns, uint32_t cycle);
+/// Whether any procedure is active.
+bool pus_procedures_are_active(const pus_procedures_t* self);
+
+#endif // PUS_ST18_ST18_PROCEDURES_H

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/st19/st19_definitions.h"
+
+#include "base/assertion.h"
+
+#include <string.h>
+
+// Keys of lasting records.
+#define KEY_STATE 0U
+#define KEY_DEFINITION 0x01000000U
+#define SLOT_MASK 0xFFFFU
+
+void pus_event_action_init(event_action_t* const self, const pus_event_action_config_t* const config)
+{
+    FSW_ASSERT((self != NULL) && (config != NULL) && (config->process != NULL) &&
+               (config->release.send != NULL) && (config->definitions != NULL) && (config->queue != NULL) &&
+               (config->buckets != NULL) && (config->chains != NULL));
+    FSW_ASSERT((config->definition_count >= 1U) && (config->definition_count < NONE) &&
+               (config->bucket_count >= 1U) && ((config->bucket_count & (config->bucket_count - 1U)) == 0U));
+    (void)memset(self, 0, sizeof(*self));
+    self->config = *config;
+    self->free   = NONE;
+    for (uint32_t i = 0U; i < config->bucket_count; i++) {
+        config->buckets[i] = NONE;
+    }
+    for (uint16_t i = config->definition_count; i > 0U; i--) { // The first is taken first.
+        config->definitions[i - 1U] = (definition_t){.next = self->free};
+        self->free                  = (uint16_t)(i - 1U);
+    }
+}
+
+// Definitions.
+
+uint32_t event_action_key(const uint16_t apid, const uint16_t event)
+{
+    return ((uint32_t)apid << 16U) | event;
+}
+
+static uint16_t* bucket_of(const event_action_t* const self, const uint16_t apid, const uint16_t event)
+{
+    uint32_t hash = event_action_key(apid, event) * 0x9E3779B1U;
+    hash          = hash ^ (hash >> 16U);
+    return &self->config.buckets[hash & (self->config.bucket_count - 1U)];
+}
+
+/// The place in a list at which the definition hangs, or at which the list ends.
+uint16_t* event_action_place(const event_action_t* const self, const uint16_t apid, const uint16_t event)
+{
+    uint16_t* place = bucket_of(self, apid, event);
+    while ((*place != NONE) && ((self->config.definitions[*place].apid != apid) ||
+                                (self->config.definitions[*place].event != event))) {
+        place = &self->config.definitions[*place].next;
+    }
+    return place;
+}
+
+/// Take a definition from the free list to its bucket.
+void event_action_enter(event_action_t* const self, const uint16_t slot, const definition_t* const content)
+{
+    definition_t* const definition = &self->config.definitions[slot];
+    uint16_t* place                = &self->free;
+    while (*place != slot) { // The first but when records come back.
+        place = &self->config.definitions[*place].next;
+    }
+    *place                 = definition->next;
+    uint16_t* const bucket = bucket_of(self, content->apid, content->event);
+    const bool is_queued   = definition->is_queued;
+    *definition            = *content;
+    definition->in_use     = true;
+    definition->is_queued  = is_queued;
+    definition->next       = *bucket;
+    *bucket                = slot;
+    self->count++;
+}
+
+/// Drop what waits for the port.
+void event_action_drop_waiting(event_action_t* const self, definition_t* const definition)
+{
+    self->counters.dropped += definition->waiting;
+    definition->waiting = 0U;
+}
+
+void event_action_leave(event_action_t* const self, uint16_t* const place)
+{
+    const uint16_t slot            = *place;
+    definition_t* const definition = &self->config.definitions[slot];
+    *place                         = definition->next;
+    event_action_drop_waiting(self, definition);
+    pus_chain_free(self->config.chains, &definition->request);
+    definition->in_use     = false;
+    definition->is_enabled = false;
+    definition->next       = self->free;
+    self->free             = slot;
+    self->count--;
+}
+
+size_t event_action_request(const definition_t* const definition, uint8_t* const out_octets)
+{
+    pus_chain_reader_t reader = pus_chain_reader(&definition->request);
+    return pus_chain_read(&reader, out_octets, PUS_PACKET_MAX);
+}
+
+// Lasting records.
+
+static status_t put(const event_action_t* const self, const uint32_t key, const size_t size)
+{
+    const pus_persistence_t* const port = self->config.persistence;
+    return (port != NULL) ? port->put(port->context, PUS_SERVICE_EVENT_ACTION, key, self->record, size)
+                          : STATUS_OK;
+}
+
+status_t event_action_put_function(event_action_t* const self)
+{
+    self->record[0] = self->is_enabled ? 1U : 0U;
+    return put(self, KEY_STATE, 1U);
+}
+
+status_t event_action_erase(const event_action_t* const self, const uint16_t slot)
+{
+    const pus_persistence_t* const port = self->config.persistence;
+    const status_t status               = (port != NULL)
+                                              ? port->erase(port->context, PUS_SERVICE_EVENT_ACTION, KEY_DEFINITION | slot)
+                                              : STATUS_OK;
+    return (status == STATUS_NOT_FOUND) ? STATUS_OK : status;
+}
+
+/// Keep a definition as if its status were this.
+status_t event_action_put(event_action_t* const self, const uint16_t slot, const bool is_enabled)
+{
+    const definition_t* const definition = &self->config.definitions[slot];
+    octet_writer_t writer                = octet_writer(self->record, PUS_EVENT_ACTION_RECORD_HEAD);
+    octet_write_u16(&writer, definition->apid);
+    octet_write_u16(&writer, definition->event);
+    octet_write_u8(&writer, is_enabled ? 1U : 0U);
+    const size_t size = event_action_request(definition, &self->record[PUS_EVENT_ACTION_RECORD_HEAD]);
+    return put(self, KEY_DEFINITION | slot, PUS_EVENT_ACTION_RECORD_HEAD + size);
+}
+
+bool event_action_is_request(const uint8_t* const octets, const size_t size)
+{
+    pus_tc_t tc;
+    pus_failure_t failure;
+    return (size <= PUS_EVENT_ACTION_REQUEST_MAX) &&
+           (pus_tc_decode(octets, size, &tc, &failure) == STATUS_OK);
+}
+
+static status_t restore_definition(event_action_t* const self, const uint32_t slot,
+                                   octet_reader_t* const reader)
+{
+    if (slot >= self->config.definition_count) {
+        return STATUS_EXHAUSTED;
+    }
+    definition_t content        = {0};
+    content.apid                = octet_read_u16(reader);
+    content.event               = octet_read_u16(reader);
+    content.is_enabled          = octet_read_u8(reader) != 0U;
+    const size_t size           = octet_reader_left(reader);
+    const uint8_t* const octets = octet_read_octets(reader, size);
+    if ((octets == NULL) || !event_action_is_request(octets, size)) {
+        return STATUS_INVALID;
+    }
+    if (self->config.definitions[slot].in_use ||
+        (*event_action_place(self, content.apid, content.event) != NONE)) {
+        return STATUS_EXISTS;
+    }
+    const status_t status = pus_chain_append(self->config.chains, &content.request, octets, size);
+    if (status == STATUS_OK) {
+        event_action_enter(self, (uint16_t)slot, &content);
+    }
+    return status;
+}
+
+status_t pus_event_action_restore(event_action_t* const self, const uint32_t key, const uint8_t* const octets,
+                                  const size_t size)
+{
+    FSW_ASSERT((self != NULL) && (octets != NULL));
+    octet_reader_t reader = octet_reader(octets, size);
+    if ((key == KEY_STATE) && (size == 1U)) {
+        self->is_enabled = octet_read_u8(&reader) != 0U;
+        return STATUS_OK;
+    }
+    return ((key & ~SLOT_MASK) == KEY_DEFINITION) ? restore_definition(self, key & SLOT_MASK, &reader)
+                                                  : STATUS_INVALID;
+}

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Private to pus/st19_*.c: the table of event-action definitions and their lasting records.
+#ifndef PUS_ST19_ST19_DEFINITIONS_H
+#define PUS_ST19_ST19_DEFINITIONS_H
+
+#include "pus/st19/st19_event_action.h"
+
+#define NONE 0xFFFFU // No definition.
+
+typedef pus_event_action_t event_action_t;
+typedef pus_event_action_definition_t definition_t;
+
+/// Identifier of a definition in failures.
+uint32_t event_action_key(uint16_t apid, uint16_t event);
+/// The place in a list where the index of the definition stands, or NONE if there is no such definition.
+uint16_t* event_action_place(const event_action_t* self, uint16_t apid, uint16_t event);
+/// A definition that was free gets this content.
+void event_action_enter(event_action_t* self, uint16_t slot, const definition_t* content);
+/// Forget the definition whose index stands at `place`.
+void event_action_leave(event_action_t* self, uint16_t* place);
+/// Drop what waits for the port, and count it.
+void event_action_drop_waiting(event_action_t* self, definition_t* definition);
+/// Copy the request to `out_octets` (PUS_PACKET_MAX). Returns its size.
+size_t event_action_request(const definition_t* definition, uint8_t* out_octets);
+bool event_action_is_request(const uint8_t* octets, size_t size);
+
+/// Keep a definition as if its status were this; the status of the function; or erase a definition's record.
+/// Status of the port, where what is not there counts as erased.
+MUST_USE status_t event_action_put(event_action_t* self, uint16_t slot, bool is_enabled);
+MUST_USE status_t event_action_put_function(event_action_t* self);
+MUST_USE status_t event_action_erase(const event_action_t* self, uint16_t slot);
+
+#endif // PUS_ST19_ST19_DEFINITIONS_H

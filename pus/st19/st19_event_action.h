@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[19] event-action, all of it: a request is released when an event occurs, reported or not.
+///
+/// A definition has the application process and the event it waits for as its key. It is added disabled;
+/// while it is disabled it may be added again, with another request, and deleted. The request of an enabled
+/// definition is released once for each report (TM[5,1..4]) or notice (TM[129,7]) of its event that is
+/// observed while the function is enabled.
+/// What the port does not take at once waits, in the order of the events, and is dropped (counted) when
+/// function or definition are disabled meanwhile. TC[19,3] disables the function and deletes all definitions,
+/// enabled ones too.
+///
+/// Instructions are refused by themselves: APID or event id out of range, event 0 (OUT_OF_RANGE, offset);
+/// embedded request malformed or longer than PUS_EVENT_ACTION_REQUEST_MAX (EMBEDDED, offset); enabled, where
+/// it may not be (STATE); not there (UNKNOWN_ID); no room (TABLE_FULL: definitions, or blocks); not kept (IO,
+/// status). The identifier in a failure is APID << 16 | event id. Reports go over as many packets and steps
+/// as they need; another one is refused meanwhile (STATE, subtype under way).
+///
+/// Ownership  The caller places all arrays. Context: one loop.
+/// Time       pus_event_action_observe O(1) in the mean, whatever the number of definitions, and O(request)
+/// where it
+///            releases one; a step with nothing waiting O(1).
+#ifndef PUS_ST19_ST19_EVENT_ACTION_H
+#define PUS_ST19_ST19_EVENT_ACTION_H
+
+#include "pus/core/chains.h"
+#include "pus/core/long_report.h"
+#include "pus/core/service.h"
+
+/// Largest request, so that TM[19,11] can report it in one packet [octets].
+#define PUS_EVENT_ACTION_REQUEST_MAX (PUS_TM_DATA_MAX - 7U)
+#define PUS_EVENT_ACTION_RELEASES 256U ///< In a step, at most.
+#define PUS_EVENT_ACTION_RECORD_HEAD 5U
+
+typedef struct { // Private.
+    pus_chain_t request;
+    uint16_t apid;
+    uint16_t event;
+    uint16_t next;    // In its bucket, or among the free.
+    uint16_t waiting; // Events whose request the port has not taken yet.
+    uint32_t report;  // Number of the report that names it.
+    bool in_use;
+    bool is_enabled;
+    bool is_queued;
+} pus_event_action_definition_t;
+
+typedef struct {
+    pus_process_t* process; ///< For reports that go on in a step.
+    pus_port_t release;
+    const pus_persistence_t* persistence; ///< Null: nothing is kept.
+    pus_event_action_definition_t* definitions;
+    uint16_t definition_count; ///< 1..65534.
+    uint16_t* queue;           ///< One for each definition.
+    uint16_t* buckets;         ///< About as many as definitions.
+    uint32_t bucket_count;     ///< A power of two.
+    pus_chains_t* chains;      ///< Room for the requests; may be shared with others of the same loop.
+} pus_event_action_config_t;
+
+typedef struct { // Private, except `counters` and `count`: read-only, for telemetry.
+    pus_event_action_config_t config;
+    bool is_enabled;
+    uint16_t count; ///< Definitions.
+    uint16_t free;
+    uint16_t queue_first;
+    uint16_t queue_count;
+    uint32_t report_number; // Of the last report by identifiers.
+    uint32_t report_wanted; // Of that under way; 0: all.
+    pus_long_report_t report;
+    uint8_t record[PUS_EVENT_ACTION_RECORD_HEAD + PUS_PACKET_MAX];
+    struct {
+        uint32_t observed; ///< Events that enabled definitions waited for.
+        uint32_t released;
+        uint32_t deferred; ///< Times the port did not take a request.
+        uint32_t
+            dropped; ///< Requests that waited when function or definition were disabled, or too many waited.
+        uint32_t refused; ///< Requests and instructions.
+    } counters;
+} pus_event_action_t;
+
+void pus_event_action_init(pus_event_action_t* self, const pus_event_action_config_t* config);
+/// The service's entry for a dispatcher, without a step.
+pus_service_t pus_event_action_service(pus_event_action_t* self);
+/// Take a lasting record back; before the first request and event. STATUS_OK, STATUS_INVALID (malformed),
+/// STATUS_EXISTS (its place is taken, or such a definition is there), STATUS_EXHAUSTED (no room for it).
+MUST_USE status_t pus_event_action_restore(pus_event_action_t* self, uint32_t key, const uint8_t* octets,
+                                           size_t size);
+/// A report or notice of an event was seen: release the request that waits for it, if any.
+void pus_event_action_observe(pus_event_action_t* self, uint16_t apid, uint16_t event);
+/// Release what waits, and go on with a report.
+void pus_event_action_step(pus_event_action_t* self, uint64_t now_ns);
+/// True if the next step has something to do.
+bool pus_event_action_is_waiting(const pus_event_action_t* self);
+
+#endif // PUS_ST19_ST19_EVENT_ACTION_H

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/st20/st20_definitions.h"
+
+#include "base/assertion.h"
+#include "base/value.h"
+#include "pus/core/packet.h"
+#include "pus/st06/st06_areas.h"
+
+#include <string.h>
+
+#define HANDLE 0x8000U // Bit of handles that are places; the dictionary's have it not.
+#define APID_SHIFT 21U
+#define LAYOUT_SHIFT 16U
+#define LAYOUT_MASK 0x1FU
+#define RECORD_SIZE 6U // Memory id, address, type.
+#define PTC_OCTETS 7U
+
+static const struct { // Of each scalar type.
+    uint8_t ptc;
+    uint16_t pfc;
+} codes[VALUE_SCALARS] = {
+    [VALUE_UINT8] = {3U, 4U},   [VALUE_UINT16] = {3U, 12U}, [VALUE_UINT32] = {3U, 14U},
+    [VALUE_UINT64] = {3U, 16U}, [VALUE_INT8] = {4U, 4U},    [VALUE_INT16] = {4U, 12U},
+    [VALUE_INT32] = {4U, 14U},  [VALUE_INT64] = {4U, 16U},  [VALUE_FLOAT] = {5U, 1U},
+    [VALUE_DOUBLE] = {5U, 2U},  [VALUE_BOOL] = {1U, 0U},
+};
+
+void pus_parameter_definitions_init(pus_parameter_definitions_t* const definitions,
+                                    const pus_parameter_definitions_config_t* const config)
+{
+    FSW_ASSERT((definitions != NULL) && (config != NULL) && (config->port.find != NULL) &&
+               (config->memories != NULL) && (config->states != NULL) && (config->places != NULL));
+    definitions->config = *config;
+    for (uint16_t i = 0U; i < config->capacity; i++) {
+        config->places[i].in_use = false;
+    }
+}
+
+static pus_parameter_place_t* place_of(const pus_parameter_definitions_t* const definitions,
+                                       const uint32_t id)
+{
+    for (uint16_t i = 0U; i < definitions->config.capacity; i++) {
+        if (definitions->config.places[i].in_use && (definitions->config.places[i].id == id)) {
+            return &definitions->config.places[i];
+        }
+    }
+    return NULL;
+}
+
+static pus_parameter_place_t* free_place(const pus_parameter_definitions_t* const definitions)
+{
+    for (uint16_t i = 0U; i < definitions->config.capacity; i++) {
+        if (!definitions->config.places[i].in_use) {
+            return &definitions->config.places[i];
+        }
+    }
+    return NULL;
+}
+
+// The port.
+
+static status_t find(void* const context, const uint32_t parameter_id, uint16_t* const out_handle,
+                     uint16_t* const out_size)
+{
+    const pus_parameter_definitions_t* const definitions = context;
+    const pus_parameter_port_t* const port               = &definitions->config.port;
+    const pus_parameter_place_t* const place             = place_of(definitions, parameter_id);
+    if (place == NULL) {
+        return port->find(port->context, parameter_id, out_handle, out_size);
+    }
+    *out_handle = (uint16_t)(HANDLE | (unsigned)(place - definitions->config.places));
+    *out_size   = (uint16_t)value_size((value_type_t)place->type);
+    return STATUS_OK;
+}
+
+static void read(void* const context, const uint16_t handle, octet_writer_t* const writer)
+{
+    const pus_parameter_definitions_t* const definitions = context;
+    const pus_parameter_port_t* const port               = &definitions->config.port;
+    if ((handle & HANDLE) == 0U) {
+        port->read(port->context, handle, writer);
+        return;
+    }
+    const pus_parameter_place_t* const place = &definitions->config.places[handle & (HANDLE - 1U)];
+    const pus_memory_t* const memory         = &definitions->config.memories[place->memory];
+    uint64_t value                           = 0U; // Aligned for every type.
+    uint8_t octets[sizeof value];
+    const size_t size = value_size((value_type_t)place->type);
+    if (memory->read(memory->context, place->address, octets, size) == STATUS_OK) {
+        (void)memcpy(&value, octets, size);
+    }
+    value_encode(writer, (value_type_t)place->type, &value);
+}
+
+static status_t write(void* const context, const uint16_t handle, const uint8_t* const octets,
+                      const size_t size)
+{
+    const pus_parameter_definitions_t* const definitions = context;
+    const pus_parameter_port_t* const port               = &definitions->config.port;
+    if ((handle & HANDLE) == 0U) {
+        return (port->write != NULL) ? port->write(port->context, handle, octets, size) : STATUS_READ_ONLY;
+    }
+    const pus_parameter_place_t* const place = &definitions->config.places[handle & (HANDLE - 1U)];
+    const pus_memory_t* const memory         = &definitions->config.memories[place->memory];
+    octet_reader_t reader                    = octet_reader(octets, size);
+    uint64_t value                           = 0U;
+    uint8_t own[sizeof value];
+    if ((memory->write == NULL) || definitions->config.states[place->memory].is_protected) {
+        return STATUS_READ_ONLY;
+    }
+    if (value_decode(&reader, (value_type_t)place->type, &value) != STATUS_OK) {
+        return STATUS_INVALID;
+    }
+    (void)memcpy(own, &value, size);
+    return (memory->write(memory->context, place->address, own, size) == STATUS_OK) ? STATUS_OK : STATUS_BUSY;
+}
+
+pus_parameter_port_t pus_parameter_definitions_port(pus_parameter_definitions_t* const definitions)
+{
+    FSW_ASSERT(definitions != NULL);
+    return (pus_parameter_port_t){.context = definitions, .find = find, .read = read, .write = write};
+}
+
+// Definitions.
+
+/// No other loop looks at a place that changes.
+static void put(const pus_parameter_definitions_t* const definitions, pus_parameter_place_t* const place,
+                const pus_parameter_place_t* const wanted)
+{
+    osal_mutex_t* const guard = definitions->config.guard;
+    if (guard != NULL) {
+        (void)osal_mutex_lock(guard); // A holder that dies takes this process with it.
+    }
+    *place = *wanted;
+    if (guard != NULL) {
+        osal_mutex_unlock(guard);
+    }
+}
+
+/// Keep a definition, then put it into force.
+static pus_failure_t settle(const pus_parameter_definitions_t* const definitions,
+                            pus_parameter_place_t* const place, const pus_parameter_place_t* const wanted)
+{
+    const pus_persistence_t* const persistence = definitions->config.persistence;
+    uint8_t record[RECORD_SIZE];
+    record[0] = definitions->config.memories[wanted->memory].id;
+    octets_put_u32(&record[1], wanted->address);
+    record[RECORD_SIZE - 1U] = wanted->type;
+    const status_t status    = (persistence == NULL)
+                                   ? STATUS_OK
+                                   : persistence->put(persistence->context, PUS_SERVICE_PARAMETERS, wanted->id,
+                                                      record, sizeof record);
+    if (status != STATUS_OK) {
+        return pus_failure(PUS_FAILURE_IO, (uint32_t)status);
+    }
+    put(definitions, place, wanted);
+    return pus_failure(PUS_FAILURE_NONE, 0U);
+}
+
+/// Why a parameter may not be defined so, as far as its id, PTC and PFC tell.
+static pus_failure_t judge_id(const pus_parameter_definitions_t* const definitions, const uint32_t id,
+                              const uint8_t ptc, const uint16_t pfc, const size_t place)
+{
+    const pus_parameter_port_t* const port = &definitions->config.port;
+    const uint32_t layout                  = (id >> LAYOUT_SHIFT) & LAYOUT_MASK;
+    uint16_t handle                        = 0U;
+    uint16_t size                          = 0U;
+    if (port->find(port->context, id, &handle, &size) != STATUS_NOT_FOUND) {
+        return pus_failure(PUS_FAILURE_ACCESS, id);
+    }
+    if ((id >> APID_SHIFT) != definitions->config.apid) {
+        return pus_failure(PUS_FAILURE_UNKNOWN_ID, id);
+    }
+    const bool is_type =
+        (layout < (uint32_t)VALUE_SCALARS) && (codes[layout].ptc == ptc) && (codes[layout].pfc == pfc);
+    return is_type ? pus_failure(PUS_FAILURE_NONE, 0U)
+                   : pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)place);
+}
+
+pus_failure_t pus_parameter_define(pus_parameter_definitions_t* const definitions,
+                                   octet_reader_t* const reader, const bool is_object)
+{
+    FSW_ASSERT((definitions != NULL) && (reader != NULL));
+    const size_t begin           = reader->position;
+    const uint32_t id            = octet_read_u32(reader);
+    octet_reader_t memory_reader = *reader;
+    memory_target_t target       = {0};
+    pus_parameter_place_t* place = place_of(definitions, id);
+    (void)octet_read_octets(reader, is_object ? 5U : 1U); // Memory and base.
+    const uint32_t address = octet_read_u32(reader);
+    const uint8_t ptc      = octet_read_u8(reader);
+    const uint16_t pfc     = octet_read_u16(reader);
+    pus_failure_t failure  = judge_id(definitions, id, ptc, pfc, begin);
+    if (failure.code == PUS_FAILURE_NONE) {
+        failure = memory_find(definitions->config.memories, definitions->config.memory_count, &memory_reader,
+                              is_object, &target);
+    }
+    if (failure.code != PUS_FAILURE_NONE) {
+        return failure;
+    }
+    const uint32_t type = (id >> LAYOUT_SHIFT) & LAYOUT_MASK;
+    if (!memory_is_inside(&target, address, (uint32_t)value_size((value_type_t)type))) {
+        return pus_failure(PUS_FAILURE_ADDRESS, address);
+    }
+    place = (place == NULL) ? free_place(definitions) : place;
+    if (place == NULL) {
+        return pus_failure(PUS_FAILURE_TABLE_FULL, definitions->config.capacity);
+    }
+    const pus_parameter_place_t wanted = {.in_use  = true,
+                                          .memory  = target.index,
+                                          .type    = (uint8_t)type,
+                                          .id      = id,
+                                          .address = target.origin + address};
+    return settle(definitions, place, &wanted);
+}
+
+bool pus_parameter_place_of(const pus_parameter_definitions_t* const definitions, const uint32_t id,
+                            pus_parameter_definition_t* const out_definition)
+{
+    FSW_ASSERT(out_definition != NULL);
+    const pus_parameter_place_t* const place = (definitions != NULL) ? place_of(definitions, id) : NULL;
+    const uint32_t layout                    = (id >> LAYOUT_SHIFT) & LAYOUT_MASK;
+    *out_definition                          = (pus_parameter_definition_t){.ptc = PTC_OCTETS};
+    if (layout < (uint32_t)VALUE_SCALARS) {
+        out_definition->ptc = codes[layout].ptc;
+        out_definition->pfc = codes[layout].pfc;
+    }
+    if (place != NULL) {
+        out_definition->memory_id = definitions->config.memories[place->memory].id;
+        out_definition->address   = place->address;
+    }
+    return place != NULL;
+}
+
+status_t pus_parameter_definitions_restore(pus_parameter_definitions_t* const definitions, const uint32_t key,
+                                           const uint8_t* const octets, const size_t size)
+{
+    FSW_ASSERT((definitions != NULL) && (octets != NULL));
+    if ((size != RECORD_SIZE) || (octets[RECORD_SIZE - 1U] != ((key >> LAYOUT_SHIFT) & LAYOUT_MASK)) ||
+        (octets[RECORD_SIZE - 1U] >= (uint8_t)VALUE_SCALARS)) {
+        return STATUS_INVALID;
+    }
+    octet_reader_t reader        = octet_reader(octets, size);
+    memory_target_t target       = {0};
+    pus_parameter_place_t* place = place_of(definitions, key);
+    place                        = (place == NULL) ? free_place(definitions) : place;
+    const pus_failure_t failure =
+        memory_find(definitions->config.memories, definitions->config.memory_count, &reader, false, &target);
+    const uint32_t address  = octet_read_u32(&reader);
+    const value_type_t type = (value_type_t)octets[RECORD_SIZE - 1U];
+    if ((failure.code != PUS_FAILURE_NONE) ||
+        !memory_is_inside(&target, address, (uint32_t)value_size(type))) {
+        return STATUS_NOT_FOUND;
+    }
+    if (place == NULL) {
+        return STATUS_EXHAUSTED;
+    }
+    const pus_parameter_place_t kept = {
+        .in_use = true, .memory = target.index, .type = (uint8_t)type, .id = key, .address = address};
+    put(definitions, place, &kept);
+    return STATUS_OK;
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Private to pus/st21_*.c: the contents of sequences, and their lasting records.
+#ifndef PUS_ST21_ST21_CONTENT_H
+#define PUS_ST21_ST21_CONTENT_H
+
+#include "pus/st21/st21_sequences.h"
+
+#define NO_SEQUENCE PUS_ORDER_NONE
+
+typedef pus_sequences_t sequences_t;
+typedef pus_sequence_t sequence_t;
+
+bool sequences_is_loaded(const sequence_t* sequence);
+/// The loaded sequence of an identifier; NO_SEQUENCE.
+uint16_t sequences_find(const sequences_t* self, uint64_t id);
+/// Its short form for failures.
+uint32_t sequences_detail(uint64_t id);
+/// Load from octets; `offset` is where they begin in the application data. PUS_DONE, PUS_REFUSED, PUS_FAILED.
+pus_reply_t sequences_load(sequences_t* self, uint64_t id, const uint8_t* octets, size_t size, size_t offset,
+                           uint16_t* out_slot);
+/// Load from a file. The same.
+pus_reply_t sequences_load_file(sequences_t* self, uint64_t id, const pus_file_name_t* name,
+                                uint16_t* out_slot);
+/// Forget a sequence and its records. Status of the port.
+MUST_USE status_t sequences_unload(sequences_t* self, uint16_t slot);
+/// Read the request at a reader to `out_octets` (PUS_PACKET_MAX) and its delay [ticks]. Returns the size of
+/// the request, 0 if there is none whole.
+size_t sequences_read_entry(pus_chain_reader_t* reader, uint8_t* out_octets, int64_t* out_delay);
+/// The requests of a sequence, from the first on.
+pus_chain_reader_t sequences_entries(const sequence_t* sequence, uint8_t* out_count);
+
+#endif // PUS_ST21_ST21_CONTENT_H

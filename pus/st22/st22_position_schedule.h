@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+/// ST[22] position-based scheduling, all of it: a schedule (pus/core/schedule.h says what its requests do)
+/// whose tags are positions along the orbit: orbit number and angle from the ascending node as one number of
+/// 2^-16 orbits.
+///
+/// A port tells the position: how many orbits its source has counted, and the angle. It may stand still and
+/// it may jump, as time may in ST[11]. TC[22,28] gives the orbit after the present one its number; until then
+/// the old count goes on. The number outlives a power cut, if the source's count does.
+///
+/// Ownership, context, time: as pus/core/schedule.h.
+#ifndef PUS_ST22_ST22_POSITION_SCHEDULE_H
+#define PUS_ST22_ST22_POSITION_SCHEDULE_H
+
+#include "pus/core/schedule.h"
+
+#define PUS_POSITION_TICKS 65536U ///< Of an orbit.
+
+typedef struct { // The on-board orbit position parameter.
+    void* context;
+    /// Orbits that the source has counted << 16 | angle [2^-16 orbits], 48 bits.
+    uint64_t (*read)(void* context);
+} pus_position_port_t;
+
+typedef struct { // Private, except schedule.counters and schedule.count.
+    pus_schedule_t schedule;
+    pus_position_port_t port;
+    uint32_t offset; // Orbit number less what the source has counted.
+    bool is_pending; // The orbit after `orbit`, as the source counts, is to have this number.
+    uint32_t orbit;
+    uint32_t number;
+} pus_position_schedule_t;
+
+void pus_position_schedule_init(pus_position_schedule_t* self, const pus_position_port_t* port,
+                                const pus_schedule_config_t* config);
+/// The service's entry for a dispatcher, without a step.
+pus_service_t pus_position_schedule_service(pus_position_schedule_t* self);
+/// Take a lasting record back. Statuses of pus_schedule_restore.
+MUST_USE status_t pus_position_schedule_restore(pus_position_schedule_t* self, uint32_t key,
+                                                const uint8_t* octets, size_t size);
+/// Release what is due, and go on with a report. now_ns stamps reports.
+void pus_position_schedule_step(pus_position_schedule_t* self, uint64_t now_ns);
+/// The present position as the schedule takes it [2^-16 orbits].
+uint64_t pus_position_schedule_now(pus_position_schedule_t* self);
+
+#endif // PUS_ST22_ST22_POSITION_SCHEDULE_H

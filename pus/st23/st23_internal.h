@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Between the parts of the file service: files and directories, copies, searches. Each `execute` function is
+/// one of the service's table; its shape has been checked.
+#ifndef PUS_ST23_ST23_INTERNAL_H
+#define PUS_ST23_ST23_INTERNAL_H
+
+#include "pus/st23/st23_files.h"
+
+/// Keys of lasting records.
+#define ST23_KEY_LOCK 0U            ///< + index of the lock: its path.
+#define ST23_KEY_COPY 0x10000U      ///< + index of the copy: the path of its part.
+#define ST23_KEY_REPORTING 0x20000U ///< Interval u32.
+
+/// Refuse a request as a whole, and count it.
+pus_reply_t st23_refuse(pus_files_t* files, uint16_t code, uint32_t detail);
+/// The reply to what the store said about the field at `offset`: done, refused or failed.
+pus_reply_t st23_reply_of(pus_files_t* files, status_t status, uint32_t offset);
+/// Keep a record, if records are kept. Statuses of `put`.
+status_t st23_keep(const pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);
+/// Forget one. Statuses of `erase`.
+status_t st23_forget(const pus_files_t* files, uint32_t key);
+
+/// A file named by a repository path and a name, and where they stand in the application data.
+typedef struct {
+    pus_file_path_t path;
+    uint32_t folder_offset;
+    uint32_t name_offset;
+    uint32_t bad_offset; ///< Of the field that is no path or no name.
+} st23_place_t;
+
+/// False: one of the fields is malformed.
+bool st23_read_place(pus_request_t* request, st23_place_t* out_place);
+/// Look at a file (or a directory). STATUS_OK; STATUS_NOT_FOUND, also if it is the other kind.
+status_t st23_look(const pus_files_t* files, const pus_file_path_t* path, bool is_directory,
+                   pus_file_about_t* out_about);
+
+/// Make lasting what was kept and forgotten. STATUS_OK, STATUS_IO.
+status_t st23_commit(const pus_files_t* files);
+/// True if a file is locked, or one within a directory.
+bool st23_is_locked(const pus_files_t* files, const pus_file_path_t* path);
+/// True if a copy reads from, or writes to, a file or one within a directory.
+bool st23_is_in_use(const pus_files_t* files, const pus_file_path_t* path);
+/// True if a copy will make this very file.
+bool st23_is_claimed(const pus_files_t* files, const pus_file_path_t* path);
+
+pus_reply_t st23_copy(void* self, pus_request_t* request);
+pus_reply_t st23_move(void* self, pus_request_t* request);
+/// TC 16 to 18, and 19 to 21.
+pus_reply_t st23_change_copies(void* self, pus_request_t* request);
+pus_reply_t st23_change_copies_of_path(void* self, pus_request_t* request);
+pus_reply_t st23_enable_status_report(void* self, pus_request_t* request);
+pus_reply_t st23_disable_status_report(void* self, pus_request_t* request);
+void st23_step_copies(pus_files_t* files, uint64_t now_ns, uint32_t cycle);
+bool st23_has_copies(const pus_files_t* files);
+
+pus_reply_t st23_find(void* self, pus_request_t* request);
+pus_reply_t st23_summarise(void* self, pus_request_t* request);
+void st23_step_searches(pus_files_t* files, uint64_t now_ns);
+bool st23_has_searches(const pus_files_t* files);
+
+#endif // PUS_ST23_ST23_INTERNAL_H

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/resource.h"
+#include "test/support/consistent_pool.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+static uint64_t
+    arena[RESOURCE_ARENA_WORDS(32U, 8U) + RESOURCE_ARENA_WORDS(256U, 4U) + RESOURCE_ARENA_WORDS(4096U, 2U)];
+#define ARENA_WORDS (sizeof arena / sizeof arena[0])
+
+static const resource_size_t sizes[] = {{32U, 8U, 1U}, {256U, 4U, 0U}, {4096U, 2U, 1U}};
+static resource_t memory;
+
+void setUp(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&memory, arena, ARENA_WORDS, sizes, 3U));
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_TRUE(resource_is_consistent(&memory));
+}
+
+static void* take(const size_t octets)
+{
+    void* block = NULL;
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_take(&memory, octets, &block));
+    memset(block, 0x5A, octets);
+    return block;
+}
+
+static void gives_the_smallest_block_that_fits(void)
+{
+    (void)take(0U);
+    (void)take(32U);
+    TEST_ASSERT_EQUAL_UINT16(2U, memory.pools[0].stats.taken);
+    (void)take(33U);
+    (void)take(256U);
+    TEST_ASSERT_EQUAL_UINT16(2U, memory.pools[1].stats.taken);
+    (void)take(4096U);
+    TEST_ASSERT_EQUAL_UINT16(1U, memory.pools[2].stats.taken);
+    void* block = &memory;
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, resource_take(&memory, 4097U, &block));
+    TEST_ASSERT_NULL(block);
+    TEST_ASSERT_EQUAL_UINT32(1U, memory.oversized);
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, resource_take_reserved(&memory, 4097U, &block));
+    TEST_ASSERT_NULL(block);
+    TEST_ASSERT_EQUAL_UINT32(2U, memory.oversized);
+}
+
+static void a_flood_of_small_blocks_leaves_the_large_ones_alone(void)
+{
+    void* block = NULL;
+    for (unsigned i = 0U; i < 7U; i++) {
+        (void)take(1U);
+    }
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, resource_take(&memory, 1U, &block));
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_take_reserved(&memory, 1U, &block));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, resource_take_reserved(&memory, 1U, &block));
+    TEST_ASSERT_EQUAL_UINT16(0U, memory.pools[1].stats.taken);
+    (void)take(200U);
+}
+
+static void gives_back_to_the_right_pool(void)
+{
+    uint64_t stranger = 0U;
+    void* const small = take(5U);
+    void* const large = take(3000U);
+    TEST_ASSERT_FALSE(resource_is_returned(&memory));
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_retain(&memory, large));
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_release(&memory, large));
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_release(&memory, large));
+    TEST_ASSERT_EQUAL(STATUS_NOT_OURS, resource_release(&memory, large));
+    TEST_ASSERT_EQUAL(STATUS_NOT_OURS, resource_release(&memory, &stranger));
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_release(&memory, small));
+    TEST_ASSERT_TRUE(resource_is_returned(&memory));
+}
+
+static void tells_which_pool_warns(void)
+{
+    TEST_ASSERT_EQUAL(-1, resource_poll_warning(&memory));
+    for (unsigned i = 0U; i < 3U; i++) {
+        (void)take(100U);
+    }
+    TEST_ASSERT_EQUAL(1, resource_poll_warning(&memory));
+    TEST_ASSERT_EQUAL(-1, resource_poll_warning(&memory));
+    (void)take(1U);
+    (void)take(1U);
+    resource_set_thresholds(&memory, 20U, 10U);
+    TEST_ASSERT_EQUAL(0, resource_poll_warning(&memory));
+}
+
+static void refuses_an_arena_that_is_too_small_at_every_size(void)
+{
+    for (size_t words = 0U; words < ARENA_WORDS; words++) {
+        TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, resource_init(&memory, arena, words, sizes, 3U));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&memory, arena, ARENA_WORDS, sizes, 3U));
+}
+
+static void refuses_sizes_that_make_no_sense(void)
+{
+    const resource_size_t falling[]  = {{64U, 2U, 0U}, {64U, 2U, 0U}};
+    const resource_size_t none[]     = {{64U, 0U, 0U}};
+    const resource_size_t reserved[] = {{64U, 2U, 2U}};
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, falling, 2U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, none, 1U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, reserved, 1U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, sizes, 0U));
+    const resource_size_t numberless[] = {{64U, UINT16_MAX, 0U}};
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, numberless, 1U));
+    const resource_size_t many[] = {{8U, 1U, 0U},  {16U, 1U, 0U}, {24U, 1U, 0U}, {32U, 1U, 0U},
+                                    {40U, 1U, 0U}, {48U, 1U, 0U}, {56U, 1U, 0U}};
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, many, 7U));
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&memory, arena, ARENA_WORDS, many, RESOURCE_SIZES_MAX));
+}
+
+static void damage_in_any_pool_is_found(void)
+{
+    for (size_t i = 0U; i < 3U; i++) {
+        const pool_t whole          = memory.pools[i];
+        memory.pools[i].stats.taken = 1U;
+        TEST_ASSERT_FALSE(resource_is_consistent(&memory));
+        memory.pools[i] = whole;
+        TEST_ASSERT_TRUE(resource_is_consistent(&memory));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(gives_the_smallest_block_that_fits);
+    RUN_TEST(a_flood_of_small_blocks_leaves_the_large_ones_alone);
+    RUN_TEST(gives_back_to_the_right_pool);
+    RUN_TEST(tells_which_pool_warns);
+    RUN_TEST(refuses_an_arena_that_is_too_small_at_every_size);
+    RUN_TEST(refuses_sizes_that_make_no_sense);
+    RUN_TEST(damage_in_any_pool_is_found);
+    return UNITY_END();
+}

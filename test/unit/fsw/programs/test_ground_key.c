@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Key and mark from their files: what is taken, and what is refused with file, reason and next step.
+#include "fsw/programs/ground_key.h"
+
+#include "fsw/programs/file_medium.h"
+#include "test/support/sealer.h"
+#include "unity.h"
+
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static char folder[64];
+static char path[96];
+static char mark[112];
+static char error[GROUND_KEY_ERROR_MAX];
+static ground_key_t key;
+
+static void put(const char* const name, const void* const octets, const size_t size)
+{
+    (void)unlink(name);
+    const int file = open(name, O_WRONLY | O_CREAT, 0600);
+    TEST_ASSERT_EQUAL(size, write(file, octets, size));
+    (void)close(file);
+}
+
+void setUp(void)
+{
+    osal_file_t file;
+    (void)strcpy(folder, "/tmp/ground_key.XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    (void)snprintf(path, sizeof path, "%s/key", folder);
+    (void)snprintf(mark, sizeof mark, "%s.received", path);
+    put(path, sealer_key, SDLS_KEY_OCTETS);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, mark));
+    const medium_t medium = file_medium(&file);
+    sealer_make_mark(&medium, sealer_key, 6U);
+    osal_file_close(&file);
+}
+
+void tearDown(void)
+{
+    (void)unlink(path);
+    (void)unlink(mark);
+    (void)rmdir(folder);
+}
+
+static void opens(void)
+{
+    TEST_ASSERT_TRUE_MESSAGE(ground_key_open(&key, path, error), error);
+    TEST_ASSERT_EQUAL_UINT32(6U, key.receiver.mark.session);
+    ground_key_close(&key);
+}
+
+static void refuses(const char* const words)
+{
+    TEST_ASSERT_FALSE(ground_key_open(&key, path, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, path), error);
+    TEST_ASSERT_FALSE(key.receiver.is_open);
+}
+
+static void octets_and_digits_are_keys(void)
+{
+    opens();
+    const char* const lower = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f\n";
+    const char* const upper = "000102030405060708090A0B0C0D0E0F101112131415161718191A1B1C1D1E1F";
+    put(path, lower, strlen(lower));
+    opens();
+    put(path, lower, strlen(lower) - 1U);
+    opens();
+    put(path, upper, strlen(upper));
+    opens();
+}
+
+static void other_contents_are_none(void)
+{
+    static const char* const contents[] = {
+        "",
+        "000102030405060708090a0b0c0d0e0f",
+        "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1g",
+        "g00102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f",
+        "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f0",
+        "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f\n\n",
+        "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f\n and more of it"};
+    for (size_t i = 0U; i < (sizeof contents / sizeof contents[0]); i++) {
+        if (strlen(contents[i]) != SDLS_KEY_OCTETS) {
+            put(path, contents[i], strlen(contents[i]));
+            refuses("not a key");
+        }
+    }
+}
+
+static void what_others_may_read_is_no_secret(void)
+{
+    static const mode_t modes[] = {0640U, 0604U, 0620U, 0602U, 0610U, 0644U};
+    for (size_t i = 0U; i < (sizeof modes / sizeof modes[0]); i++) {
+        TEST_ASSERT_EQUAL(0, chmod(path, modes[i]));
+        refuses("chmod 600");
+    }
+    TEST_ASSERT_EQUAL(0, chmod(path, 0400U));
+    opens();
+}
+
+static void missing_files_are_not_made(void)
+{
+    TEST_ASSERT_EQUAL(0, unlink(mark));
+    refuses("gse key make");
+    TEST_ASSERT_FALSE(osal_file_exists(mark));
+    TEST_ASSERT_EQUAL(0, unlink(path));
+    refuses("gse key make");
+}
+
+static void marks_of_others_and_damaged_ones(void)
+{
+    put(mark, "", 0U);
+    refuses("damaged, or of another key");
+    tearDown();
+    setUp();
+    const uint8_t other[SDLS_KEY_OCTETS] = {9U};
+    put(path, other, sizeof other);
+    refuses("damaged, or of another key");
+}
+
+static void one_flight_has_a_key(void)
+{
+    static ground_key_t first;
+    TEST_ASSERT_TRUE(ground_key_open(&first, path, error));
+    refuses("another flight");
+    ground_key_close(&first);
+    opens();
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(octets_and_digits_are_keys);
+    RUN_TEST(other_contents_are_none);
+    RUN_TEST(what_others_may_read_is_no_secret);
+    RUN_TEST(missing_files_are_not_made);
+    RUN_TEST(marks_of_others_and_damaged_ones);
+    RUN_TEST(one_flight_has_a_key);
+    return UNITY_END();
+}

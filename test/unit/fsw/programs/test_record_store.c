@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/programs/record_store.h"
+
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define CAPACITY 4U
+
+static char folder[64];
+static seat_t seat;
+static run_block_t run;
+static record_store_t store;
+static record_store_t other;
+static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
+static journal_slot_t other_slots[JOURNAL_SLOTS(CAPACITY)];
+static unsigned found;
+
+void setUp(void)
+{
+    (void)strcpy(folder, "/tmp/record_store.XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    seat = (seat_t){.run = &run};
+    (void)strcpy(run.storage, folder);
+    (void)strcpy(run.components[0].name, "ARM");
+    found = 0U;
+}
+
+void tearDown(void)
+{
+    char path[128];
+    for (unsigned i = 0U; i < 2U; i++) {
+        (void)snprintf(path, sizeof path, "%s/ARM.journal.%u", folder, i);
+        (void)unlink(path);
+        for (unsigned k = 0U; k <= RECORD_STORE_COPIES; k++) {
+            (void)snprintf(path, sizeof path, "%s/ARM.journal.%u.damaged.%u", folder, i, k);
+            (void)unlink(path);
+        }
+    }
+    (void)rmdir(folder);
+}
+
+static void take(void* const context, const uint8_t table, const uint32_t key, const uint8_t* const octets,
+                 const size_t size)
+{
+    (void)context;
+    TEST_ASSERT_EQUAL_UINT8(11U, table);
+    TEST_ASSERT_EQUAL_UINT32(7U, key);
+    TEST_ASSERT_EQUAL(3U, size);
+    TEST_ASSERT_EQUAL_MEMORY("abc", octets, 3U);
+    found++;
+}
+
+static void records_outlive_the_program(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&store.journal, 11U, 7U, (const uint8_t*)"abc", 3U));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
+    record_store_close(&store);
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_replay(&store.journal, take, NULL));
+    TEST_ASSERT_EQUAL(1U, found);
+    record_store_close(&store);
+}
+
+static void two_flights_do_not_share_it(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, record_store_open(&other, &seat, other_slots, CAPACITY, true));
+    TEST_ASSERT_NOT_NULL(strstr(seat.error, "ARM.journal.0: another flight uses this storage"));
+    record_store_close(&store);
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&other, &seat, other_slots, CAPACITY, true));
+    record_store_close(&other);
+}
+
+static void what_cannot_be_kept_is_told(void)
+{
+    (void)strcpy(run.storage, "/nowhere");
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL_STRING("cannot keep records in /nowhere/ARM.journal.0: not found", seat.error);
+    (void)memset(run.storage, 'x', sizeof run.storage - 1U);
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, record_store_open(&store, &seat, slots, CAPACITY, true));
+    (void)strcpy(run.storage, folder);
+    char path[128];
+    (void)snprintf(path, sizeof path, "%s/ARM.journal.1", folder);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(path));
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(0, rmdir(path));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      record_store_open(&store, &seat, slots, CAPACITY, true)); // The first is free again.
+    for (uint32_t key = 0U; key < CAPACITY; key++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&store.journal, 1U, key, (const uint8_t*)"abc", 3U));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
+    record_store_close(&store);
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, record_store_open(&store, &seat, slots, CAPACITY - 1U, false));
+}
+
+/// Octet `place` of a file of the storage changed; returns its size.
+static size_t damage(const char* const name, const long place)
+{
+    char path[128];
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE* const file = fopen(path, "r+b");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_EQUAL(0, fseek(file, place, SEEK_SET));
+    const int octet = fgetc(file);
+    TEST_ASSERT_EQUAL(0, fseek(file, place, SEEK_SET));
+    (void)fputc(octet ^ 1, file);
+    TEST_ASSERT_EQUAL(0, fseek(file, 0, SEEK_END));
+    const size_t size = (size_t)ftell(file);
+    (void)fclose(file);
+    return size;
+}
+
+/// Octet `place` of a file, 0 if there is none.
+static int octet_of(const char* const name, const long place)
+{
+    char path[128];
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE* const file = fopen(path, "rb");
+    if (file == NULL) {
+        return 0;
+    }
+    (void)fseek(file, place, SEEK_SET);
+    const int octet = fgetc(file);
+    (void)fclose(file);
+    return octet;
+}
+
+static void put(const uint32_t key, const char* const octets)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      journal_put(&store.journal, 11U, key, (const uint8_t*)octets, strlen(octets)));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
+}
+
+/// Damaged media are kept as they were found: the first ones for good, of later ones the last.
+static void damaged_media_are_kept(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_FALSE(store.journal.damage.is_damaged);
+    for (int i = 0; i < 6; i++) {
+        char first[2] = {(char)('0' + i), '\0'};
+        put(7U, first); // At octet 16 + 16.
+        put(8U, "second");
+        record_store_close(&store);
+        (void)damage("ARM.journal.0", 33); // Its checksum.
+        TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+        TEST_ASSERT_TRUE(store.journal.damage.is_damaged && store.journal.damage.is_kept);
+        TEST_ASSERT_EQUAL_UINT32(0U, store.journal.stats.records);
+    }
+    TEST_ASSERT_EQUAL('0', octet_of("ARM.journal.0.damaged.0", 32));
+    TEST_ASSERT_EQUAL('1', octet_of("ARM.journal.0.damaged.1", 32));
+    TEST_ASSERT_EQUAL('2', octet_of("ARM.journal.0.damaged.2", 32));
+    TEST_ASSERT_EQUAL('5', octet_of("ARM.journal.0.damaged.3", 32));
+    TEST_ASSERT_EQUAL(0, octet_of("ARM.journal.0.damaged.4", 32));
+    TEST_ASSERT_EQUAL('H', octet_of("ARM.journal.1.damaged.0", 0));
+    record_store_close(&store);
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_FALSE(store.journal.damage.is_damaged); // It was told.
+    record_store_close(&store);
+}
+
+static void media_larger_than_a_piece_are_kept_whole(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    static uint8_t octets[JOURNAL_RECORD_MAX];
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&store.journal, 11U, 1U, octets, sizeof octets));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
+    put(2U, "end");
+    record_store_close(&store);
+    const size_t size = damage("ARM.journal.0", 5000);
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(1, octet_of("ARM.journal.0.damaged.0", 5000));
+    TEST_ASSERT_EQUAL('C', octet_of("ARM.journal.0.damaged.0", (long)size - 20)); // Of the last commit.
+    TEST_ASSERT_EQUAL(EOF, octet_of("ARM.journal.0.damaged.0", (long)size));
+    record_store_close(&store);
+}
+
+/// The journal goes on without a copy.
+static void media_that_cannot_be_kept_are_told(void)
+{
+    char path[128];
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    put(7U, "abc");
+    record_store_close(&store);
+    (void)damage("ARM.journal.0", 33);
+    for (unsigned i = 0U; i < RECORD_STORE_COPIES; i++) {
+        (void)snprintf(path, sizeof path, "%s/ARM.journal.0.damaged.%u", folder, i);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(path));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_TRUE(store.journal.damage.is_damaged && !store.journal.damage.is_kept);
+    put(7U, "abc");
+    record_store_close(&store);
+    for (unsigned i = 0U; i < RECORD_STORE_COPIES; i++) {
+        (void)snprintf(path, sizeof path, "%s/ARM.journal.0.damaged.%u", folder, i);
+        TEST_ASSERT_EQUAL(0, rmdir(path));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_replay(&store.journal, take, NULL));
+    TEST_ASSERT_EQUAL(1U, found);
+    record_store_close(&store);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(records_outlive_the_program);
+    RUN_TEST(two_flights_do_not_share_it);
+    RUN_TEST(what_cannot_be_kept_is_told);
+    RUN_TEST(damaged_media_are_kept);
+    RUN_TEST(media_larger_than_a_piece_are_kept_whole);
+    RUN_TEST(media_that_cannot_be_kept_are_told);
+    return UNITY_END();
+}

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// Carrier of the buses on the command line: what makes sense together, and what is refused with the reason.
+#include "launcher/launch_options.h"
+
+#include <string.h>
+
+#include "unity.h"
+
+#define WORDS_MAX 16
+
+static launch_options_t options;
+static char error[LAUNCH_ERROR_MAX];
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+/// Words between single spaces.
+static bool parse(const char* line)
+{
+    static char storage[256];
+    char* words[WORDS_MAX];
+    int count = 0;
+    (void)strncpy(storage, line, sizeof storage - 1U);
+    for (char* word = strtok(storage, " "); word != NULL; word = strtok(NULL, " ")) {
+        TEST_ASSERT_LESS_THAN(WORDS_MAX, count);
+        words[count] = word;
+        count++;
+    }
+    return launch_options_parse(count, words, &options, error);
+}
+
+static void shared_memory_is_the_default(void)
+{
+    TEST_ASSERT_TRUE(parse(""));
+    TEST_ASSERT_EQUAL(LAUNCH_BUS_SHM, options.bus);
+    TEST_ASSERT_TRUE(launch_has_simulator(&options));
+    TEST_ASSERT_TRUE(parse("--bus vcan"));
+    TEST_ASSERT_EQUAL(LAUNCH_BUS_VCAN, options.bus);
+    TEST_ASSERT_TRUE(launch_has_simulator(&options));
+    TEST_ASSERT_EQUAL_STRING("vcan", launch_bus_text(options.bus));
+}
+
+static void a_key_is_a_path(void)
+{
+    TEST_ASSERT_TRUE(parse("--seed 2"));
+    TEST_ASSERT_EQUAL_STRING("", options.key);
+    TEST_ASSERT_TRUE(parse("--key keys/ground.key"));
+    TEST_ASSERT_EQUAL_STRING("keys/ground.key", options.key);
+    char line[256] = "--key ";
+    (void)memset(&line[6], 'k', 200U);
+    TEST_ASSERT_FALSE(parse(line));
+    TEST_ASSERT_NOT_NULL(strstr(error, "too long"));
+}
+
+static void real_controllers_are_named(void)
+{
+    TEST_ASSERT_TRUE(parse("--bus can --time real --interface robot=can0 --interface joystick=can1"));
+    TEST_ASSERT_EQUAL(LAUNCH_BUS_CAN, options.bus);
+    TEST_ASSERT_EQUAL_UINT(2U, options.interface_count);
+    TEST_ASSERT_EQUAL_STRING("joystick=can1", options.interfaces[1]);
+    TEST_ASSERT_FALSE(launch_has_simulator(&options));
+    TEST_ASSERT_TRUE(parse("--bus can --interface robot=can0 --interface joystick=can1"));
+    TEST_ASSERT_FALSE_MESSAGE(options.is_stepped, "devices that are not simulated do not wait");
+    TEST_ASSERT_TRUE(parse("--bus can --interface robot=can0 --sim-interface robot=can1"));
+    TEST_ASSERT_TRUE(options.is_stepped);
+    TEST_ASSERT_TRUE(launch_has_simulator(&options));
+}
+
+static void a_foreign_program_takes_datagrams(void)
+{
+    TEST_ASSERT_TRUE(parse("--foreign MANIPULATOR"));
+    TEST_ASSERT_EQUAL_STRING("MANIPULATOR", options.foreign);
+    TEST_ASSERT_EQUAL_STRING("udp", options.links);
+    TEST_ASSERT_EQUAL_STRING("udp", options.transport);
+    TEST_ASSERT_TRUE(parse("--links shm"));
+    TEST_ASSERT_EQUAL_STRING("", options.foreign);
+}
+
+static void what_makes_no_sense_is_refused_with_the_reason(void)
+{
+    static const struct {
+        const char* line;
+        const char* told;
+    } cases[] = {
+        {"--bus can0", "expected shm, vcan or can"},
+        {"--bus can", "name flight's controllers"},
+        {"--bus can --sim-interface robot=can1", "name flight's controllers"},
+        {"--bus can --time stepped --interface robot=can0", "use --time real"},
+        {"--bus can --interface robot", "expected BUS=INTERFACE"},
+        {"--bus can --interface =can0", "expected BUS=INTERFACE"},
+        {"--bus can --interface robot=", "expected BUS=INTERFACE"},
+        {"--bus vcan --interface robot=can0", "use --bus can"},
+        {"--interface robot=can0", "use --bus can"},
+        {"--bus can --interface robot=can0 --interface joystick=can1 --sim-interface robot=can2", "on none"},
+        {"--bus can --time real --interface robot=can0 --tools 29536", "no part in this run"},
+        {"--bus vcan --nodes 2", "one network namespace"},
+        {"--foreign ../x", "name of a subsystem"},
+        {"--foreign MANIPULATOR --form image", "needs a process of its own"},
+        {"--foreign MANIPULATOR --time real", "keeps no deadline"},
+        {"--foreign MANIPULATOR --time free", "keeps no deadline"},
+        {"--form image --time free", "has no real-time mode"},
+        {"--time free --nodes 2", "use --nodes 1"},
+        {"--foreign MANIPULATOR --links shm", "use udp"},
+        {"--foreign MANIPULATOR --links tipc", "use udp"},
+        {"--foreign MANIPULATOR --transport tipc", "use udp"},
+        {"--foreign MANIPULATOR --bus vcan", "use --bus shm"},
+        {"--foreign MANIPULATOR --bus can --interface robot=can0", "use --bus shm"},
+        {"--foreign MANIPULATOR --nodes 2", "one on-board computer"},
+    };
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        TEST_ASSERT_FALSE_MESSAGE(parse(cases[i].line), cases[i].line);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, cases[i].told), error);
+    }
+}
+
+static void there_are_not_more_interfaces_than_buses(void)
+{
+    char* words[2 * (LAUNCH_INTERFACES_MAX + 1)];
+    for (size_t i = 0U; i <= LAUNCH_INTERFACES_MAX; i++) {
+        static char option[] = "--interface";
+        static char value[]  = "robot=can0";
+        words[2U * i]        = option;
+        words[(2U * i) + 1U] = value;
+    }
+    TEST_ASSERT_FALSE(launch_options_parse(2 * ((int)LAUNCH_INTERFACES_MAX + 1), words, &options, error));
+    TEST_ASSERT_NOT_NULL(strstr(error, "more than a mission can have buses"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(shared_memory_is_the_default);
+    RUN_TEST(a_key_is_a_path);
+    RUN_TEST(real_controllers_are_named);
+    RUN_TEST(a_foreign_program_takes_datagrams);
+    RUN_TEST(what_makes_no_sense_is_refused_with_the_reason);
+    RUN_TEST(there_are_not_more_interfaces_than_buses);
+    return UNITY_END();
+}

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/core/counts.h"
+
+#include "base/octets.h"
+#include "unity.h"
+
+#include <string.h>
+
+static pus_process_t process;
+static pus_requester_t requester;
+static pus_counts_t counts;
+static uint8_t last[PUS_PACKET_MAX];
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static status_t take(void* context, const uint8_t* packet, size_t size)
+{
+    (void)context;
+    (void)memcpy(last, packet, size);
+    return STATUS_OK;
+}
+
+static void begin(void)
+{
+    const pus_port_t port = {NULL, take};
+    pus_process_init(&process, 1U, 0U, &port);
+    pus_requester_init(&requester, 1U, &port);
+}
+
+/// Sequence count of a report, and its message type counter.
+static uint32_t report(uint8_t subtype)
+{
+    octet_writer_t writer = pus_tm_begin(&process, 17U, subtype, 1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&process, &writer));
+    return ((uint32_t)(octets_u16_at(&last[2]) & 0x3FFFU) << 16U) | octets_u16_at(&last[9]);
+}
+
+static unsigned request(uint16_t apid)
+{
+    octet_writer_t writer = pus_tc_begin(&requester, apid, 17U, 1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_send(&requester, &writer, NULL));
+    return octets_u16_at(&last[2]) & 0x3FFFU;
+}
+
+static void numbers_go_on_where_they_ended(void)
+{
+    begin();
+    (void)report(2U);
+    (void)report(2U);
+    (void)report(4U);
+    (void)request(16U);
+    (void)request(17U);
+    (void)request(17U);
+    pus_counts(&process, &requester, &counts);
+    TEST_ASSERT_TRUE(pus_counts_are_sound(&counts));
+    begin();
+    TEST_ASSERT_EQUAL_HEX32(0U, report(2U)); // As one that does not know better.
+    begin();
+    pus_counts_resume(&process, &requester, &counts);
+    TEST_ASSERT_EQUAL_HEX32((3UL << 16U) | 2U, report(2U));
+    TEST_ASSERT_EQUAL_HEX32((4UL << 16U) | 1U, report(4U));
+    TEST_ASSERT_EQUAL_HEX32((5UL << 16U) | 0U, report(6U));
+    TEST_ASSERT_EQUAL(1U, request(16U));
+    TEST_ASSERT_EQUAL(2U, request(17U));
+    TEST_ASSERT_EQUAL(0U, request(18U));
+}
+
+static void full_tables_go_over(void)
+{
+    begin();
+    for (unsigned i = 0U; i < PUS_MESSAGE_COUNTERS; i++) {
+        (void)report((uint8_t)i);
+    }
+    for (unsigned i = 0U; i < PUS_ADDRESSEES; i++) {
+        (void)request((uint16_t)(100U + i));
+    }
+    pus_counts(&process, &requester, &counts);
+    begin();
+    pus_counts_resume(&process, &requester, &counts);
+    TEST_ASSERT_EQUAL_HEX32((128UL << 16U) | 1U, report(127U));
+    TEST_ASSERT_EQUAL(1U, request((uint16_t)(100U + PUS_ADDRESSEES - 1U)));
+}
+
+static void what_cannot_be_a_count_is_not_sound(void)
+{
+    (void)memset(&counts, 0, sizeof counts);
+    TEST_ASSERT_TRUE(pus_counts_are_sound(&counts));
+    counts.sequence = 16384U;
+    TEST_ASSERT_FALSE(pus_counts_are_sound(&counts));
+    counts.sequence          = 0U;
+    counts.requests[63].apid = 2047U;
+    TEST_ASSERT_FALSE(pus_counts_are_sound(&counts));
+    counts.requests[63].apid     = 1U;
+    counts.requests[63].sequence = 16384U;
+    TEST_ASSERT_FALSE(pus_counts_are_sound(&counts));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(numbers_go_on_where_they_ended);
+    RUN_TEST(full_tables_go_over);
+    RUN_TEST(what_cannot_be_a_count_is_not_sound);
+    return UNITY_END();
+}

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// A packet store whose power is cut at every write: whatever of what was not synced is missing or torn, what
+// is recovered is a run of packets without a gap that has all that were synced, and nothing comes back later.
+#include "pus/core/packet_store.h"
+
+#include "test/support/recorded_media.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define CAPACITY 3U
+#define LIMIT 2U
+#define PACKETS 14U // Three blocks and a half, in two.
+#define MORE 3U     // After the cut.
+#define GENERATION 9U
+
+static const image_t empty[2];
+static image_t durable[2]; // What was synced before the cut.
+static image_t pending[2]; // What the cut leaves.
+static image_t after[2];
+
+static pus_packet_store_t store;
+static pus_store_block_t blocks[CAPACITY];
+static uint8_t buffer[PUS_STORE_BUFFER_SIZE];
+static uint8_t packets[PACKETS + MORE + 1U][PUS_PACKET_MAX];
+static recorded_t flight; // What was done before any cut.
+static unsigned cuts;
+
+void setUp(void)
+{
+    for (unsigned index = 0U; index <= (PACKETS + MORE); index++) {
+        for (size_t i = 0U; i < PUS_PACKET_MAX; i++) {
+            packets[index][i] = (uint8_t)(index + (i * 3U));
+        }
+    }
+}
+
+void tearDown(void)
+{
+}
+
+/// Different sizes, so that what is left of an earlier write never fits by chance.
+static size_t size_of(const unsigned index)
+{
+    return 3600U + ((index * 97U) % 400U);
+}
+
+static void open_store(void)
+{
+    const pus_packet_store_config_t config = {
+        .medium = recorded_medium(0U), .blocks = blocks, .block_capacity = CAPACITY, .buffer = buffer};
+    pus_packet_store_init(&store, &config);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_open(&store, GENERATION, LIMIT, true, 0U));
+}
+
+/// The store has a run of packets without a gap; it ends with *out_last, 0 if there is none.
+static void read_all(unsigned* const out_first, unsigned* const out_last)
+{
+    uint64_t cursor = 0U;
+    pus_stored_packet_t packet;
+    *out_first      = 0U;
+    *out_last       = 0U;
+    status_t status = pus_packet_store_next(&store, &cursor, &packet);
+    while (status == STATUS_OK) {
+        const unsigned index = (unsigned)packet.time_ns;
+        *out_first           = (*out_first == 0U) ? index : *out_first;
+        TEST_ASSERT_TRUE((*out_last == 0U) || (index == (*out_last + 1U)));
+        TEST_ASSERT_EQUAL_UINT64(size_of(index), packet.size);
+        TEST_ASSERT_EQUAL_MEMORY(packets[index], packet.packet, packet.size);
+        *out_last = index;
+        status    = pus_packet_store_next(&store, &cursor, &packet);
+    }
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, status);
+    TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged);
+}
+
+/// What the power cut has left is opened again, goes on, and is cut again with all that was synced.
+static void judge(const unsigned synced, const unsigned oldest)
+{
+    unsigned first = 0U;
+    unsigned last  = 0U;
+    unsigned again = 0U;
+    cuts++;
+    recorded_clear(pending);
+    open_store();
+    read_all(&first, &last);
+    TEST_ASSERT_TRUE(last >= synced);
+    TEST_ASSERT_TRUE(first <= oldest);
+    for (unsigned i = 1U; i <= MORE; i++) {
+        const unsigned index = last + i;
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_append(&store, index, packets[index], size_of(index)));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_sync(&store));
+    recorded_durable(after);
+    recorded_clear(after);
+    open_store();
+    read_all(&first, &again);
+    TEST_ASSERT_EQUAL_UINT(last + MORE, again); // Nothing doubled, nothing back from before the cut.
+}
+
+/// What was written since the last sync before operation `end`, up to that one: from `begin` on.
+static size_t begin_of(const operation_t* const operations, const size_t end)
+{
+    size_t begin = end;
+    while ((begin > 0U) && (operations[begin - 1U].kind != OPERATION_SYNC)) {
+        begin--;
+    }
+    return begin;
+}
+
+/// Carry out the first `size` octets of a write of the flight.
+static void apply(const operation_t* const operation, const size_t size, image_t images[2])
+{
+    image_t* const image = &images[operation->medium];
+    if ((operation->kind == OPERATION_WRITE) && (size > 0U)) {
+        const size_t end = operation->offset + size;
+        if (end > image->size) {
+            memset(&image->octets[image->size], 0, end - image->size);
+            image->size = end;
+        }
+        memcpy(&image->octets[operation->offset], &flight.data[operation->data], size);
+    }
+}
+
+static void fly(const unsigned sync_every)
+{
+    static const size_t torn[] = {0U, 13U, 700U, SIZE_MAX};
+    unsigned oldest_of[PACKETS + 1U]; // The oldest that is there after so many.
+    recorded_clear(empty);
+    open_store();
+    for (unsigned i = 1U; i <= PACKETS; i++) {
+        recorded.mark = i;
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_append(&store, i, packets[i], size_of(i)));
+        if ((i % sync_every) == 0U) {
+            TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_sync(&store));
+        }
+        oldest_of[i] = (unsigned)pus_packet_store_oldest_ns(&store);
+    }
+    memcpy(&flight, &recorded, sizeof(flight));
+    oldest_of[0] = 1U;
+    recorded_copy(durable, empty);
+    size_t settled  = 0U; // Operations that are in `durable`.
+    unsigned synced = 0U; // Packets that are.
+    for (size_t end = 0U; end < flight.count; end++) {
+        const size_t begin      = begin_of(flight.operations, end);
+        const unsigned in_doubt = (unsigned)(end - begin);
+        TEST_ASSERT_TRUE(in_doubt <= 8U);
+        // Packets whose records were synced, wherever in the operations.
+        for (; settled < begin; settled++) {
+            const operation_t* const done = &flight.operations[settled];
+            apply(done, done->size, durable);
+            synced = ((done->kind == OPERATION_WRITE) && (done->size > 1000U)) ? done->mark : synced;
+        }
+        for (unsigned present = 0U; present < (1U << in_doubt); present++) {
+            for (size_t t = 0U; t < (sizeof(torn) / sizeof(torn[0])); t++) {
+                const operation_t* const last = &flight.operations[end];
+                const size_t part             = (torn[t] < last->size) ? torn[t] : last->size;
+                if ((t > 0U) && (part == ((torn[t - 1U] < last->size) ? torn[t - 1U] : last->size))) {
+                    continue; // The same as before.
+                }
+                recorded_copy(pending, durable);
+                for (unsigned i = 0U; i < in_doubt; i++) {
+                    const operation_t* const operation = &flight.operations[begin + i];
+                    if ((present & (1U << i)) != 0U) {
+                        apply(operation, operation->size, pending);
+                    }
+                }
+                apply(last, part, pending);
+                judge(synced, oldest_of[last->mark]);
+            }
+        }
+    }
+}
+
+static void every_cut_leaves_a_run_of_packets(void)
+{
+    cuts = 0U;
+    fly(3U);
+    TEST_ASSERT_TRUE(cuts > 100U);
+}
+
+static void so_it_does_where_only_blocks_are_synced(void)
+{
+    cuts = 0U;
+    fly(1000U);
+    TEST_ASSERT_TRUE(cuts > 100U);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(every_cut_leaves_a_run_of_packets);
+    RUN_TEST(so_it_does_where_only_blocks_are_synced);
+    return UNITY_END();
+}

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/st09/st09_time.h"
+
+#include "base/crc.h"
+#include "test/support/assertion.h"
+#include "test/unit/pus/fixtures/records.h"
+#include "test/unit/pus/fixtures/reports.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define S 1000000000ULL
+
+static pus_time_t service;
+static struct {
+    unsigned refusals;
+    unsigned count;
+    uint8_t packet[PUS_TIME_PACKET_SIZE];
+} ground;
+
+static status_t take(void* const context, const uint8_t* const packet, const size_t size)
+{
+    TEST_ASSERT_EQUAL_PTR(&ground, context);
+    TEST_ASSERT_EQUAL_UINT64(PUS_TIME_PACKET_SIZE, size);
+    if (ground.refusals > 0U) {
+        ground.refusals--;
+        return STATUS_FULL;
+    }
+    ground.count++;
+    memcpy(ground.packet, packet, size);
+    return STATUS_OK;
+}
+
+static void start(const pus_time_format_t format, const uint8_t exponent)
+{
+    const pus_time_config_t config = {.epoch_s     = TEST_EPOCH_S,
+                                      .format      = format,
+                                      .exponent    = exponent,
+                                      .status      = 5U,
+                                      .port        = {.context = &ground, .send = take},
+                                      .persistence = records_port()};
+    memset(&ground, 0, sizeof(ground));
+    pus_time_init(&service, &config);
+    bench_serve(pus_time_service(&service));
+}
+
+void setUp(void)
+{
+    bench_start();
+    records_start();
+    start(PUS_TIME_CUC, 0U);
+    pus_dispatcher_persist(&bench.dispatcher, records_port());
+}
+
+void tearDown(void)
+{
+}
+
+static pus_time_report_t report(const pus_time_format_t format)
+{
+    pus_time_report_t result = {0};
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_time_decode(ground.packet, sizeof(ground.packet), format, &result));
+    return result;
+}
+
+/// Steps at a time; true if a report was sent, which then has that time.
+static bool sends(const uint64_t now_ns)
+{
+    const unsigned before = ground.count;
+    const uint64_t due_ns = pus_time_due_ns(&service, now_ns);
+    pus_time_step(&service, now_ns);
+    TEST_ASSERT_TRUE(ground.count <= (before + 1U));
+    TEST_ASSERT_EQUAL(ground.count > before, due_ns == now_ns);
+    if (ground.count > before) {
+        const uint64_t expected = (TEST_EPOCH_S * S) + now_ns;
+        TEST_ASSERT_UINT64_WITHIN(60U, expected, report(service.config.format).time_ns);
+    }
+    return ground.count > before;
+}
+
+static bool set_rate(const uint8_t exponent)
+{
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, &exponent, 1U));
+    return bench_report(bench.count - 1U).subtype == 7U;
+}
+
+static void a_cuc_report_has_this_layout(void)
+{
+    // 2 000 000 000 s, 0x77359400, and a half; checksum by an independent implementation.
+    static const uint8_t expected[] = {0x00, 0x00, 0xC0, 0x00, 0x00, 0x0B, 0x00, 0x1F,
+                                       0x77, 0x35, 0x94, 0x01, 0x80, 0x00, 0x00, 0x05};
+    TEST_ASSERT_TRUE(sends(1500000000ULL));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, ground.packet, sizeof(expected));
+    TEST_ASSERT_TRUE(pus_is_time_packet(ground.packet, sizeof(ground.packet)));
+    const pus_time_report_t got = report(PUS_TIME_CUC);
+    TEST_ASSERT_EQUAL_UINT16(0U, got.sequence);
+    TEST_ASSERT_EQUAL_UINT8(0U, got.exponent);
+    TEST_ASSERT_EQUAL_UINT8(5U, got.status);
+}
+
+static void a_cds_report_has_this_layout(void)
+{
+    // Day 23148 (0x5A6C), 12813.250 s of it: 12813250 ms (0xC383C2), 999 us (0x03E7).
+    static const uint8_t expected[] = {0x00, 0x00, 0xC0, 0x00, 0x00, 0x0B, 0x03, 0x5A,
+                                       0x6C, 0x00, 0xC3, 0x83, 0xC2, 0x03, 0xE7, 0x05};
+    start(PUS_TIME_CDS, 3U);
+    TEST_ASSERT_TRUE(sends((13U * S) + 250999000ULL));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, ground.packet, sizeof(expected));
+    TEST_ASSERT_EQUAL_UINT64((TEST_EPOCH_S * S) + (13U * S) + 250999000ULL, report(PUS_TIME_CDS).time_ns);
+}
+
+static void reports_come_at_multiples_of_the_period(void)
+{
+    TEST_ASSERT_TRUE(sends(0U));
+    TEST_ASSERT_FALSE(sends(S - 1U));
+    TEST_ASSERT_EQUAL_UINT64(S, pus_time_due_ns(&service, 1U));
+    TEST_ASSERT_TRUE(sends(S));
+    TEST_ASSERT_FALSE(sends(S));
+    TEST_ASSERT_TRUE(sends(9U * S)); // Once, however far.
+    TEST_ASSERT_TRUE(sends(2U * S)); // Backwards, too.
+    TEST_ASSERT_FALSE(sends(2U * S));
+    TEST_ASSERT_EQUAL_UINT16(3U, report(PUS_TIME_CUC).sequence);
+    TEST_ASSERT_EQUAL_UINT32(4U, service.counters.sent);
+}
+
+static void what_is_refused_is_sent_later(void)
+{
+    ground.refusals = 2U;
+    pus_time_step(&service, 0U);
+    pus_time_step(&service, 1U);
+    TEST_ASSERT_EQUAL_UINT32(2U, service.counters.refused);
+    TEST_ASSERT_TRUE(sends(500U));
+    TEST_ASSERT_EQUAL_UINT16(0U, report(PUS_TIME_CUC).sequence); // No gap.
+    service.sequence = 16383U;
+    TEST_ASSERT_TRUE(sends(S));
+    TEST_ASSERT_EQUAL_UINT16(16383U, report(PUS_TIME_CUC).sequence);
+    TEST_ASSERT_TRUE(sends(2U * S));
+    TEST_ASSERT_EQUAL_UINT16(0U, report(PUS_TIME_CUC).sequence);
+}
+
+static void the_rate_is_set(void)
+{
+    TEST_ASSERT_TRUE(set_rate(8U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    TEST_ASSERT_FALSE(sends(TEST_NOW_NS));
+    TEST_ASSERT_FALSE(sends(255U * S)); // The epoch is a multiple of 256 s.
+    TEST_ASSERT_TRUE(sends(256U * S));
+    TEST_ASSERT_FALSE(sends(511U * S));
+    TEST_ASSERT_TRUE(sends(512U * S));
+    TEST_ASSERT_EQUAL_UINT8(8U, report(PUS_TIME_CUC).exponent);
+    TEST_ASSERT_FALSE(set_rate(9U));
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
+    TEST_ASSERT_TRUE(set_rate(0U));
+    TEST_ASSERT_TRUE(sends(513U * S));
+    expect_strict_shape(1U, "", 1U);
+}
+
+static void there_may_be_no_reports_at_first(void)
+{
+    start(PUS_TIME_CUC, PUS_TIME_NO_REPORTS);
+    TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, pus_time_due_ns(&service, S));
+    pus_time_step(&service, S);
+    TEST_ASSERT_EQUAL_UINT(0U, ground.count);
+    TEST_ASSERT_TRUE(set_rate(0U));
+    TEST_ASSERT_TRUE(sends(2U * S));
+}
+
+static status_t restore(void* const self, const uint32_t key, const uint8_t* const octets, const size_t size)
+{
+    return pus_time_restore(self, key, octets, size);
+}
+
+static void the_rate_outlives_a_power_cut(void)
+{
+    static const uint8_t records_of[] = {9U, 4U};
+    TEST_ASSERT_TRUE(set_rate(3U));
+    records_cut();
+    start(PUS_TIME_CUC, 0U);
+    TEST_ASSERT_EQUAL_UINT64(1U, records_replay(9U, restore, &service));
+    TEST_ASSERT_EQUAL_UINT8(3U, service.exponent);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_time_restore(&service, 1U, &records_of[1], 1U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_restore(&service, 0U, records_of, 1U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_restore(&service, 0U, &records_of[1], 0U));
+    TEST_ASSERT_EQUAL_UINT8(3U, service.exponent);
+    records.put_status = STATUS_IO;
+    TEST_ASSERT_FALSE(set_rate(1U));
+    expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
+    TEST_ASSERT_EQUAL_UINT8(3U, service.exponent);
+    service.config.persistence = NULL;
+    TEST_ASSERT_TRUE(set_rate(1U));
+}
+
+static void other_packets_are_no_time_packets(void)
+{
+    pus_time_report_t got;
+    uint8_t packet[PUS_TIME_PACKET_SIZE];
+    TEST_ASSERT_TRUE(sends(0U));
+    static const uint8_t places[] = {0U, 2U, 5U}; // Version, sequence flags, length.
+    for (size_t i = 0U; i < 3U; i++) {
+        memcpy(packet, ground.packet, sizeof(packet));
+        packet[places[i]] ^= 0x40U;
+        TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_decode(packet, sizeof(packet), PUS_TIME_CUC, &got));
+    }
+    memcpy(packet, ground.packet, sizeof(packet));
+    packet[9] ^= 1U;
+    TEST_ASSERT_EQUAL(STATUS_CHECKSUM, pus_time_decode(packet, sizeof(packet), PUS_TIME_CUC, &got));
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      pus_time_decode(ground.packet, PUS_TIME_PACKET_SIZE - 1U, PUS_TIME_CUC, &got));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_decode(packet, 0U, PUS_TIME_CUC, &got));
+    TEST_ASSERT_FALSE(pus_is_time_packet(packet, 1U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, // 2 days and 17 h in one day, and more than 1000 us.
+                      pus_time_decode(ground.packet, sizeof(packet), PUS_TIME_CDS, &got));
+    start(PUS_TIME_CDS, 0U);
+    TEST_ASSERT_TRUE(sends(0U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_decode(ground.packet, sizeof(packet), PUS_TIME_CUC, &got));
+    octets_put_u16(&ground.packet[13], 1000U); // Microseconds of a millisecond.
+    octets_put_u16(&ground.packet[16], crc16_ccitt(ground.packet, 16U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_decode(ground.packet, sizeof(packet), PUS_TIME_CDS, &got));
+}
+
+static void start_with_a_wrong_rate(void)
+{
+    start(PUS_TIME_CUC, 9U);
+}
+
+static void what_a_caller_may_not_do_is_asserted(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(start_with_a_wrong_rate));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_cuc_report_has_this_layout);
+    RUN_TEST(a_cds_report_has_this_layout);
+    RUN_TEST(reports_come_at_multiples_of_the_period);
+    RUN_TEST(what_is_refused_is_sent_later);
+    RUN_TEST(the_rate_is_set);
+    RUN_TEST(there_may_be_no_reports_at_first);
+    RUN_TEST(the_rate_outlives_a_power_cut);
+    RUN_TEST(other_packets_are_no_time_packets);
+    RUN_TEST(what_a_caller_may_not_do_is_asserted);
+    return UNITY_END();
+}

@@ -1,0 +1,590 @@
+// SPDX-License-Identifier: Apache-2.0
+// Retrieval, copies, and what outlives a power cut.
+#include "test/unit/pus/fixtures/stores.h"
+#include "unity.h"
+
+void setUp(void)
+{
+    stores_begin();
+    stores_add("ring", 3U, PUS_STORE_CIRCULAR);
+    stores_add("box", 4U, PUS_STORE_BOUNDED);
+}
+
+void tearDown(void)
+{
+}
+
+/// Leave the other store out.
+static void only_ring(void)
+{
+    stores_request_store(2U, "box");
+}
+
+static void start_range(const char* const name, const uint8_t priority, const unsigned from,
+                        const unsigned to)
+{
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name(name);
+    octet_write_u8(&stores_request, priority);
+    stores_put_second(from);
+    stores_put_second(to);
+    expect_stores_performed(9U);
+}
+
+static void resume(const char* const name, const uint8_t priority)
+{
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name(name);
+    octet_write_u8(&stores_request, priority);
+    expect_stores_performed(15U);
+}
+
+static void change_tag(const char* const name, const unsigned second)
+{
+    stores_begin_request();
+    stores_put_second(second);
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name(name);
+    expect_stores_performed(14U);
+}
+
+/// The statuses of the first store: storage, open retrieval, retrieval by time range.
+static void expect_status(const uint8_t enabled, const uint8_t open, const uint8_t range)
+{
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(18U, NULL, 0U));
+    octet_reader_t reader = bench_data(2U);
+    (void)octet_read_octets(&reader, 2U + PUS_NAME_SIZE);
+    TEST_ASSERT_EQUAL_UINT8(enabled, octet_read_u8(&reader));
+    TEST_ASSERT_EQUAL_UINT8(open, octet_read_u8(&reader));
+    TEST_ASSERT_EQUAL_UINT8(range, octet_read_u8(&reader));
+}
+
+static void an_open_retrieval_follows_what_comes_in(void)
+{
+    only_ring();
+    stores_reports(1U, 4U);
+    stores_step(2U, 5U);
+    expect_stores_none_sent();
+    resume("ring", 0U);
+    expect_status(1U, 1U, 0U);
+    stores_step(1U, 5U);
+    expect_stores_sent(1U, 3U);
+    stores_step(3U, 5U);
+    expect_stores_sent(4U, 4U);
+    TEST_ASSERT_TRUE(stores_is_idle());
+    stores_reports(5U, 6U);
+    TEST_ASSERT_FALSE(stores_is_idle());
+    stores_step(1U, 6U);
+    expect_stores_sent(5U, 6U);
+    stores_request_store(16U, "ring");
+    stores_reports(7U, 8U);
+    stores_step(3U, 8U);
+    expect_stores_none_sent();
+    expect_status(1U, 0U, 0U);
+    stores_request_store(16U, "ring"); // Suspended already.
+    resume("ring", 0U);
+    resume("ring", 0U); // In progress already.
+    stores_step(3U, 8U);
+    expect_stores_sent(7U, 8U); // It goes on exactly where it was.
+    TEST_ASSERT_EQUAL_UINT32(8U, stores_storage.stores[0].sent);
+    TEST_ASSERT_EQUAL_UINT8(1U, stores_sent.packets[0].channel);
+}
+
+static void an_open_retrieval_begins_at_its_tag(void)
+{
+    only_ring();
+    stores_reports(1U, 9U);
+    change_tag("ring", 6U);
+    resume("ring", 0U);
+    stores_step(4U, 9U);
+    expect_stores_sent(6U, 9U);
+    stores_request_store(16U, "ring");
+    change_tag("ring", 3U); // Back.
+    resume("ring", 0U);
+    stores_step(4U, 9U);
+    expect_stores_sent(3U, 9U);
+    stores_request_store(16U, "ring");
+    change_tag("ring", 14U); // Ahead of all.
+    resume("ring", 0U);
+    stores_reports(10U, 13U);
+    stores_step(4U, 13U);
+    expect_stores_none_sent();
+    TEST_ASSERT_FALSE(stores_storage.stores[0].state.open_cursor >
+                      pus_packet_store_head(&stores_storage.stores[0].log));
+    stores_reports(14U, 15U);
+    stores_step(2U, 15U);
+    expect_stores_sent(14U, 15U);
+    stores_report(16U, REPORT_SIZE, 2U); // The clock was set back: what comes in goes out.
+    stores_step(1U, 2U);
+    expect_stores_sent(16U, 16U);
+}
+
+static void what_was_given_up_is_skipped(void)
+{
+    only_ring();
+    stores_reports(1U, 4U);
+    resume("ring", 0U);
+    stores_step(1U, 4U);
+    expect_stores_sent(1U, 3U);
+    stores_reports(5U, 17U); // Three blocks: 4 .. 8 are gone.
+    stores_step(9U, 17U);
+    expect_stores_sent(9U, 17U);
+}
+
+static void a_range_is_sent_once_and_ends(void)
+{
+    only_ring();
+    stores_reports(1U, 12U);
+    start_range("ring", 0U, 3U, 8U);
+    expect_status(1U, 0U, 1U);
+    TEST_ASSERT_FALSE(stores_is_idle());
+    stores_step(1U, 12U);
+    expect_stores_sent(3U, 5U);
+    stores_report(13U, REPORT_SIZE, 7U); // Within the range, but later than the request.
+    stores_step(2U, 12U);
+    expect_stores_sent(6U, 8U);
+    expect_status(1U, 0U, 0U);
+    TEST_ASSERT_TRUE(records.commits > 0U);
+    start_range("ring", 0U, 90U, 99U); // Nothing of that time.
+    stores_step(1U, 12U);
+    expect_stores_none_sent();
+    expect_status(1U, 0U, 0U);
+    start_range("ring", 0U, 7U, 7U);
+    stores_step(9U, 12U);
+    TEST_ASSERT_EQUAL_UINT16(7U, stores_sent.packets[stores_sent.count - 2U].sequence);
+    TEST_ASSERT_EQUAL_UINT16(13U, stores_sent.packets[stores_sent.count - 1U].sequence);
+}
+
+static void a_range_can_be_aborted(void)
+{
+    only_ring();
+    stores_reports(1U, 8U);
+    start_range("ring", 0U, 0U, 100U);
+    stores_step(1U, 8U);
+    expect_stores_sent(1U, 3U);
+    stores_request_store(16U, "ring"); // Suspends open retrievals only.
+    stores_step(1U, 8U);
+    expect_stores_sent(4U, 6U);
+    stores_request_store(17U, "ring");
+    stores_request_all(17U);
+    stores_step(2U, 8U);
+    expect_stores_none_sent();
+    resume("ring", 0U);
+    stores_request_store(17U, "ring"); // Aborts ranges only.
+    expect_status(1U, 1U, 0U);
+}
+
+static void what_the_port_refuses_is_sent_later(void)
+{
+    only_ring();
+    stores_reports(1U, 5U);
+    resume("ring", 0U);
+    stores_sent.refusals = 4U;
+    for (unsigned i = 1U; i <= 4U; i++) {
+        stores_step(1U, 5U);
+        expect_stores_none_sent();
+        TEST_ASSERT_EQUAL_UINT32(i, stores_storage.counters.refused); // Once a step.
+        TEST_ASSERT_FALSE(stores_is_idle());
+    }
+    stores_step(2U, 5U);
+    expect_stores_sent(1U, 5U);
+}
+
+static void priorities_and_turns(void)
+{
+    static const uint8_t turns[]  = {1U, 2U, 1U, 2U, 1U, 2U};
+    static const uint8_t orders[] = {1U, 1U, 1U, 2U, 2U, 2U};
+    stores_begin_request();
+    octet_write_u8(&stores_request, 0U);
+    expect_stores_performed(2U);
+    stores_begin_request();
+    stores_put_name("box");
+    octet_write_u8(&stores_request, 2U);
+    expect_stores_performed(28U);
+    stores_request_all(1U);
+    stores_reports(1U, 3U);
+    resume("ring", 5U);
+    resume("box", 5U);
+    stores_step(3U, 3U);
+    for (size_t i = 0U; i < 6U; i++) {
+        TEST_ASSERT_EQUAL_UINT8(turns[(i + ((stores_sent.packets[0].channel == 1U) ? 0U : 1U)) % 6U],
+                                stores_sent.packets[i].channel);
+        TEST_ASSERT_EQUAL_UINT16((i / 2U) + 1U, stores_sent.packets[i].sequence);
+    }
+    stores_request_all(16U);
+    resume("ring", 4U);
+    resume("box", 5U);
+    stores_reports(4U, 6U);
+    stores_step(3U, 6U);
+    for (size_t i = 0U; i < 6U; i++) {
+        TEST_ASSERT_EQUAL_UINT8(orders[i], stores_sent.packets[6U + i].channel);
+    }
+    stores_request_all(16U);
+    stores_request_all(15U); // All go on with the priority they had.
+    TEST_ASSERT_EQUAL_UINT8(4U, stores_storage.stores[0].state.priority);
+    TEST_ASSERT_EQUAL_UINT8(5U, stores_storage.stores[1].state.priority);
+}
+
+static void a_step_reads_no_more_than_it_may(void)
+{
+    only_ring();
+    stores_config.octets_per_step  = 2U * REPORT_SIZE;
+    stores_config.packets_per_step = 100U;
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
+    stores_report(1U, 30U, 1U);
+    stores_reports(2U, 8U);
+    resume("ring", 0U);
+    stores_step(1U, 8U);
+    expect_stores_sent(1U, 3U);
+    stores_step(1U, 8U);
+    expect_stores_sent(4U, 5U);
+    start_range("box", 0U, 8U, 8U); // Has no packets here: is not enabled.
+    stores_step(2U, 8U);
+    expect_stores_sent(6U, 8U);
+}
+
+static void what_is_passed_over_counts_too(void)
+{
+    only_ring();
+    stores_config.octets_per_step = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
+    stores_reports(1U, 3U);
+    stores_report(4U, REPORT_SIZE, 90U);
+    start_range("ring", 0U, 80U, 99U);
+    stores_step(3U, 4U);
+    expect_stores_none_sent(); // A packet is read in each step.
+    stores_step(1U, 4U);
+    expect_stores_sent(4U, 4U);
+    change_tag("ring", 50U);
+    stores_storage.stores[0].state.open_cursor = 0U;
+    stores_step(1U, 4U); // Lets the range end.
+    resume("ring", 0U);
+    stores_step(3U, 4U);
+    expect_stores_none_sent();
+    stores_step(1U, 4U);
+    expect_stores_sent(4U, 4U);
+}
+
+static void damage_is_passed_over(void)
+{
+    only_ring();
+    stores_reports(1U, 9U);
+    recorded.image[0].octets[56U + 4014U + 99U] ^= 1U;
+    resume("ring", 0U);
+    stores_step(9U, 9U);
+    TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.stores[0].log.counters.damaged);
+    TEST_ASSERT_EQUAL_UINT64(6U, stores_sent.count); // 1, and 5 .. 9 of the following blocks.
+    TEST_ASSERT_EQUAL_UINT16(5U, stores_sent.packets[1].sequence);
+}
+
+static void a_medium_that_fails_is_read_again(void)
+{
+    only_ring();
+    stores_reports(1U, 2U);
+    resume("ring", 0U);
+    stores_step(1U, 2U);
+    expect_stores_sent(1U, 2U);
+    stores_reports(3U, 4U);
+    recorded.calls     = 0U;
+    recorded.fail_from = 1U;
+    stores_step(1U, 2U);
+    expect_stores_none_sent();
+    stores_step(1U, 2U);
+    expect_stores_sent(3U, 4U);
+}
+
+// ---- Power cuts ----
+
+static void a_retrieval_goes_on_after_a_restart(void)
+{
+    only_ring();
+    stores_reports(1U, 12U);
+    stores_step(1U, 12U); // Synced.
+    change_tag("ring", 2U);
+    resume("ring", 7U);
+    stores_step(1U, 12U);
+    expect_stores_sent(2U, 4U);
+    stores_cut();
+    expect_status(1U, 1U, 0U);
+    stores_step(2U, 13U);
+    expect_stores_sent(5U, 10U); // Nothing twice, since each step was kept.
+    stores_request_store(16U, "ring");
+    start_range("ring", 0U, 1U, 5U);
+    stores_step(1U, 14U);
+    expect_stores_sent(1U, 3U);
+    stores_cut();
+    expect_status(1U, 0U, 1U);
+    stores_step(9U, 15U);
+    expect_stores_sent(4U, 5U);
+    stores_cut();
+    expect_status(1U, 0U, 0U); // That it was over was kept.
+}
+
+static void between_checkpoints_packets_are_sent_again(void)
+{
+    only_ring();
+    stores_config.checkpoint_interval_ns = 5000000000ULL;
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
+    stores_reports(1U, 12U);
+    stores_step(1U, 100U);
+    resume("ring", 0U);
+    const unsigned commits = records.commits;
+    stores_step(1U, 101U);
+    stores_step(3U, 102U);
+    expect_stores_sent(1U, 12U);
+    TEST_ASSERT_EQUAL_UINT(commits + 1U, records.commits); // The first checkpoint was long ago.
+    TEST_ASSERT_FALSE(stores_is_idle());                   // One is due.
+    stores_cut();
+    stores_step(3U, 103U);
+    expect_stores_sent(4U, 12U);
+}
+
+static void what_was_not_synced_is_lost_and_not_waited_for(void)
+{
+    only_ring();
+    stores_config.sync_interval_ns = 5000000000ULL;
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
+    stores_reports(1U, 2U);
+    stores_step(1U, 10U); // Synced.
+    stores_reports(3U, 4U);
+    resume("ring", 0U);
+    stores_step(2U, 11U); // Sent, but not synced.
+    TEST_ASSERT_FALSE(stores_is_idle());
+    expect_stores_sent(1U, 4U);
+    stores_cut();
+    stores_reports(5U, 6U); // They lie where 3 and 4 were.
+    stores_step(2U, 12U);
+    expect_stores_sent(5U, 6U);
+}
+
+static void checkpoints_that_fail_are_tried_again(void)
+{
+    only_ring();
+    stores_reports(1U, 5U);
+    stores_step(1U, 5U);
+    resume("ring", 0U);
+    records.put_status = STATUS_FULL;
+    stores_step(1U, 5U);
+    TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.counters.unkept);
+    records.put_status    = STATUS_OK;
+    records.commit_status = STATUS_IO;
+    stores_step(1U, 5U);
+    TEST_ASSERT_EQUAL_UINT32(2U, stores_storage.counters.unkept);
+    expect_stores_sent(1U, 5U);
+    records.commit_status = STATUS_OK;
+    stores_step(1U, 5U);
+    stores_cut();
+    stores_step(3U, 5U);
+    expect_stores_none_sent();
+}
+
+static void nothing_is_kept_without_a_place(void)
+{
+    stores_config.persistence = NULL;
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
+    stores_reports(1U, 3U);
+    resume("ring", 0U);
+    stores_step(2U, 3U);
+    expect_stores_sent(1U, 3U);
+    TEST_ASSERT_EQUAL_UINT(0U, records.puts);
+    TEST_ASSERT_TRUE(stores_is_idle());
+}
+
+// ---- Copies ----
+
+static void copy(const uint8_t type, const unsigned from, const unsigned to)
+{
+    stores_begin_request();
+    octet_write_u8(&stores_request, type);
+    if ((type == 1U) || (type == 2U)) {
+        stores_put_second(from);
+    }
+    if ((type == 1U) || (type == 3U)) {
+        stores_put_second(to);
+    }
+    stores_put_name("ring");
+    stores_put_name("box");
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_send_request(24U));
+}
+
+static void empty_box(void)
+{
+    stores_begin_request();
+    stores_put_second(1000U);
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("box");
+    expect_stores_performed(11U);
+}
+
+static void packets_are_copied_by_time_window(void)
+{
+    static const struct {
+        uint8_t type;
+        uint16_t first;
+        uint16_t last;
+    } windows[] = {{0U, 1U, 8U}, {1U, 3U, 6U}, {2U, 3U, 8U}, {3U, 1U, 6U}};
+    only_ring();
+    stores_reports(1U, 8U);
+    for (size_t i = 0U; i < 4U; i++) {
+        copy(windows[i].type, 3U, 6U);
+        EXPECT_MESSAGES(1, 1, 1, 3);
+        TEST_ASSERT_FALSE(stores_is_idle());
+        bench_clear();
+        stores_step(1U, 8U);
+        EXPECT_MESSAGES(0); // Three packets, no more.
+        TEST_ASSERT_EQUAL_UINT32(3U, stores_storage.copy.copied);
+        if (i == 3U) {
+            stores_report(20U, 30U, 1U); // Later than the request.
+        }
+        stores_step(5U, 8U);
+        EXPECT_MESSAGES(1, 7);
+        start_range("box", 0U, 0U, 1000U);
+        stores_step(5U, 8U);
+        expect_stores_sent(windows[i].first, windows[i].last); // With the times they had.
+        empty_box();
+    }
+}
+
+static void a_copy_that_does_not_fit_fails(void)
+{
+    only_ring();
+    stores_reports(1U, 12U);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("box");
+    octet_write_u32(&stores_request, 2U * PUS_STORE_BLOCK);
+    expect_stores_performed(25U);
+    copy(0U, 0U, 0U);
+    bench_clear();
+    stores_step(5U, 12U);
+    EXPECT_MESSAGES(1, 8);
+    expect_failure(0U, 8U, PUS_FAILURE_TABLE_FULL, 0U, 8U);
+    TEST_ASSERT_FALSE(stores_storage.copy.is_active);
+}
+
+static void a_copy_from_a_failing_medium_fails(void)
+{
+    only_ring();
+    stores_reports(1U, 2U);
+    copy(0U, 0U, 0U);
+    bench_clear();
+    stores_step(1U, 2U); // Syncs, too.
+    empty_box();
+    for (unsigned call = 1U; call <= 7U; call++) {
+        copy(0U, 0U, 0U);
+        bench_clear();
+        recorded.calls     = 0U;
+        recorded.fail_from = call; // Read, closing, sync, header, sync, record; read, record; sync.
+        stores_step(1U, 2U);
+        recorded.fail_from = 0U;
+        stores_step(1U, 2U);
+        TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
+        if (bench_report(0U).subtype == 8U) {
+            expect_failure(0U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
+        }
+        TEST_ASSERT_FALSE(stores_storage.copy.is_active);
+        empty_box();
+    }
+}
+
+static void a_copy_passes_damage_over(void)
+{
+    only_ring();
+    stores_config.octets_per_step = 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
+    stores_reports(1U, 5U);
+    recorded.image[0].octets[56U + 99U] ^= 1U;
+    copy(0U, 0U, 0U);
+    bench_clear();
+    stores_step(2U, 5U);
+    EXPECT_MESSAGES(0); // One block or packet in each step.
+    stores_step(1U, 5U);
+    EXPECT_MESSAGES(1, 7);
+    start_range("box", 0U, 0U, 1000U);
+    stores_step(3U, 5U);
+    expect_stores_sent(5U, 5U);
+    stores_storage.copy = (pus_store_copy_t){.is_active = true, .source = 1U, .target = 1U};
+    stores_request_store(2U, "ring");
+    stores_request_store(21U, "ring"); // It is in no copy.
+}
+
+static void copies_are_refused(void)
+{
+    only_ring();
+    stores_reports(1U, 5U);
+    copy(1U, 5U, 4U);
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 17U);
+    stores_begin_request();
+    octet_write_u8(&stores_request, 0U);
+    stores_put_name("ring");
+    stores_put_name("none");
+    expect_stores_refused(24U, PUS_FAILURE_UNKNOWN_ID, 0U, stores_name_of("none"));
+    stores_begin_request();
+    octet_write_u8(&stores_request, 0U);
+    stores_put_name("no");
+    stores_put_name("box");
+    expect_stores_refused(24U, PUS_FAILURE_UNKNOWN_ID, 0U, stores_name_of("no"));
+    stores_begin_request();
+    octet_write_u8(&stores_request, 0U);
+    stores_put_name("box");
+    stores_put_name("box");
+    expect_stores_refused(24U, PUS_FAILURE_STATE, 0U, stores_name_of("box"));
+    stores_begin_request();
+    octet_write_u8(&stores_request, 0U);
+    stores_put_name("box");
+    stores_put_name("ring");
+    expect_stores_refused(24U, PUS_FAILURE_STATE, 0U, stores_name_of("ring")); // Not empty.
+    stores_begin_request();
+    octet_write_u8(&stores_request, 4U);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, stores_send_request(24U)); // No such window.
+    stores_begin_request();
+    octet_write_u8(&stores_request, 2U);
+    octet_write_u64(&stores_request, 0U); // No time of ours.
+    stores_put_name("ring");
+    stores_put_name("box");
+    expect_stores_refused(24U, PUS_FAILURE_OUT_OF_RANGE, 0U, 9U);
+    copy(0U, 0U, 0U);
+    copy(0U, 0U, 0U); // One at a time.
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, stores_name_of("box"));
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("box");
+    expect_stores_refused(21U, PUS_FAILURE_STATE, 1U, stores_name_of("box"));
+    stores_request_store(2U, "ring");
+    stores_begin_request();
+    octet_write_u8(&stores_request, 1U);
+    stores_put_name("ring");
+    expect_stores_refused(21U, PUS_FAILURE_STATE, 1U, stores_name_of("ring"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(an_open_retrieval_follows_what_comes_in);
+    RUN_TEST(an_open_retrieval_begins_at_its_tag);
+    RUN_TEST(what_was_given_up_is_skipped);
+    RUN_TEST(a_range_is_sent_once_and_ends);
+    RUN_TEST(a_range_can_be_aborted);
+    RUN_TEST(what_the_port_refuses_is_sent_later);
+    RUN_TEST(priorities_and_turns);
+    RUN_TEST(a_step_reads_no_more_than_it_may);
+    RUN_TEST(what_is_passed_over_counts_too);
+    RUN_TEST(damage_is_passed_over);
+    RUN_TEST(a_medium_that_fails_is_read_again);
+    RUN_TEST(a_retrieval_goes_on_after_a_restart);
+    RUN_TEST(between_checkpoints_packets_are_sent_again);
+    RUN_TEST(what_was_not_synced_is_lost_and_not_waited_for);
+    RUN_TEST(checkpoints_that_fail_are_tried_again);
+    RUN_TEST(nothing_is_kept_without_a_place);
+    RUN_TEST(packets_are_copied_by_time_window);
+    RUN_TEST(a_copy_that_does_not_fit_fails);
+    RUN_TEST(a_copy_from_a_failing_medium_fails);
+    RUN_TEST(a_copy_passes_damage_over);
+    RUN_TEST(copies_are_refused);
+    return UNITY_END();
+}

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/crc.h"
+#include "test/unit/pus/fixtures/scripts.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define ABCD 0x41424344U
+#define FILE_NAME "\0\2/p\0\3a.b"
+#define FILE_NAME_SIZE 9U
+
+static pus_procedures_t* const self = &scripts.service;
+
+void setUp(void)
+{
+    scripts_start();
+    scripts.file.size = 20U;
+}
+
+void tearDown(void)
+{
+}
+
+static void expect_refused(const uint8_t subtype, const char* const id, const void* const data,
+                           const size_t size, const uint16_t code, const uint32_t detail)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, script_send(subtype, id, data, size));
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, code, 0U, detail);
+}
+
+/// Number of loaded procedures, and the checksum of the first.
+static uint16_t loaded(uint16_t* const out_checksum)
+{
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, NULL, 0U));
+    octet_reader_t reader = bench_data(2U);
+    const uint16_t count  = octet_read_u16(&reader);
+    (void)octet_read_octets(&reader, PUS_NAME_SIZE);
+    *out_checksum = octet_read_u16(&reader);
+    return count;
+}
+
+static void code_is_loaded_with_its_checksum(void)
+{
+    static const uint8_t code[] = {0, 9, '1', '2', '3', '4', '5', '6', '7', '8', '9', 0x29, 0xB1};
+    static const uint8_t bad[]  = {0, 9, '1', '2', '3', '4', '5', '6', '7', '8', '9', 0x29, 0xB2};
+    static const uint8_t none[] = {0, 0, 0xFF, 0xFF};
+    uint16_t checksum           = 0U;
+    expect_refused(1U, "ABCD", bad, sizeof bad, PUS_FAILURE_DATA_CHECKSUM, 0x29B1U);
+    expect_refused(1U, "ABCD", none, sizeof none, PUS_FAILURE_TABLE_FULL, PUS_PROCEDURE_CODE_MAX);
+    TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
+    TEST_ASSERT_EQUAL(STATUS_OK, script_send(1U, "ABCD", code, sizeof code));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    TEST_ASSERT_EQUAL_UINT16(1U, loaded(&checksum));
+    TEST_ASSERT_EQUAL_HEX16(0x29B1U, checksum);
+    expect_refused(1U, "ABCD", code, sizeof code, PUS_FAILURE_EXISTS, ABCD);
+    expect_refused(2U, "none", NULL, 0U, PUS_FAILURE_UNKNOWN_ID, 0x6E6F6E65U);
+    TEST_ASSERT_EQUAL(STATUS_OK, script_send(2U, "ABCD", NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
+}
+
+static void the_table_takes_what_it_holds(void)
+{
+    static const uint8_t code[] = {0, 9, '1', '2', '3', '4', '5', '6', '7', '8', '9', 0x29, 0xB1};
+    script_loaded("A", 4000U, 'a');
+    script_loaded("B", 1U, 'a');
+    script_loaded("C", 1U, 'a');
+    expect_refused(1U, "D", code, sizeof code, PUS_FAILURE_TABLE_FULL, SCRIPT_PROCEDURES);
+    expect_refused(13U, "D", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_TABLE_FULL, SCRIPT_PROCEDURES);
+    TEST_ASSERT_EQUAL_UINT(1U, scripts.file.closed);
+}
+
+static void files_are_loaded_whole(void)
+{
+    uint16_t checksum = 0U;
+    scripts.file.size = PUS_PROCEDURE_CODE_MAX;
+    TEST_ASSERT_EQUAL(STATUS_OK, script_send(13U, "ABCD", FILE_NAME, FILE_NAME_SIZE));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    TEST_ASSERT_EQUAL_UINT(1U, scripts.file.closed);
+    TEST_ASSERT_EQUAL_UINT16(1U, loaded(&checksum));
+    TEST_ASSERT_EQUAL_HEX16(crc16_ccitt(self->config.procedures[0].code, PUS_PROCEDURE_CODE_MAX), checksum);
+    TEST_ASSERT_EQUAL_UINT(3U, records.puts);
+    scripts.file.size = PUS_PROCEDURE_CODE_MAX + 1U;
+    expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_TABLE_FULL, PUS_PROCEDURE_CODE_MAX);
+    scripts.file.size = 0U;
+    expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_TABLE_FULL, PUS_PROCEDURE_CODE_MAX);
+    TEST_ASSERT_EQUAL_UINT(scripts.file.opened, scripts.file.closed);
+}
+
+static void files_that_fail_are_told(void)
+{
+    scripts.file.open = STATUS_NOT_FOUND;
+    expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_UNKNOWN_ID, 0U);
+    scripts.file.open = STATUS_INVALID;
+    expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_OUT_OF_RANGE, PUS_NAME_SIZE);
+    scripts.file.open = STATUS_FORBIDDEN;
+    expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_IO, STATUS_FORBIDDEN);
+    scripts.file.open = STATUS_OK;
+    scripts.file.read = STATUS_IO;
+    expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_IO, STATUS_IO);
+    TEST_ASSERT_EQUAL_UINT(1U, scripts.file.closed);
+    self->config.files = NULL;
+    expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_ACCESS, 0U);
+}
+
+static void a_file_is_loaded_and_activated(void)
+{
+    static const uint8_t body[] = {0, 2, '/', 'p', 0, 3, 'a', '.', 'b', 'A', 'B', 'C', 'D', 0, 0, 0, 0, 1, 0};
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(19U, body, sizeof body));
+    EXPECT_MESSAGES(1, 1, 1, 3);
+    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_STARTED, 0U, 0U);
+    bench_clear();
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(19U, body, sizeof body));
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, PUS_FAILURE_EXISTS, 0U, ABCD);
+}
+
+static void what_is_not_kept_is_not_loaded(void)
+{
+    uint16_t checksum    = 0U;
+    scripts.file.size    = PUS_PROCEDURE_CODE_MAX;
+    records.put_status   = STATUS_FULL;
+    records.refuse_after = 1U;
+    expect_refused(13U, "ABCD", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_IO, STATUS_FULL);
+    TEST_ASSERT_EQUAL_UINT(1U, records.erasures); // Not half of it either.
+    TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
+    TEST_ASSERT_EQUAL_UINT32(1U, self->counters.unsaved);
+    records.put_status = STATUS_OK;
+    script_loaded("ABCD", 10U, 'x');
+    records.erase_status = STATUS_IO;
+    expect_refused(2U, "ABCD", NULL, 0U, PUS_FAILURE_IO, STATUS_IO);
+    TEST_ASSERT_EQUAL_UINT16(1U, loaded(&checksum));
+    records.erase_status = STATUS_NOT_FOUND; // The store has lost it.
+    TEST_ASSERT_EQUAL(STATUS_OK, script_send(2U, "ABCD", NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+}
+
+static void without_a_store_all_is_done(void)
+{
+    self->config.persistence = NULL;
+    script_loaded("ABCD", 10U, 'x');
+    TEST_ASSERT_EQUAL(STATUS_OK, script_send(2U, "ABCD", NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    TEST_ASSERT_EQUAL_UINT(0U, records.puts);
+}
+
+static void code_outlasts_a_power_cut(void)
+{
+    uint16_t before   = 0U;
+    uint16_t after    = 0U;
+    scripts.file.size = PUS_PROCEDURE_CODE_MAX;
+    TEST_ASSERT_EQUAL(STATUS_OK, script_send(13U, "LARGE", FILE_NAME, FILE_NAME_SIZE));
+    script_loaded("B", 100U, 'b');
+    script_activated("B", 0U);
+    TEST_ASSERT_EQUAL_UINT16(2U, loaded(&before));
+    scripts_restart();
+    TEST_ASSERT_EQUAL_UINT16(2U, loaded(&after));
+    TEST_ASSERT_EQUAL_HEX16(before, after);
+    TEST_ASSERT_EACH_EQUAL_HEX8('f', self->config.procedures[0].code, PUS_PROCEDURE_CODE_MAX);
+    TEST_ASSERT_EQUAL_UINT16(100U, self->config.procedures[1].size);
+    TEST_ASSERT_FALSE(pus_procedures_are_active(self));
+    script_activated("B", 0U);
+}
+
+static void records_that_are_no_good_are_told(void)
+{
+    uint8_t record[PUS_RECORD_MAX] = {'A',  0,   0,   0,   0,   0,   0,   0,   0,   9,  0x29,
+                                      0xB1, '1', '2', '3', '4', '5', '6', '7', '8', '9'};
+    uint16_t checksum              = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 4U, record, 21U));
+    TEST_ASSERT_EQUAL_UINT16(1U, loaded(&checksum));
+    for (size_t i = 0U; i < 21U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 4U, record, i));
+    }
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 4U, record, 22U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 5U, record, 21U)); // No second part.
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_procedures_restore(self, 4U * SCRIPT_PROCEDURES, record, 21U));
+    record[20] = '8';
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 4U, record, 21U)); // Checksum.
+    TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
+    record[8] = 0x40U;
+    record[9] = 0x01U; // 16385 octets.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 0U, record, sizeof record));
+    record[9] = 0x00U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 0U, record, sizeof record)); // One of three.
+    TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
+    record[0] = 'B'; // Of another one: begins anew. So do another size and another checksum.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 1U, record, sizeof record));
+    TEST_ASSERT_EQUAL_UINT8(2U, self->config.procedures[0].parts);
+    record[11] = 0xB2U;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 0U, record, sizeof record));
+    TEST_ASSERT_EQUAL_UINT8(1U, self->config.procedures[0].parts);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 65535U, record, 1U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 65535U, record, 2U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 65535U, NULL, 0U));
+}
+
+static void every_request_has_a_strict_shape(void)
+{
+    static const uint8_t load[]         = {'A', 0, 0, 0, 0, 0, 0, 0, 0, 2, 'x', 'y', 1, 2};
+    static const uint8_t name[]         = {'A', 0, 0, 0, 0, 0, 0, 0};
+    static const uint8_t hold[]         = {'A', 0, 0, 0, 0, 0, 0, 0, 0, 1};
+    static const uint8_t communicated[] = {'A', 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 5};
+    static const uint8_t values[]       = {'A', 0, 0, 0, 0, 0, 0, 0, 3, 2, 1, 0, 5, 10, 1};
+    static const uint8_t file[]         = {'A', 0, 0, 0, 0, 0, 0, 0, 0, 2, '/', 'p', 0, 1, 'a'};
+    static const uint8_t both[]         = {0, 1, '/', 0, 1, 'a', 'A', 0, 0, 0, 0, 0, 0, 0, 1, 0};
+    static const uint8_t levels[]       = {1, 'A', 0, 0, 0, 0, 0, 0, 0, 2};
+    static const uint8_t by_name[]      = {2U, 6U, 12U, 15U};
+    static const uint8_t by_hold[]      = {4U, 5U, 20U};
+    static const uint8_t by_values[]    = {3U, 14U};
+    static const uint8_t empty[]        = {8U, 17U, 21U, 22U};
+    expect_strict_shape(1U, load, sizeof load);
+    expect_strict_shape(13U, file, sizeof file);
+    expect_strict_shape(19U, both, sizeof both);
+    expect_strict_shape(16U, levels, sizeof levels);
+    expect_strict_shape(7U, communicated, sizeof communicated);
+    for (size_t i = 0U; i < sizeof by_name; i++) {
+        expect_strict_shape(by_name[i], name, sizeof name);
+    }
+    for (size_t i = 0U; i < sizeof by_hold; i++) {
+        expect_strict_shape(by_hold[i], hold, sizeof hold);
+    }
+    for (size_t i = 0U; i < sizeof by_values; i++) {
+        expect_strict_shape(by_values[i], values, sizeof values);
+    }
+    for (size_t i = 0U; i < sizeof empty; i++) {
+        expect_strict_shape(empty[i], NULL, 0U);
+    }
+}
+
+static void one_is_unloaded_while_another_runs(void)
+{
+    static const uint8_t next_step[] = {0, 0};
+    script_loaded("ABCD", 1U, 'x');
+    script_loaded("B", 1U, 'x');
+    script_activated("ABCD", 0U);
+    script_activated("B", 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, script_send(20U, "ABCD", next_step, sizeof next_step));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    const unsigned commits = records.commits;
+    script_call(0U, PUS_CALL_STEP, 1U);
+    script_call(1U, PUS_CALL_STEP, 1U);
+    scripts_step(1U);
+    EXPECT_MESSAGES(1, 8, 1, 5);
+    TEST_ASSERT_EQUAL_UINT(commits + 1U, records.commits);
+    TEST_ASSERT_EQUAL_UINT32(0U, self->counters.unsaved);
+    expect_script_status(PUS_PROCEDURE_RUNNING); // Of B, the only one that is loaded.
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(code_is_loaded_with_its_checksum);
+    RUN_TEST(the_table_takes_what_it_holds);
+    RUN_TEST(files_are_loaded_whole);
+    RUN_TEST(files_that_fail_are_told);
+    RUN_TEST(a_file_is_loaded_and_activated);
+    RUN_TEST(what_is_not_kept_is_not_loaded);
+    RUN_TEST(without_a_store_all_is_done);
+    RUN_TEST(code_outlasts_a_power_cut);
+    RUN_TEST(records_that_are_no_good_are_told);
+    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(one_is_unloaded_while_another_runs);
+    return UNITY_END();
+}
