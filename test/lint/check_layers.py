@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check every include of C sources and C tests against test/lint/layers.txt. Prints each breach; exit code 1."""
+"""Check every include of C sources and C tests against test/lint/layers.txt, and that no cycle of includes joins top folders.
+
+Prints each breach; exit code 1."""
 
 import pathlib
 import re
@@ -54,11 +56,42 @@ def breaches(path, layers, headers):
             yield f"{path}:{number}: {home or 'no layer'} may not include {line[0].split('include')[1].strip()}"
 
 
+def top_includes(files, read):
+    """Top folders that flight code and simulator have, with those that each includes: {folder: {other: file:line}}."""
+    graph = {}
+    for path in files:
+        top, text = path.split("/")[0], read(path)
+        for line in INCLUDE.finditer(text):
+            other = line[2].split("/")[0]
+            if line[1] == '"' and "/" in line[2] and other not in (top, "generated"):
+                number = text[: line.start(2)].count("\n") + 1
+                graph.setdefault(top, {}).setdefault(other, f"{path}:{number}")
+    return graph
+
+
+def cycle(graph):
+    """Texts of the includes that close a cycle between top folders, or an empty list."""
+    def way(start, goal, passed):
+        for other, place in sorted(graph.get(start, {}).items()):
+            step = [f"{place}: {start}/ includes {other}/, which closes a cycle between top folders"]
+            if other == goal:
+                return step
+            if other not in passed:
+                rest = way(other, goal, passed | {other})
+                if rest:
+                    return step + rest
+        return []
+
+    return next((found for found in (way(top, top, {top}) for top in sorted(graph)) if found), [])
+
+
 def main():
     layers, headers = read_rules(ROOT / "test/lint/layers.txt")
     tops = ("base", "osal", "pus", "fsw", "launcher", "sim", "test/unit", "test/contract", "test/bench", "test/fuzz")
     files = [str(p.relative_to(ROOT)) for top in tops for p in sorted((ROOT / top).rglob("*.[ch]"))]
     failures = [text for path in files for text in breaches(path, layers, headers)]
+    sources = [path for path in files if not path.startswith("test/")]
+    failures += cycle(top_includes(sources, lambda path: (ROOT / path).read_text()))
     print("\n".join(failures) if failures else f"check: layers respected by {len(files)} files")
     return 1 if failures else 0
 

@@ -64,6 +64,38 @@ def test_layers(tmp_path, monkeypatch, path, include, allowed):
     assert (not found) == allowed, found
 
 
+TREE = {
+    "base/a.h": "#include <stdint.h>\n",
+    "osal/include/osal/a.h": '#include "base/a.h"\n',
+    "pus/core/a.c": '#include "base/a.h"\n#include "osal/include/osal/a.h"\n#include "generated/pus/a.h"\n#include "pus/core/b.h"\n',
+    "fsw/x/a.c": '\n#include "pus/core/a.h"\n',
+    "launcher/a.c": '#include "fsw/x/a.h"\n#include "sim/a.h"\n',
+    "sim/a.h": '#include "base/a.h"\n',
+}
+
+
+@pytest.mark.parametrize(
+    "path, include, places",
+    [
+        (None, None, []),
+        ("pus/core/c.c", '"fsw/x/a.h"', ["fsw/x/a.c:2", "pus/core/c.c:1"]),
+        ("base/b.c", '"osal/include/osal/a.h"', ["base/b.c:1", "osal/include/osal/a.h:1"]),
+        ("sim/b.c", '"launcher/a.h"', ["launcher/a.c:2", "sim/b.c:1"]),
+        ("base/b.c", '"sim/a.h"', ["base/b.c:1", "sim/a.h:1"]),
+    ],
+)
+def test_cycles_of_top_folders(path, include, places):
+    """Two folders that include each other, or several in a ring, are told with each include that closes the ring."""
+    tree = {**TREE, **({path: f"#include {include}\n"} if path else {})}
+    found = check_layers.cycle(check_layers.top_includes(sorted(tree), tree.get))
+    assert sorted(text.split(": ")[0] for text in found) == sorted(places)
+
+
+def test_cycle_over_three_folders_is_found():
+    tree = {**TREE, "base/b.c": '#include "pus/core/a.h"\n'}
+    assert check_layers.cycle(check_layers.top_includes(sorted(tree), tree.get))
+
+
 @pytest.mark.parametrize(
     "source, place, complaint",
     [
