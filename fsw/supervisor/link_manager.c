@@ -432,7 +432,7 @@ static void member_closed(supervisor_t* const supervisor, const uint16_t link, c
     }
     const bool had_edge = link_graph_remove(&supervisor->graph, link);
     if ((session->step == SESSION_CLOSING) && !had_edge) {
-        accepted_of(supervisor, link)->link = 0U;
+        drop_link(supervisor, link);
         end_session(supervisor, session, PUS_FAILURE_NONE, 0U);
     }
 }
