@@ -38,6 +38,8 @@ static void reads_unsigned_words(void)
         {"1a", STATUS_INVALID, 0U},
         {"0x", STATUS_INVALID, 0U},
         {"0xG", STATUS_INVALID, 0U},
+        {"0xg", STATUS_INVALID, 0U},
+        {"0x@", STATUS_INVALID, 0U},
         {"1.0", STATUS_INVALID, 0U},
         {"--1", STATUS_INVALID, 0U},
         {"-", STATUS_INVALID, 0U},
@@ -91,8 +93,9 @@ static void refuses_reals_it_could_not_round_rightly(void)
 {
     static const char* const too_long[] = {
         "1234567890123456", "1e23", "1e-23", "0.00000000000000000000001", "1.2345678901234567", "1e9999"};
-    static const char* const malformed[] = {".5",  "5.",  "1e",   "1e+",  "1e12345", "e5",  "nan", "inf",
-                                            "0x1", "1,5", "1.5x", "1..2", "+1",      "--1", "-"};
+    static const char* const malformed[] = {".5",  "5.",  "1e",  "1e+",     "1e12345", "e5",
+                                            "nan", "inf", "0x1", "1,5",     "1.5x",    "1..2",
+                                            "+1",  "--1", "-",   "1e123456"};
     double value                         = 0.0;
     for (size_t i = 0U; i < (sizeof too_long / sizeof too_long[0]); i++) {
         const char* at = too_long[i];
@@ -143,6 +146,53 @@ static void walks_through_a_list(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, number_read_real(&at, &value));
 }
 
+/// Zero has no digits that a power of ten could move out of reach, and 'E' is as good as 'e'.
+static void reads_zeros_and_both_exponent_signs(void)
+{
+    static const char* const zeros[] = {"0", "0.000", "0e9999", "0.0E-9999", "0e0"};
+    double value                     = 1.0;
+    for (size_t i = 0U; i < (sizeof zeros / sizeof zeros[0]); i++) {
+        const char* at = zeros[i];
+        value          = 1.0;
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, number_read_real(&at, &value), zeros[i]);
+        TEST_ASSERT_TRUE_MESSAGE(value == 0.0, zeros[i]);
+    }
+    const char* at = "25E-2 1E+2";
+    TEST_ASSERT_EQUAL(STATUS_OK, number_read_value(&at, VALUE_DOUBLE, &value));
+    TEST_ASSERT_TRUE(value == 0.25);
+    TEST_ASSERT_EQUAL(STATUS_OK, number_read_value(&at, VALUE_DOUBLE, &value));
+    TEST_ASSERT_TRUE(value == 100.0);
+}
+
+/// What is refused changes neither the value nor the place in the text.
+static void refuses_what_a_type_cannot_hold(void)
+{
+    static const struct {
+        const char* text;
+        value_type_t type;
+        status_t status;
+    } cases[] = {{"", VALUE_BOOL, STATUS_EMPTY},
+                 {"  ", VALUE_BOOL, STATUS_EMPTY},
+                 {"truer", VALUE_BOOL, STATUS_INVALID},
+                 {"10", VALUE_BOOL, STATUS_INVALID},
+                 {"", VALUE_INT8, STATUS_EMPTY},
+                 {"1x", VALUE_INT8, STATUS_INVALID},
+                 {"", VALUE_FLOAT, STATUS_EMPTY},
+                 {"1.5x", VALUE_FLOAT, STATUS_INVALID},
+                 {"3.5e38", VALUE_FLOAT, STATUS_OUT_OF_RANGE},
+                 {"-3.5e38", VALUE_FLOAT, STATUS_OUT_OF_RANGE},
+                 {"", VALUE_DOUBLE, STATUS_EMPTY}};
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        const char* at        = cases[i].text;
+        const uint64_t before = 0x0123456789ABCDEFULL;
+        uint64_t memory       = before;
+        TEST_ASSERT_EQUAL_MESSAGE(cases[i].status, number_read_value(&at, cases[i].type, &memory),
+                                  cases[i].text);
+        TEST_ASSERT_EQUAL_PTR(cases[i].text, at);
+        TEST_ASSERT_EQUAL_HEX64(before, memory);
+    }
+}
+
 static void reads_words_for_bool_and_bounds_of_float(void)
 {
     const char* at = "true false 1 0 yes";
@@ -169,6 +219,8 @@ int main(void)
     RUN_TEST(refuses_reals_it_could_not_round_rightly);
     RUN_TEST(rounds_as_the_c_library_does);
     RUN_TEST(walks_through_a_list);
+    RUN_TEST(reads_zeros_and_both_exponent_signs);
+    RUN_TEST(refuses_what_a_type_cannot_hold);
     RUN_TEST(reads_words_for_bool_and_bounds_of_float);
     return UNITY_END();
 }

@@ -213,6 +213,26 @@ static void null_is_a_coding_error(void)
     TEST_ASSERT_TRUE(assertion_fails(write_of_null));
 }
 
+/// Neither octets that would fit nor none at all make good a writer that has failed.
+static void blocks_of_octets_are_written_whole_or_not(void)
+{
+    static const uint8_t source[5] = {1U, 2U, 3U, 4U, 5U};
+    uint8_t octets[4]              = {0xEEU, 0xEEU, 0xEEU, 0xEEU};
+    octet_writer_t writer          = octet_writer(octets, sizeof octets);
+    octet_write_octets(&writer, NULL, 0U);
+    TEST_ASSERT_EQUAL_UINT64(0U, writer.position);
+    octet_write_octets(&writer, source, 3U);
+    octet_write_octets(&writer, NULL, 0U);
+    TEST_ASSERT_FALSE(writer.failed);
+    octet_write_octets(&writer, source, 2U);
+    TEST_ASSERT_TRUE(writer.failed);
+    octet_write_octets(&writer, source, 1U);
+    octet_write_octets(&writer, NULL, 0U);
+    TEST_ASSERT_TRUE(writer.failed);
+    TEST_ASSERT_EQUAL_UINT64(3U, writer.position);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[4]){1U, 2U, 3U, 0xEEU}), octets, sizeof octets);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -225,6 +245,7 @@ int main(void)
     RUN_TEST(sizes_near_the_limit_of_size_t_do_not_wrap);
     RUN_TEST(a_write_that_does_not_fit_changes_nothing_and_fails_for_good);
     RUN_TEST(exactly_full_is_no_failure);
+    RUN_TEST(blocks_of_octets_are_written_whole_or_not);
     RUN_TEST(null_is_a_coding_error);
     return UNITY_END();
 }
