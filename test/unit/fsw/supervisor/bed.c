@@ -47,6 +47,7 @@ static status_t start(void* context, uint16_t apid, uint32_t link_floor, uint64_
     bed.starts++;
     member->start_count++;
     member->is_running = true;
+    bed.promise_ns     = (apid == bed.late_apid) ? UINT64_MAX : bed.promise_ns; // Of its earlier life.
     open_member(member);
     return STATUS_OK;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reactions to events by severity, to processes that die and to subsystems that fall silent.
-#include "fsw/supervisor/supervisor.h"
+#include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/bed.h"
 #include "unity.h"
@@ -27,6 +27,16 @@ void tearDown(void)
 static void run_ms(unsigned ms)
 {
     bed_run(ms / 10U);
+}
+
+static mission_subsystem_t* mission_of(uint16_t apid)
+{
+    return (mission_subsystem_t*)roster_find(&bed.supervisor, apid)->mission;
+}
+
+static uint64_t patience_of(uint16_t apid)
+{
+    return (uint64_t)mission_of(apid)->hang_after_us * 1000U;
 }
 
 // ---- HIGH ----
@@ -284,6 +294,77 @@ static void a_process_that_hangs_is_killed_and_started_again(void)
     TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06"));
 }
 
+/// At its next look the supervisor sees a process that is later than its mission allows by so much.
+static void see_late(uint16_t apid, uint64_t by_ns)
+{
+    bed_tick();
+    bed.late_apid  = apid;
+    bed.promise_ns = bed.now_ns - patience_of(apid) - by_ns;
+    bed_step();
+}
+
+/// Time and again as late as the mission allows, to the nanosecond: slow, and nobody acts.
+static void a_process_that_is_slow_within_its_time_is_left_alone(void)
+{
+    const uint64_t patience_ns = patience_of(ARM);
+    bed_link_up(STATE_OPERATIONAL);
+    bed.late_apid = ARM;
+    for (unsigned i = 0U; i < 50U; i++) {
+        bed.promise_ns = bed.now_ns;
+        bed_run((unsigned)(patience_ns / BED_TICK_NS)); // It does not step,
+        bed_step();                                     // and is seen at the last instant, too.
+        TEST_ASSERT_EQUAL_UINT64(patience_ns, bed.supervisor.now_ns - bed.promise_ns);
+    }
+    TEST_ASSERT_EQUAL(0U, bed.kills);
+    TEST_ASSERT_EQUAL(0U, bed.starts);
+    TEST_ASSERT_EQUAL(0U, roster_find(&bed.supervisor, ARM)->deaths);
+    TEST_ASSERT_FALSE(bed_has("G 5.4 "));
+    TEST_ASSERT_FALSE(bed_has("TC 129.8"));
+    see_late(ARM, 1U); // One nanosecond more.
+    TEST_ASSERT_EQUAL(1U, bed.kills);
+    TEST_ASSERT_EQUAL(1U, bed.starts);
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed_has("G 5.4 001E0010"));
+}
+
+static unsigned times_told(const char* text, const char* line)
+{
+    unsigned count = 0U;
+    for (const char* at = strstr(text, line); at != NULL; at = strstr(at + 1U, line)) {
+        count++;
+    }
+    return count;
+}
+
+/// The promise of the life that was killed stands while the next one waits for its start: nobody acts on it
+/// again.
+static void a_hang_that_is_seen_again_is_acted_on_once(void)
+{
+    mission_of(LONE)->restart_budget = 2U;
+    static const unsigned started[]  = {1U, 1U, 2U, 2U}; // At once, after 100 ms; then never.
+    for (unsigned hang = 1U; hang <= 3U; hang++) {
+        see_late(LONE, 1U);
+        TEST_ASSERT_EQUAL(hang, bed.kills);
+        TEST_ASSERT_EQUAL(started[hang - 1U], bed.starts);
+        for (unsigned i = 0U; i < 8U; i++) {
+            bed_tick();
+            bed_step(); // Twice at one instant, too.
+        }
+        TEST_ASSERT_EQUAL(hang, bed.kills);
+        TEST_ASSERT_EQUAL(started[hang - 1U], bed.starts);
+        run_ms((hang < 3U) ? 200U : 2000U);
+        TEST_ASSERT_EQUAL(hang, bed.kills);
+        TEST_ASSERT_EQUAL(started[hang], bed.starts);
+        const char* const text = bed_look();
+        TEST_ASSERT_EQUAL(1U, times_told(text, "G 5.4 001E0012"));
+        TEST_ASSERT_EQUAL(0U, times_told(text, "G 5.4 00010012"));
+        TEST_ASSERT_EQUAL((hang < 3U) ? 0U : 1U, times_told(text, "G 131.2 01"));
+        bed_forget();
+    }
+    TEST_ASSERT_EQUAL(2U, roster_find(&bed.supervisor, LONE)->deaths);
+    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+}
+
 /// It might be told in the name of its earlier life, and would never know.
 static void a_restarted_process_is_told_nothing_before_it_is_heard(void)
 {
@@ -421,6 +502,8 @@ int main(void)
     RUN_TEST(an_event_without_a_number_is_none);
     RUN_TEST(a_process_that_dies_is_started_again);
     RUN_TEST(a_process_that_hangs_is_killed_and_started_again);
+    RUN_TEST(a_process_that_is_slow_within_its_time_is_left_alone);
+    RUN_TEST(a_hang_that_is_seen_again_is_acted_on_once);
     RUN_TEST(a_restarted_process_is_told_nothing_before_it_is_heard);
     RUN_TEST(a_restart_budget_ends_in_mode_safe);
     RUN_TEST(a_start_that_fails_ends_in_mode_safe);
