@@ -5,6 +5,8 @@
 #include "base/capacities.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
+#include <string.h>
+
 #define MANAGEMENT_OCTETS 2U
 
 CAPACITY_CHECK(each_link_has_a_bit, MISSION_LINKS_MAX <= 32U);
@@ -51,9 +53,10 @@ void recommission_begin(supervisor_t* const supervisor, const uint16_t apid)
         if (link_graph_network(&supervisor->graph, edge->producer_apid) ==
             link_graph_network(&supervisor->graph, apid)) {
             supervisor->renewed |= (uint32_t)1U << (edge->link - 1U);
-            supervisor->renewals[edge->link - 1U] = RECOMMISSION_RENEWALS;
         }
     }
+    // All anew: a link that was being opened when its member died again is not in the graph.
+    (void)memset(supervisor->renewals, (int)RECOMMISSION_RENEWALS, sizeof supervisor->renewals);
 }
 
 // ---- One step of one member ----

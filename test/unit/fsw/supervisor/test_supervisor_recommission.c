@@ -267,6 +267,133 @@ static void the_shutdown_ends_it(void)
     TEST_ASSERT_FALSE(is_under_way(ARM));
 }
 
+// ---- A hang on the way ----
+
+static unsigned times_told(const char* text, const char* line)
+{
+    unsigned count = 0U;
+    for (const char* at = strstr(text, line); at != NULL; at = strstr(at + 1U, line)) {
+        count++;
+    }
+    return count;
+}
+
+/// It neither steps, nor takes in, nor says a word, until it is killed for it.
+static void hang(unsigned member)
+{
+    bed_member_t* const one = &bed.members[member];
+    const unsigned kills    = bed.kills;
+    bed.late_apid           = one->apid;
+    bed.promise_ns          = bed.now_ns;
+    one->is_deaf            = true;
+    one->is_silent          = true;
+    bed_run(3U);
+    TEST_ASSERT_EQUAL(kills, bed.kills); // As long as its mission allows.
+    bed_run(1U);
+    TEST_ASSERT_EQUAL(kills + 1U, bed.kills);
+    one->is_deaf   = false;
+    one->is_silent = false;
+}
+
+static unsigned deaths_of(uint16_t apid)
+{
+    return roster_find(&bed.supervisor, apid)->deaths;
+}
+
+/// Wherever on its way it hangs, also while a link is being opened: it is killed, that costs of its budget,
+/// and it and its partner begin anew and come to where they were.
+static void who_hangs_on_the_way_begins_anew(void)
+{
+    unsigned on_the_way = 0U;
+    for (unsigned ticks = 0U; ticks <= 60U; ticks++) {
+        char where[32];
+        (void)snprintf(where, sizeof where, "after %u ticks", ticks);
+        link_up(STATE_OPERATIONAL);
+        die(BED_ARM);
+        bed_run(ticks);
+        on_the_way += is_under_way(ARM) ? 1U : 0U;
+        hang(BED_ARM);
+        TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // Again, if it had arrived.
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(bed_look(), "G 5.4 001E0010"), where);
+        bed_run(5U * SECOND);
+        const char* const text = bed_look();
+        TEST_ASSERT_EQUAL_MESSAGE(1U, bed.kills, where);
+        TEST_ASSERT_EQUAL_MESSAGE(2U, bed.starts, where);
+        TEST_ASSERT_EQUAL_MESSAGE(2U, deaths_of(ARM), where);
+        TEST_ASSERT_EQUAL_MESSAGE(0U, times_told(text, "G 5.4"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, BACK "00100005"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(0U, times_told(text, STOPPED), where);
+        TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
+        TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, bed.members[BED_ARM].state, where);
+        TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, bed.members[BED_HAND].state, where);
+        TEST_ASSERT_EQUAL_MESSAGE(2U, bed.supervisor.graph.count, where);
+        TEST_ASSERT_EQUAL_MESSAGE(MODE_NOMINAL, bed.supervisor.mode, where);
+        bed_close();
+    }
+    TEST_ASSERT_TRUE((on_the_way > 50U) && (on_the_way <= 60U)); // The last ones had arrived.
+    bed_open();
+}
+
+/// The partner's plan takes the mission to a mode that forbids the rest of the way: each run ends, and is
+/// told.
+static void a_partner_that_hangs_on_the_way_ends_it_by_its_plan(void)
+{
+    for (unsigned ticks = 0U; ticks <= 52U; ticks += 4U) {
+        char where[32];
+        (void)snprintf(where, sizeof where, "after %u ticks", ticks);
+        link_up(STATE_OPERATIONAL);
+        die(BED_ARM);
+        bed_run(ticks);
+        hang(BED_HAND);
+        bed_run(12U * SECOND);
+        const char* const text = bed_look();
+        TEST_ASSERT_EQUAL_MESSAGE(1U, bed.kills, where);
+        TEST_ASSERT_EQUAL_MESSAGE(2U, bed.starts, where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, deaths_of(HAND), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, "G 5.4 001E0011"), where);
+        TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, BACK "0010") + times_told(text, STOPPED "0010"),
+                                  where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, BACK "0011") + times_told(text, STOPPED "0011"),
+                                  where);
+        bed_close();
+    }
+    bed_open();
+}
+
+/// Each life hangs on its way: the pauses grow, and the last one of the budget ends in the fallback, told
+/// once.
+static void hangs_on_the_way_use_up_the_budget(void)
+{
+    link_up(STATE_OPERATIONAL);
+    mission_of(ARM)->restart_budget = 3U;
+    die(BED_ARM);
+    static const unsigned pauses[] = {12U, 102U}; // Ticks until the next start.
+    for (unsigned i = 0U; i < 2U; i++) {
+        bed_run(30U);
+        TEST_ASSERT_TRUE(is_under_way(ARM));
+        hang(BED_ARM);
+        TEST_ASSERT_TRUE(is_under_way(ARM)); // It still knows where it was.
+        TEST_ASSERT_EQUAL(i + 1U, bed.starts);
+        bed_run(pauses[i]);
+        TEST_ASSERT_EQUAL(i + 2U, bed.starts);
+    }
+    TEST_ASSERT_EQUAL(3U, deaths_of(ARM));
+    TEST_ASSERT_EQUAL(MODE_NOMINAL, bed.supervisor.mode);
+    bed_forget();
+    bed_run(30U);
+    hang(BED_ARM);
+    bed_run(12U * SECOND);
+    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+    TEST_ASSERT_EQUAL(3U, bed.kills);
+    TEST_ASSERT_EQUAL(3U, bed.starts);
+    TEST_ASSERT_FALSE(is_under_way(ARM) || is_under_way(HAND));
+    const char* const text = bed_look();
+    TEST_ASSERT_EQUAL(1U, times_told(text, "G 5.4 001E0010"));
+    TEST_ASSERT_EQUAL(1U, times_told(text, STOPPED "001000000408")); // PUS_FAILURE_LOST, in OFFLINE.
+    TEST_ASSERT_EQUAL(0U, times_told(text, BACK "0010"));
+}
+
 // ---- Budget ----
 
 static void deaths_in_a_row_cost_a_pause_each_and_then_the_mode(void)
@@ -346,6 +473,9 @@ int main(void)
     RUN_TEST(nobody_is_led_back_at_the_end_of_the_mission);
     RUN_TEST(a_plan_for_a_member_on_its_way_stops_it);
     RUN_TEST(the_shutdown_ends_it);
+    RUN_TEST(who_hangs_on_the_way_begins_anew);
+    RUN_TEST(a_partner_that_hangs_on_the_way_ends_it_by_its_plan);
+    RUN_TEST(hangs_on_the_way_use_up_the_budget);
     RUN_TEST(deaths_in_a_row_cost_a_pause_each_and_then_the_mode);
     RUN_TEST(a_long_life_makes_deaths_forgotten);
     RUN_TEST(who_is_started_by_a_user_in_the_pause_is_not_started_twice);
