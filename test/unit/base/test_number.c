@@ -206,7 +206,10 @@ static void reads_words_for_bool_and_bounds_of_float(void)
     TEST_ASSERT_EQUAL(STATUS_OK, number_read_value(&at, VALUE_BOOL, &flag));
     TEST_ASSERT_EQUAL(STATUS_INVALID, number_read_value(&at, VALUE_BOOL, &flag));
     float single = 0.0F;
-    at           = "1.5 ";
+    at           = "-999999999999999e22"; // The most that is read.
+    TEST_ASSERT_EQUAL(STATUS_OK, number_read_value(&at, VALUE_FLOAT, &single));
+    TEST_ASSERT_EQUAL_FLOAT(-1e37F, single);
+    at = "1.5 ";
     TEST_ASSERT_EQUAL(STATUS_OK, number_read_value(&at, VALUE_FLOAT, &single));
     TEST_ASSERT_EQUAL_FLOAT(1.5F, single);
 }
