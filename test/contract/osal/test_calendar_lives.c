@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "test/support/assertion.h"
 #include "unity.h"
 
 #define SLOT_NS 500U
@@ -180,6 +181,117 @@ static void test_the_holder_is_told(void)
     (void)next_is(FIRST, 0U);
     TEST_ASSERT_EQUAL_UINT(FIRST, osal_calendar_holder(calendar, &after));
     TEST_ASSERT_EQUAL_UINT32(1U, after - before);
+}
+
+// ---- All places taken ----
+
+#define PLACES OSAL_CALENDAR_PARTICIPANTS_MAX
+
+/// Every place has a life 1, which has joined at 0 and wakes in each slot.
+static void take_all_places(void)
+{
+    for (unsigned i = 0U; i < PLACES; i++) {
+        osal_calendar_expect(calendar, i, 1U, 0U);
+    }
+    for (unsigned i = 1U; i < PLACES; i++) {
+        osal_calendar_done(calendar, i, 0U);
+    }
+}
+
+/// One slot, in which all but one (PLACES: all) have their turn in order, once.
+static void run_slot(uint64_t now_ns, unsigned without)
+{
+    for (unsigned i = 0U; i < PLACES; i++) {
+        if (i != without) {
+            (void)next_is(i, now_ns);
+            osal_calendar_done(calendar, i, now_ns + SLOT_NS);
+        }
+    }
+}
+
+/// A place that is taken is not given again: the life in it goes on as if nobody had asked.
+static void test_a_place_that_is_taken_is_refused(void)
+{
+    take_all_places();
+    run_slot(0U, PLACES);
+    for (unsigned i = 0U; i < PLACES; i++) {
+        (void)next_is(i, SLOT_NS);
+        for (unsigned k = 0U; k < PLACES; k++) { // In the middle of the slot, too.
+            osal_calendar_expect(calendar, k, 2U, SLOT_NS);
+            TEST_ASSERT_EQUAL(OSAL_CALENDAR_JOINED, presence(k, (k == FIRST) ? 0U : 1U));
+        }
+        osal_calendar_done(calendar, i, 2U * SLOT_NS);
+    }
+    run_slot(2U * SLOT_NS, PLACES);
+    TEST_ASSERT_EQUAL(PLACES, osal_calendar_awaited(calendar)); // Nobody is waited for.
+}
+
+static void expect_one_too_many(void)
+{
+    osal_calendar_expect(calendar, PLACES, 1U, 0U);
+}
+
+static void deliver_to_one_too_many(void)
+{
+    osal_calendar_deliver(calendar, FIRST, PLACES, OSAL_CALENDAR_ANY_LIFE, 1U, 0U);
+}
+
+/// There is no further place: who asks for one has not read the limit.
+static void test_one_place_too_many_is_a_coding_error(void)
+{
+    take_all_places();
+    TEST_ASSERT_TRUE(assertion_fails(expect_one_too_many));
+    TEST_ASSERT_TRUE(assertion_fails(deliver_to_one_too_many));
+    run_slot(0U, PLACES);
+}
+
+/// Each in turn: the others keep order and time, nothing of the ended life is left to the next.
+static void test_a_place_that_was_freed_is_taken_again(void)
+{
+    take_all_places();
+    uint64_t now_ns = 0U;
+    for (unsigned i = 0U; i < PLACES; i++) {
+        run_slot(now_ns, PLACES);
+        osal_calendar_deliver(calendar, (i + 1U) % PLACES, i, OSAL_CALENDAR_ANY_LIFE, 5U, 7U);
+        osal_calendar_end(calendar, i, OSAL_CALENDAR_ANY_LIFE);
+        now_ns += SLOT_NS;
+        run_slot(now_ns, i);
+        now_ns += SLOT_NS;
+        osal_calendar_expect(calendar, i, 9U, now_ns);
+        awaited_is(i);
+        osal_calendar_done(calendar, i, now_ns);
+        for (unsigned k = 0U; k < PLACES; k++) {
+            const osal_grant_t grant = next_is(k, now_ns);
+            TEST_ASSERT_EQUAL_UINT32(0U, grant.messages + grant.octets);
+            osal_calendar_done(calendar, k, now_ns + SLOT_NS);
+        }
+        TEST_ASSERT_EQUAL(OSAL_CALENDAR_JOINED, presence(i, 9U));
+        now_ns += SLOT_NS;
+    }
+    run_slot(now_ns, PLACES);
+}
+
+/// All but one are expected at one instant and fail before it: each ends there, and the one goes on.
+static void test_all_places_may_fail_to_begin_at_once(void)
+{
+    for (uint32_t life = 1U; life <= 3U; life++) {
+        const uint64_t begin_ns = 10U * life * SLOT_NS;
+        (void)next_is(FIRST, begin_ns - (10U * SLOT_NS));
+        for (unsigned i = 1U; i < PLACES; i++) {
+            osal_calendar_expect(calendar, i, life, begin_ns);
+            osal_calendar_end(calendar, i, life);
+            TEST_ASSERT_EQUAL(OSAL_CALENDAR_EXPECTED, presence(i, life));
+        }
+        osal_calendar_done(calendar, FIRST, begin_ns);
+    }
+    (void)next_is(FIRST, 30U * SLOT_NS);
+    for (unsigned i = 1U; i < PLACES; i++) {
+        TEST_ASSERT_EQUAL(OSAL_CALENDAR_ABSENT, presence(i, 3U));
+    }
+    osal_calendar_done(calendar, FIRST, OSAL_CALENDAR_NEVER);
+    unsigned participant = 0U;
+    osal_grant_t grant   = {0U, 0U, 0U};
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_calendar_next(calendar, &participant, &grant));
 }
 
 // ---- Processes ----
@@ -391,6 +503,10 @@ int main(void)
     RUN_TEST(test_what_was_due_in_a_hang_comes_after_it);
     RUN_TEST(test_a_suspended_participant_ends_as_any_other);
     RUN_TEST(test_the_holder_is_told);
+    RUN_TEST(test_a_place_that_is_taken_is_refused);
+    RUN_TEST(test_one_place_too_many_is_a_coding_error);
+    RUN_TEST(test_a_place_that_was_freed_is_taken_again);
+    RUN_TEST(test_all_places_may_fail_to_begin_at_once);
     RUN_TEST(test_the_dismissed_ends_by_itself_and_the_killed_does_nothing_more);
     RUN_TEST(test_who_comes_back_to_an_ended_life_is_turned_away);
     RUN_TEST(test_a_stream_ends_with_the_life_of_its_server);
