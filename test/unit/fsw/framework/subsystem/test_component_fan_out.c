@@ -3,10 +3,13 @@
 // its own.
 #include "test/unit/fsw/framework/subsystem/link_bed.inc"
 
+#include <sys/socket.h>
+
 #define FIRST 2U ///< Links of OUT.
 #define SECOND 3U
 #define FIRST_EPOCH 5U
 #define SECOND_EPOCH 9U
+#define CYCLES_OF_A_HANG 500U
 
 static link_consumer_t second;   // A second fake consumer of OUT.
 static uint8_t reaching_by_link; // Methods for SECOND; FIRST has shared memory.
@@ -162,13 +165,13 @@ static bool route(void* context, uint16_t link, osal_socket_t** out_socket, osal
     return osal_socket_local_address(&receiver, out_consumer) == STATUS_OK;
 }
 
-static void each_reader_has_a_method_of_its_own(void)
+/// The first reader has shared memory, the second one a socket.
+static void open_both_methods(void)
 {
     static link_resolver_t resolver; // The end of the test closes what is still open by it.
     const osal_address_t loopback = {OSAL_IPV4_LOOPBACK, 0U};
     rtlink_terms_t terms          = terms_of(PORT_OUT);
-    uint8_t frame[LINK_FRAME_MAX];
-    resolver = *bed_links();
+    resolver                      = *bed_links();
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&sender, loopback, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&receiver, loopback, 0U));
     resolver.methods                  = methods;
@@ -183,6 +186,19 @@ static void each_reader_has_a_method_of_its_own(void)
     open(SECOND, SECOND_EPOCH);
     terms.methods = 1U << RTLINK_METHOD_UDP;
     TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&second, &resolver, SECOND, &terms, SECOND_EPOCH));
+}
+
+static void close_both_methods(void)
+{
+    link_consumer_close(&second);
+    osal_socket_close(&sender);
+    osal_socket_close(&receiver);
+}
+
+static void each_reader_has_a_method_of_its_own(void)
+{
+    uint8_t frame[LINK_FRAME_MAX];
+    open_both_methods();
     for (unsigned i = 0U; i < 10U; i++) {
         osal_address_t from = {0U, 0U};
         size_t size         = 0U;
@@ -193,9 +209,60 @@ static void each_reader_has_a_method_of_its_own(void)
     }
     expect_lossless(&reader, 10U);
     expect_lossless(&second, 10U);
+    close_both_methods();
+}
+
+/// Datagrams are lost at a socket that nobody reads, and nowhere else.
+static void a_reader_whose_socket_is_full_costs_the_other_nothing(void)
+{
+    uint8_t frame[LINK_FRAME_MAX];
+    const int room   = 4096;
+    uint32_t waiting = 0U;
+    size_t size      = 0U;
+    open_both_methods();
+    TEST_ASSERT_EQUAL(0, setsockopt(receiver.descriptor, SOL_SOCKET, SO_RCVBUF, &room, sizeof room));
+    bed_forget();
+    for (unsigned i = 0U; i < CYCLES_OF_A_HANG; i++) {
+        run_with(1U, &reader, NULL);
+        TEST_ASSERT_EQUAL(STATUS_OK, out_status);
+    }
+    expect_lossless(&reader, CYCLES_OF_A_HANG);
+    TEST_ASSERT_FALSE(bed_has("130.10"));
+    osal_address_t from = {0U, 0U};
+    while (osal_udp_receive(&receiver, &from, frame, sizeof frame, &size) == STATUS_OK) {
+        waiting++;
+        (void)link_consumer_deliver(&second, frame, size);
+    }
+    TEST_ASSERT_TRUE((waiting > 0U) && (waiting < CYCLES_OF_A_HANG)); // It was full.
+    run_with(1U, &reader, NULL);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&receiver, 1000U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&receiver, &from, frame, sizeof frame, &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_deliver(&second, frame, size)); // It goes on.
+    expect_lossless(&reader, CYCLES_OF_A_HANG + 1U);
+    close_both_methods();
+}
+
+/// A reader that hangs takes nothing for a while: that is its own loss, whatever its method.
+static void a_reader_that_hangs_costs_the_other_nothing(void)
+{
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    open_reader(&reader, FIRST, FIRST_EPOCH, 1U);
+    open_reader(&second, SECOND, SECOND_EPOCH, 1U);
+    run_with(10U, &reader, &second);
+    bed_forget();
+    run_with(500U, &reader, NULL);
+    expect_lossless(&reader, 510U);
+    TEST_ASSERT_EQUAL(STATUS_OK, out_status);
+    TEST_ASSERT_FALSE(bed_has("130.10")); // The writer sees no reader.
+    run_with(10U, &reader, &second);      // It goes on with the newest one, and knows what it has missed.
+    expect_lossless(&reader, 520U);
+    TEST_ASSERT_EQUAL_UINT32(20U, second.counters.frames);
+    TEST_ASSERT_EQUAL_UINT32(500U, second.counters.lost);
+    TEST_ASSERT_EQUAL(reader.sample_time_ns, second.sample_time_ns);
+    run_with(500U, &second, NULL); // Now the first one hangs.
+    TEST_ASSERT_EQUAL_UINT32(520U, second.counters.frames);
+    TEST_ASSERT_EQUAL_UINT32(500U, second.counters.lost);
     link_consumer_close(&second);
-    osal_socket_close(&sender);
-    osal_socket_close(&receiver);
 }
 
 int main(void)
@@ -208,5 +275,7 @@ int main(void)
     RUN_TEST(a_link_number_stands_for_one_port);
     RUN_TEST(a_required_port_has_one_writer);
     RUN_TEST(each_reader_has_a_method_of_its_own);
+    RUN_TEST(a_reader_that_hangs_costs_the_other_nothing);
+    RUN_TEST(a_reader_whose_socket_is_full_costs_the_other_nothing);
     return UNITY_END();
 }
