@@ -161,19 +161,6 @@ void osal_socket_defer(osal_socket_t* sock)
     sock->is_deferred = true;
 }
 
-ssize_t socket_receive(osal_socket_t* sock, struct msghdr* message)
-{
-    uint8_t octet = 0U;
-    while (sock->is_held) { // An error tells of a datagram sent earlier, and has left this one.
-        sock->is_held = (recv(sock->descriptor, &octet, sizeof octet, MSG_DONTWAIT) < 0) &&
-                        ((errno == EINTR) || (errno == ECONNREFUSED));
-    }
-    const ssize_t size =
-        recvmsg(sock->descriptor, message, MSG_DONTWAIT | (sock->is_deferred ? MSG_PEEK : 0));
-    sock->is_held = sock->is_deferred && (size >= 0);
-    return size;
-}
-
 status_t osal_udp_receive(osal_socket_t* sock, osal_address_t* out_from, uint8_t* octets, size_t capacity,
                           size_t* out_size)
 {

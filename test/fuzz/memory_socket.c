@@ -164,6 +164,11 @@ status_t osal_udp_receive(osal_socket_t* const socket, osal_address_t* const out
     return STATUS_OK;
 }
 
+void osal_socket_defer(osal_socket_t* const socket)
+{
+    (void)socket; // No process dies here that a successor could follow.
+}
+
 status_t osal_tcp_listen(osal_socket_t* const socket, const osal_address_t local)
 {
     return make(socket, true, local.port);
