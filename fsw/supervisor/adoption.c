@@ -93,6 +93,7 @@ static void keep_members(const supervisor_t* const supervisor, supervisor_vitals
     state->member_count = supervisor->mission->subsystem_count;
     for (uint16_t i = 0U; i < state->member_count; i++) {
         const roster_entry_t* const entry = &supervisor->roster[i];
+        const recommission_t* const run   = &entry->recommission;
         state->members[i]                 = (vitals_member_t){.heard_ns             = entry->heard_ns,
                                                               .started_ns           = entry->started_ns,
                                                               .interface_hash       = entry->interface_hash,
@@ -107,7 +108,19 @@ static void keep_members(const supervisor_t* const supervisor, supervisor_vitals
                                                               .is_order_owed        = truth(entry->is_order_owed),
                                                               .ordered              = (uint8_t)entry->ordered,
                                                               .order_cause          = (uint8_t)entry->order_cause,
-                                                              .is_interface_foreign = truth(entry->is_interface_foreign)};
+                                                              .is_interface_foreign = truth(entry->is_interface_foreign),
+                                                              .is_restarted         = truth(entry->is_restarted),
+                                                              .error_ns             = entry->error_ns,
+                                                              .rested               = (uint8_t)entry->rested,
+                                                              .rested_with          = entry->rested_with,
+                                                              .run_since_ns         = run->since_ns,
+                                                              .run_configuration    = run->configuration,
+                                                              .is_run_active        = truth(run->is_active),
+                                                              .is_run_walking       = truth(run->is_walking),
+                                                              .run_target           = (uint8_t)run->target,
+                                                              .run_ordered          = (uint8_t)run->ordered,
+                                                              .run_seen             = (uint8_t)run->seen,
+                                                              .run_seen_phase       = (uint8_t)run->seen_phase};
     }
 }
 
@@ -137,6 +150,18 @@ static void take_members(supervisor_t* const supervisor, const supervisor_vitals
         entry->interface_hash       = member->interface_hash;
         entry->configuration_hash   = member->configuration_hash;
         entry->is_interface_foreign = is_true(member->is_interface_foreign);
+        entry->is_restarted         = is_true(member->is_restarted);
+        entry->error_ns             = member->error_ns;
+        entry->rested               = (state_t)member->rested;
+        entry->rested_with          = member->rested_with;
+        entry->recommission         = (recommission_t){.is_active     = is_true(member->is_run_active),
+                                                       .is_walking    = is_true(member->is_run_walking),
+                                                       .target        = (state_t)member->run_target,
+                                                       .configuration = member->run_configuration,
+                                                       .ordered       = (state_t)member->run_ordered,
+                                                       .seen          = (state_t)member->run_seen,
+                                                       .seen_phase    = (state_phase_t)member->run_seen_phase,
+                                                       .since_ns      = member->run_since_ns};
         entry->is_in_doubt          = (entry->process == PROCESS_RUNNING);
         entry->are_links_in_doubt   = entry->is_in_doubt;
     }
@@ -170,6 +195,9 @@ static void keep_links(const supervisor_t* const supervisor, supervisor_vitals_t
     state->link_transaction = supervisor->link_transaction;
     state->open_count       = supervisor->graph.count;
     state->accepted_count   = 0U;
+    (void)memcpy(state->wanted, supervisor->wanted, sizeof state->wanted);
+    state->renewed = supervisor->renewed;
+    (void)memcpy(state->renewals, supervisor->renewals, sizeof state->renewals);
     for (uint16_t i = 0U; i < supervisor->graph.count; i++) {
         state->open[i] = keep_edge(&supervisor->graph.edges[i]);
     }
@@ -202,6 +230,9 @@ static void take_links(supervisor_t* const supervisor, const supervisor_vitals_t
     supervisor->link_epoch       = state->link_epoch;
     supervisor->link_transaction = state->link_transaction;
     supervisor->graph.count      = state->open_count;
+    (void)memcpy(supervisor->wanted, state->wanted, sizeof supervisor->wanted);
+    supervisor->renewed = state->renewed;
+    (void)memcpy(supervisor->renewals, state->renewals, sizeof supervisor->renewals);
     for (uint16_t i = 0U; i < state->open_count; i++) {
         supervisor->graph.edges[i] = take_edge(&state->open[i]);
     }

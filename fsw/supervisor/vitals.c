@@ -5,6 +5,7 @@
 #include "base/capacities.h"
 #include "base/crc.h"
 #include "fsw/framework/subsystem/state_machine.h"
+#include "fsw/supervisor/recommission.h"
 #include "pus/core/packet.h"
 
 #include <string.h>
@@ -274,6 +275,16 @@ static bool is_shutdown_sound(const supervisor_vitals_t* const state)
            is_token_sound(&state->shutdown_token);
 }
 
+/// What was left of a member that is led back, or that is led back if it dies now.
+static bool is_run_sound(const vitals_member_t* const member, const uint64_t now_ns)
+{
+    return (member->rested < (uint8_t)STATE_COUNT) && (member->error_ns <= now_ns) &&
+           (member->run_since_ns <= now_ns) && is_truth(member->is_run_active) &&
+           is_truth(member->is_run_walking) && (member->run_target < (uint8_t)STATE_COUNT) &&
+           (member->run_ordered <= (uint8_t)STATE_COUNT) && (member->run_seen <= (uint8_t)STATE_COUNT) &&
+           (member->run_seen_phase <= (uint8_t)PHASE_UNSECURED);
+}
+
 static bool are_members_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
 {
     for (uint16_t i = 0U; i < state->member_count; i++) {
@@ -284,6 +295,7 @@ static bool are_members_sound(const supervisor_vitals_t* const state, const vita
                               (member->order_cause <= (uint8_t)CAUSE_SUPERVISOR_LOST) &&
                               (member->phase <= (uint8_t)PHASE_UNSECURED) && is_truth(member->is_heard) &&
                               is_truth(member->is_order_owed) && is_truth(member->is_interface_foreign) &&
+                              is_truth(member->is_restarted) && is_run_sound(member, state->now_ns) &&
                               (member->heard_ns <= state->now_ns) && (member->started_ns <= state->now_ns);
         if (!is_sound) {
             return false;
@@ -314,6 +326,16 @@ static bool are_edges_sound(const vitals_edge_t* const edges, const uint16_t cou
         }
     }
     return true;
+}
+
+static bool are_renewals_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
+{
+    for (size_t i = 0U; i < MISSION_LINKS_MAX; i++) {
+        if (state->renewals[i] > RECOMMISSION_RENEWALS) {
+            return false;
+        }
+    }
+    return ((uint64_t)state->renewed >> limits->mission->link_count) == 0U;
 }
 
 static bool are_sessions_sound(const supervisor_vitals_t* const state, const vitals_limits_t* const limits)
@@ -420,7 +442,7 @@ vitals_flaw_t vitals_check(const supervisor_vitals_t* const state, const vitals_
         {is_shutdown_sound(state), VITALS_SHUTDOWN},
         {are_members_sound(state, limits), VITALS_MEMBER},
         {are_edges_sound(state->accepted, state->accepted_count, limits) &&
-             are_edges_sound(state->open, state->open_count, limits),
+             are_edges_sound(state->open, state->open_count, limits) && are_renewals_sound(state, limits),
          VITALS_LINK},
         {are_sessions_sound(state, limits), VITALS_SESSION},
         {are_plans_sound(state, limits), VITALS_PLAN},

@@ -12,7 +12,7 @@
 /// since, what is needed to undo the writes since, and how many effects of the commit were performed. A block
 /// of an annex is there or not, whenever the writer dies.
 ///
-/// Ownership  The memory is the caller's. Context: one loop of one process at a time. Time: O(size), about 12
+/// Ownership  The memory is the caller's. Context: one loop of one process at a time. Time: O(size), about 13
 /// KiB.
 #ifndef FSW_SUPERVISOR_VITALS_H
 #define FSW_SUPERVISOR_VITALS_H
@@ -26,6 +26,7 @@
 #include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
 #include "pus/core/counts.h"
+#include "pus/private/st130_rtlink.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -60,8 +61,18 @@ typedef struct { // A subsystem of the mission, in its order.
     uint64_t started_ns;
     uint64_t interface_hash;
     uint64_t configuration_hash;
+    uint64_t error_ns;
+    uint64_t run_since_ns;
     uint8_t order_cause; ///< pus_cause_t of `ordered`.
-    uint8_t reserved[3];
+    uint8_t rested;
+    uint16_t rested_with;
+    uint16_t run_configuration; ///< And other fields of a recommissioning under way: recommission_t.
+    uint8_t is_run_active;
+    uint8_t is_run_walking;
+    uint8_t run_target;
+    uint8_t run_ordered;
+    uint8_t run_seen;
+    uint8_t run_seen_phase;
     uint16_t apid;
     uint16_t configuration;
     uint8_t process; ///< process_state_t.
@@ -72,6 +83,8 @@ typedef struct { // A subsystem of the mission, in its order.
     uint8_t is_order_owed;
     uint8_t ordered;
     uint8_t is_interface_foreign;
+    uint8_t is_restarted;
+    uint8_t reserved[7];
 } vitals_member_t;
 
 typedef struct { // A link that was agreed on, or that is open.
@@ -134,6 +147,7 @@ typedef struct {
     uint32_t message_stamp;
     uint32_t link_epoch;
     uint32_t link_transaction;
+    uint32_t renewed; ///< Links of the mission.
     uint16_t member_count;
     uint16_t channel_count;
     uint16_t accepted_count;
@@ -149,6 +163,8 @@ typedef struct {
     vitals_edge_t accepted[LINK_GRAPH_EDGES];
     vitals_edge_t open[LINK_GRAPH_EDGES]; ///< In the order of opening.
     vitals_session_t sessions[VITALS_SESSIONS];
+    pus_link_properties_t wanted[MISSION_LINKS_MAX]; ///< Whatever they are: the members judge them.
+    uint8_t renewals[MISSION_LINKS_MAX];
     vitals_plan_t plans[VITALS_PLANS];
     vitals_request_t passed[PENDING_MAX]; ///< To subsystems.
     vitals_request_t own[PENDING_MAX];    ///< To the supervisor itself.

@@ -43,6 +43,12 @@ def _events(flight, number):
             if direction == "TM" and raw[7] == 5 and raw[1] == 1 and int.from_bytes(raw[21:23], "big") == number]
 
 
+def _replies(flight, service, subtype):
+    """(time_s, data) of every such report of the manipulator."""
+    return [(time_ns / 1e9, raw[21:-2]) for time_ns, direction, raw in flight.packets
+            if direction == "TM" and raw[7:9] == bytes((service, subtype)) and raw[1] == 16]
+
+
 def _fly(house, folder, name, form, lines):
     folder.mkdir(exist_ok=True)
     scenario = flying.write_scenario(folder / f"{name}.scn", *flying.bring_up(0.0), *lines)
@@ -51,7 +57,9 @@ def _fly(house, folder, name, form, lines):
 
 @pytest.mark.parametrize("victim", ["manipulator", "joystick"])
 def test_a_member_that_dies_is_back_with_its_links(house, folder, victim):
-    lines = [f"{DEATH_S} fault kill {victim}", "6.0 operator link list", "6.0 operator shutdown"]
+    lines = ["2.5 operator event disable MANIPULATOR OPERATOR_NOTE", "2.5 operator hk disable MANIPULATOR 4711",
+             "2.6 operator event disabled MANIPULATOR", f"{DEATH_S} fault kill {victim}",
+             "6.0 operator event disabled MANIPULATOR", "6.0 operator link list", "6.0 operator shutdown"]
     flight = _fly(house, folder, victim, "processes", lines)
     assert "FAILED" not in flight.console, flight.told()
     back = _events(flight, 31)
@@ -61,6 +69,25 @@ def test_a_member_that_dies_is_back_with_its_links(house, folder, victim):
     up_s = max(time_s for time_s, _, _ in back)
     calibration_s = max(time_s for time_s, apid, _ in back if apid == 16) - safe_s
     assert up_s - DEATH_S - calibration_s < BOUND_S, (back, safe_s)
+    lists = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x09" and raw[1] == 1]
+    assert lists and lists[-1][21:23] == b"\x00\x02", "both links are open"
+    # What was commanded of reports is not restored: by a new process, and for periodic ones by the configuration.
+    before, after = (data.hex() for _, data in _replies(flight, 5, 8))
+    assert (before, after) == ("00010009", "0000" if victim == "manipulator" else "00010009")
+    told = [time_s for time_s, data in _replies(flight, 3, 25) if data[:2] == (4711).to_bytes(2, "big")]
+    assert not [time_s for time_s in told if 2.6 < time_s < DEATH_S] and [time_s for time_s in told if time_s > DEATH_S]
+    flying.assert_clean(flight)
+
+
+@pytest.mark.parametrize("later_s", [0.03, 0.09])
+def test_the_supervisor_may_die_while_it_leads_back(house, folder, later_s):
+    lines = [f"{DEATH_S} fault kill manipulator", f"{DEATH_S + later_s} fault kill supervisor",
+             "6.0 operator link list", "6.0 operator shutdown"]
+    flight = _fly(house, folder, f"both-{later_s}", "processes", lines)
+    assert "FAILED" not in flight.console, flight.told()
+    assert _events(flight, 20), "the supervisor was restarted"
+    assert {(apid, state) for _, apid, state in _events(flight, 31)} == {(16, 5), (17, 5)}, flight.told()
+    assert not _events(flight, 32)
     lists = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x09" and raw[1] == 1]
     assert lists and lists[-1][21:23] == b"\x00\x02", "both links are open"
     flying.assert_clean(flight)

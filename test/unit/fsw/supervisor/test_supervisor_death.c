@@ -14,6 +14,8 @@
 #define DIFFERS "G 5.2 0015"
 #define LINK_DIFFERS "G 5.2 0018"
 #define DAMAGED "G 5.4 0016"
+#define BACK "G 5.1 001F"
+#define STOPPED "G 5.2 0020"
 #define GRIPLESS 5U // HIGH, without a plan.
 
 static vitals_t vitals;
@@ -26,12 +28,24 @@ static void configure(supervisor_config_t* config)
     configuration  = *config;
 }
 
+static void note_arrival(void* context, const uint8_t* frame, size_t size)
+{
+    TEST_ASSERT_TRUE(vitals_add(context, &vitals.arrivals, frame, size, NULL, 0U));
+}
+
+/// As the program does: what has arrived outlives it.
+static void watch(void)
+{
+    message_watch(&bed.endpoint, (message_arrival_t){&vitals, note_arrival});
+}
+
 void setUp(void)
 {
     (void)memset(&vitals, 0, sizeof vitals);
     bed_configure = configure;
     life          = 1U;
     bed_open_up();
+    watch();
 }
 
 void tearDown(void)
@@ -52,6 +66,7 @@ static void die(void)
         TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&bed.endpoint, bed.members[i].apid));
     }
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &configuration));
+    watch();
     bed.now_ns += 5U * BED_TICK_NS;
 }
 
@@ -217,6 +232,87 @@ static void a_negotiation_goes_on(void)
     (void)bed_open_link(LINK_ARM_STATE);
     bed_run(5U);
     TEST_ASSERT_EQUAL(1U, bed.supervisor.graph.count);
+}
+
+/// ARM and HAND linked in OPERATIONAL; ARM's process dies, and both are on their way back.
+static void lead_back(void)
+{
+    bed_link_up(STATE_OPERATIONAL);
+    for (uint16_t i = 0U; i < bed.supervisor.mission->subsystem_count; i++) {
+        ((mission_subsystem_t*)bed.supervisor.roster[i].mission)->is_recommissioned = true;
+    }
+    bed_run(20U);
+    bed.members[BED_ARM].is_running = false;
+    bed_run(1U);
+    TEST_ASSERT_TRUE(bed.supervisor.roster[0].recommission.is_active);
+}
+
+static void expect_led_back(void)
+{
+    TEST_ASSERT_TRUE(bed_has(BACK "00100005"));
+    TEST_ASSERT_TRUE(bed_has(BACK "00110005"));
+    TEST_ASSERT_FALSE(bed_has(STOPPED));
+    TEST_ASSERT_FALSE(bed_has("G 1.")); // Nobody has asked.
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_ARM].state);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_HAND].state);
+    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+}
+
+/// What a recommissioning goes on with, or begins with.
+static void expect_taken_over(const roster_entry_t* was, const roster_entry_t* entry)
+{
+    TEST_ASSERT_EQUAL(was->is_restarted, entry->is_restarted);
+    TEST_ASSERT_EQUAL_UINT64(was->error_ns, entry->error_ns);
+    TEST_ASSERT_EQUAL(was->rested, entry->rested);
+    TEST_ASSERT_EQUAL(was->rested_with, entry->rested_with);
+    TEST_ASSERT_EQUAL(was->recommission.is_active, entry->recommission.is_active);
+    TEST_ASSERT_EQUAL(was->recommission.is_walking, entry->recommission.is_walking);
+    TEST_ASSERT_EQUAL(was->recommission.target, entry->recommission.target);
+    TEST_ASSERT_EQUAL(was->recommission.configuration, entry->recommission.configuration);
+    TEST_ASSERT_EQUAL(was->recommission.ordered, entry->recommission.ordered);
+    TEST_ASSERT_EQUAL(was->recommission.seen, entry->recommission.seen);
+    TEST_ASSERT_EQUAL(was->recommission.seen_phase, entry->recommission.seen_phase);
+    TEST_ASSERT_EQUAL_UINT64(was->recommission.since_ns, entry->recommission.since_ns);
+}
+
+static void who_is_on_the_way_back_arrives(unsigned ticks)
+{
+    lead_back();
+    bed_run(ticks);
+    const roster_entry_t was[2] = {bed.supervisor.roster[0], bed.supervisor.roster[1]};
+    die();
+    expect_taken_over(&was[0], &bed.supervisor.roster[0]);
+    expect_taken_over(&was[1], &bed.supervisor.roster[1]);
+    bed_run(200U);
+    expect_led_back();
+    bed_forget();
+    bed.members[BED_ARM].is_running = false; // And the next supervisor still knows how to open the links.
+    bed_run(200U);
+    expect_led_back();
+    expect_whole_log();
+}
+
+/// Wherever it is on its way.
+static void a_recommissioning_goes_on(void)
+{
+    for (unsigned ticks = 0U; ticks < 140U; ticks += 3U) {
+        who_is_on_the_way_back_arrives(ticks);
+        tearDown();
+        setUp();
+    }
+}
+
+/// Both die, and the next supervisor finds it: it knows where the subsystem was.
+static void who_dies_with_it_is_led_back(void)
+{
+    lead_back();
+    bed_run(200U);
+    expect_led_back();
+    bed_forget();
+    bed.members[BED_ARM].is_running = false;
+    die();
+    bed_run(200U);
+    expect_led_back();
 }
 
 static void the_mode_is_there_again(void)
@@ -451,6 +547,8 @@ int main(void)
     RUN_TEST(links_are_as_the_members_say);
     RUN_TEST(networks_are_there_again);
     RUN_TEST(a_negotiation_goes_on);
+    RUN_TEST(a_recommissioning_goes_on);
+    RUN_TEST(who_dies_with_it_is_led_back);
     RUN_TEST(the_mode_is_there_again);
     RUN_TEST(records_that_are_in_memory_only_are_there_again);
     RUN_TEST(a_step_that_was_cut_short_is_done_again);

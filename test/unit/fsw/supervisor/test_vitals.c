@@ -3,6 +3,7 @@
 #include "fsw/supervisor/vitals.h"
 
 #include "fsw/framework/subsystem/state_machine.h"
+#include "fsw/supervisor/recommission.h"
 #include "unity.h"
 
 #include <signal.h>
@@ -272,6 +273,16 @@ static void a_member_that_cannot_be_is_refused(void)
     REFUSED(VITALS_MEMBER, members[0].is_heard, 2U);
     REFUSED(VITALS_MEMBER, members[0].is_order_owed, 2U);
     REFUSED(VITALS_MEMBER, members[0].is_interface_foreign, 2U);
+    REFUSED(VITALS_MEMBER, members[0].is_restarted, 2U);
+    REFUSED(VITALS_MEMBER, members[1].rested, STATE_COUNT);
+    REFUSED(VITALS_MEMBER, members[1].error_ns, NOW);
+    REFUSED(VITALS_MEMBER, members[1].run_since_ns, NOW);
+    REFUSED(VITALS_MEMBER, members[1].is_run_active, 2U);
+    REFUSED(VITALS_MEMBER, members[1].is_run_walking, 2U);
+    REFUSED(VITALS_MEMBER, members[1].run_target, STATE_COUNT);
+    REFUSED(VITALS_MEMBER, members[1].run_ordered, STATE_COUNT + 1);
+    REFUSED(VITALS_MEMBER, members[1].run_seen, STATE_COUNT + 1);
+    REFUSED(VITALS_MEMBER, members[1].run_seen_phase, PHASE_UNSECURED + 1);
     REFUSED(VITALS_MEMBER, members[2].heard_ns, NOW);
     REFUSED(VITALS_MEMBER, members[2].started_ns, NOW);
 }
@@ -282,6 +293,8 @@ static void a_link_that_the_mission_does_not_have_is_refused(void)
     REFUSED(VITALS_LINK, accepted[0].producer_apid, 17U);
     REFUSED(VITALS_LINK, open[0].consumer_port, 9U);
     REFUSED(VITALS_LINK, open[0].is_stale, 2U);
+    REFUSED(VITALS_LINK, renewals[MISSION_LINKS_MAX - 1U], RECOMMISSION_RENEWALS + 1U);
+    REFUSED(VITALS_LINK, renewed, 2U);
     state.open_count = 2U; // Twice the same.
     state.open[1]    = state.open[0];
     expect_flaw(VITALS_LINK);
