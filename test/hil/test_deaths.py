@@ -131,7 +131,7 @@ def judge_death(case, end, facts):
 def came_back(facts):
     """The supervisor died and was started again at an instant of simulated time, and the operator reached its aim."""
     operator = next(entry for entry in facts["processes"] if entry["name"] == "operator")
-    return "and came back" in facts["exit_reason"] and operator.get("exit_code") == 0
+    return "and was restarted" in facts["exit_reason"] and operator.get("exit_code") == 0
 
 
 def judge_launcher(end, facts):
