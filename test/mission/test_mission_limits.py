@@ -2,6 +2,7 @@
 """Limits of what a subsystem's process may take: one that leaks dies by itself, the others fly on."""
 
 import shutil
+import signal
 import subprocess
 
 import flying
@@ -53,6 +54,61 @@ def test_a_leaking_subsystem_dies_alone(folder, kind):
         assert _process(flight, name).get("exit_code") == 0, flight.told()
     assert _process(flight, "manipulator")["starts"] == 1
     assert flight.facts["simulated_s"] > 5
+    flying.assert_clean(flight)
+
+
+LIVES = 3  # the first, and two restarts of its budget
+TOLD = b"\x05\x04"
+PROCESS_LOST = (1).to_bytes(2, "big")
+MODE_CHANGED = b"\x83\x02"
+
+
+def _next_life(flight, before):
+    """The process of the joystick, once it is another one than these or the run is over."""
+    flying.wait_until(lambda: flight.children().get("joystick.plain", 0) not in {0, *before} or flight.process.poll() is not None, "no further life")
+    return flight.children().get("joystick.plain", 0)
+
+
+def _await_end(flight, joystick):
+    flying.wait_until(lambda: flight.children().get("joystick.plain", 0) != joystick or flight.process.poll() is not None, "this life does not end")
+
+
+def _explode(flight, go):
+    """Each life of the joystick in turn takes all memory that it can get."""
+    seen = set()
+    for _ in range(LIVES):
+        joystick = _next_life(flight, seen)
+        seen.add(joystick)
+        go.touch()
+        _await_end(flight, joystick)
+        assert not go.exists()
+
+
+def test_a_leak_in_each_life_uses_up_the_budget_and_ends_in_the_fallback(folder):
+    """It dies of its limit, is started again, dies again: after its last start the mission falls back, once, and goes on without it."""
+    folder.mkdir()
+    programs, go = _programs_with_bomb(folder, "take_memory")
+    flight = flying.start(folder / "out", "--time", "real", "--scenario", "none", binaries=programs)
+    try:
+        flight.port()
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
+        _explode(flight, go)
+        flying.wait_until(lambda: "MANIPULATOR is alive" in flying.gse(flight, "ping", "MANIPULATOR").stdout, "the others do not answer")
+        assert "joystick.plain" not in flight.children()
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    finally:
+        flight.abandon()
+    lost = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == TOLD and raw[21:25] == PROCESS_LOST + b"\0\x11"]
+    modes = [raw[21:24] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == MODE_CHANGED]
+    assert len(lost) == LIVES, flight.told()
+    assert [mode[:2] for mode in modes] == [b"\x01\x00"], (modes, flight.told())
+    leaking = _process(flight, "joystick")
+    assert leaking["starts"] == LIVES
+    assert leaking["memory_high_kib"] <= leaking["memory_limit_kib"]
+    assert _process(flight, "manipulator")["starts"] == 1
+    for name in OTHERS:
+        assert _process(flight, name).get("exit_code") == 0, flight.told()
     flying.assert_clean(flight)
 
 
