@@ -256,9 +256,7 @@ void mission_check_link(mission_builder_t* const builder, const uint16_t index)
     if ((producer == NULL) || (consumer == NULL)) {
         return;
     }
-    link->producer_port = producer->id;
-    link->consumer_port = consumer->id;
-    link->is_required   = consumer->is_required;
+    link->is_required = consumer->is_required;
     if (producer->layout_hash != consumer->layout_hash) {
         source_fail(source, link->line, "the layouts of the two ports differ");
     } else if ((producer->methods & consumer->methods) == 0U) {

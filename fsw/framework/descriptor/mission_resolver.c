@@ -10,6 +10,32 @@ void mission_builder_refuse(source_t* const source, const uint32_t line, const c
     source_say(source, "%", expected, NULL, 0U);
 }
 
+/// True if SUBSYSTEM.PORT is a port of this subsystem.
+static bool is_port_of(const char* const words, const char* const name)
+{
+    const size_t length = strcspn(words, ".");
+    return (words[length] == '.') && (strncmp(name, words, length) == 0) && (name[length] == '\0');
+}
+
+/// Ids of the ports of this subsystem that links join. An id stays 0 where there is no such port.
+static void find_ports(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
+                       const subsystem_descriptor_t* const descriptor)
+{
+    for (uint16_t i = 0U; i < builder->mission->link_count; i++) {
+        uint16_t* const ids[2] = {&builder->mission->links[i].producer_port,
+                                  &builder->mission->links[i].consumer_port};
+        for (unsigned end = 0U; end < 2U; end++) {
+            const char* const words = builder->link_words[i][end];
+            if (is_port_of(words, subsystem->name)) {
+                const descriptor_port_t* const port =
+                    descriptor_named(descriptor->ports, descriptor->port_count, sizeof descriptor->ports[0],
+                                     &words[strcspn(words, ".") + 1U]);
+                *ids[end] = (port != NULL) ? port->id : 0U;
+            }
+        }
+    }
+}
+
 status_t mission_builder_take(mission_builder_t* const builder, const uint16_t index, const char* const path,
                               const subsystem_descriptor_t* const descriptor)
 {
@@ -21,6 +47,7 @@ status_t mission_builder_take(mission_builder_t* const builder, const uint16_t i
                       descriptor->name, subsystem->apid);
         source_say(source, "#", NULL, NULL, descriptor->apid);
     }
+    find_ports(builder, subsystem, descriptor);
     if (builder->scope != NULL) {
         builder->scope->take(builder, subsystem, path, descriptor);
     }
@@ -39,11 +66,9 @@ void mission_builder_link(source_t* const source)
 /// APID of the subsystem of SUBSYSTEM.PORT; 0 if there is none.
 static uint16_t apid_of_end(const mission_descriptor_t* const mission, const char* const words)
 {
-    const size_t length = strcspn(words, ".");
-    for (uint16_t s = 0U; (words[length] == '.') && (s < mission->subsystem_count); s++) {
-        const mission_subsystem_t* const subsystem = &mission->subsystems[s];
-        if ((strncmp(subsystem->name, words, length) == 0) && (subsystem->name[length] == '\0')) {
-            return subsystem->apid;
+    for (uint16_t s = 0U; s < mission->subsystem_count; s++) {
+        if (is_port_of(words, mission->subsystems[s].name)) {
+            return mission->subsystems[s].apid;
         }
     }
     return 0U;

@@ -178,6 +178,30 @@ static void nobody_reads_himself(void)
     expect_refused(links, 1U, "to=\"HUB.Q1\" of <Link>: expected a port of another subsystem");
 }
 
+static void expect_ports(uint16_t link, uint16_t producer, uint16_t consumer)
+{
+    TEST_ASSERT_EQUAL_UINT16(producer, mission.links[link].producer_port);
+    TEST_ASSERT_EQUAL_UINT16(consumer, mission.links[link].consumer_port);
+}
+
+/// By them it tells which of its links end on another computer.
+static void a_subsystem_knows_its_own_ports(void)
+{
+    static const link_t links[] = {
+        {"HUB.P2", "R1.Q1"}, {"R2.P1", "HUB.Q3"}, {"R1.P1", "R2.Q1"}, {"HUB.P9", "R3.Q1"}, {"HUB", "HU.Q1"}};
+    TEST_ASSERT_EQUAL(STATUS_OK, load(links, 3U, false));
+    expect_ports(0U, 2U, 21U);
+    expect_ports(1U, 1U, 23U);
+    expect_ports(2U, 1U, 21U);
+    TEST_ASSERT_EQUAL(STATUS_OK, load(links, 5U, true));
+    expect_ports(0U, 2U, 0U);
+    expect_ports(1U, 0U, 23U);
+    expect_ports(2U, 0U, 0U);
+    expect_ports(3U, 0U, 0U);
+    expect_ports(4U, 0U, 0U);
+    TEST_ASSERT_EQUAL_UINT16(0U, mission.links[4].consumer_apid);
+}
+
 int main(void)
 {
     if (mkdtemp(folder) == NULL) {
@@ -189,6 +213,7 @@ int main(void)
     RUN_TEST(a_subsystem_has_eight_links_and_no_more);
     RUN_TEST(a_required_port_has_one_writer);
     RUN_TEST(nobody_reads_himself);
+    RUN_TEST(a_subsystem_knows_its_own_ports);
     for (unsigned i = 0U; i <= READERS; i++) {
         char name[16];
         (void)snprintf(name, sizeof name, (i == 0U) ? "HUB.xml" : "R%u.xml", i);
