@@ -54,13 +54,12 @@ static size_t size_index(const size_t size)
     return i;
 }
 
-/// Blocks of the size that a report of the class may still take, beside those it has. What is not FIRM leaves
-/// those for FIRM alone.
-static unsigned blocks_left(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size,
-                            const unsigned has)
+/// Blocks of the size that a report of the class may still take. What is not FIRM leaves those for FIRM
+/// alone.
+static unsigned blocks_left(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size)
 {
     const size_t i         = size_index(size);
-    const unsigned taken   = backlog->blocks.pools[i].stats.taken - has;
+    const unsigned taken   = backlog->blocks.pools[i].stats.taken;
     const unsigned allowed = sizes[i].block_count - ((class == PUS_CLASS_FIRM) ? 0U : sizes[i].reserve);
     return (taken < allowed) ? (allowed - taken) : 0U;
 }
@@ -73,7 +72,7 @@ static bool has_place(const ground_line_t* const line, const size_t size)
 bool ground_backlog_accepts(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size)
 {
     FSW_ASSERT((backlog != NULL) && (class < PUS_CLASSES));
-    return has_place(&backlog->lines[class], size) && (blocks_left(backlog, class, size, 0U) > 0U);
+    return has_place(&backlog->lines[class], size) && (blocks_left(backlog, class, size) > 0U);
 }
 
 /// The block the report waits in, held once more.
@@ -98,8 +97,8 @@ status_t ground_backlog_put(ground_backlog_t* const backlog, const uint8_t sourc
                (size > OFFSET_SERVICE) && (size <= PUS_PACKET_MAX));
     const pus_class_t class   = pus_class_of(packet, size);
     ground_line_t* const line = &backlog->lines[class];
-    // The block it lies in is taken already, for whatever class.
-    const bool has_block = blocks_left(backlog, class, size, (block != NULL) ? 1U : 0U) > 0U;
+    // The block it lies in is one of those that were left when it came.
+    const bool has_block = (blocks_left(backlog, class, size) + ((block != NULL) ? 1U : 0U)) > 0U;
     if (!has_place(line, size) || !has_block) {
         return STATUS_FULL;
     }
@@ -222,7 +221,7 @@ bool ground_backlog_takes_requests(const ground_backlog_t* const backlog)
     const ground_line_t* const line = &backlog->lines[PUS_CLASS_FIRM];
     return ((line->limit - line->octets) >= GROUND_FIRM_INTAKE) &&
            ((line->capacity - line->span) >= (int)GROUND_FIRM_INTAKE_REPORTS) &&
-           (blocks_left(backlog, PUS_CLASS_FIRM, 1U, 0U) >= GROUND_FIRM_INTAKE_REPORTS);
+           (blocks_left(backlog, PUS_CLASS_FIRM, 1U) >= GROUND_FIRM_INTAKE_REPORTS);
 }
 
 bool ground_backlog_is_empty(const ground_backlog_t* const backlog)

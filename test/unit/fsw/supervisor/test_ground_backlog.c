@@ -147,36 +147,6 @@ static void a_report_waits_in_the_block_it_lies_in(void)
     TEST_ASSERT_EQUAL(0U, blocks_taken());
 }
 
-/// The same in the way of the router, which takes a block for each packet before it knows its class.
-static status_t put_routed(uint8_t service, uint8_t subtype)
-{
-    uint8_t* const block = ground_backlog_take(&backlog, 60U);
-    if (block == NULL) {
-        return STATUS_FULL;
-    }
-    uint8_t packet[PUS_PACKET_MAX];
-    build(packet, service, subtype, 0U);
-    (void)memcpy(block, packet, 60U);
-    const status_t status = ground_backlog_put(&backlog, 1U, block, 60U, block);
-    ground_backlog_give(&backlog, block);
-    return status;
-}
-
-static void what_is_routed_leaves_the_blocks_for_firm_ones_too(void)
-{
-    unsigned others = 0U;
-    unsigned firm   = 0U;
-    for (unsigned i = 0U; i < 400U; i++) {
-        others += (put_routed(5U, 1U) == STATUS_OK) ? 1U : 0U;
-        others += (put_routed(3U, 25U) == STATUS_OK) ? 1U : 0U;
-    }
-    TEST_ASSERT_EQUAL(256U, others); // Of the 512 smallest.
-    while (put_routed(1U, 7U) == STATUS_OK) {
-        firm++;
-    }
-    TEST_ASSERT_EQUAL(256U, firm);
-}
-
 static void without_a_block_there_is_none_to_take(void)
 {
     uint8_t* blocks[7];
@@ -251,7 +221,6 @@ int main(void)
     RUN_TEST(each_class_has_its_own_room);
     RUN_TEST(what_is_not_firm_leaves_the_blocks_that_are_for_it);
     RUN_TEST(a_report_waits_in_the_block_it_lies_in);
-    RUN_TEST(what_is_routed_leaves_the_blocks_for_firm_ones_too);
     RUN_TEST(without_a_block_there_is_none_to_take);
     RUN_TEST(what_waits_is_copied_in_order);
     RUN_TEST(any_history_keeps_order_and_blocks);
