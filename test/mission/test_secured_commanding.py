@@ -279,7 +279,7 @@ def test_a_mark_that_is_lost_in_flight_closes_the_link(folder, key):
         flying.wait_until(_is_up(flight, key), "commanding is back")
         assert flying.gse(flight, "--key", key, "shutdown").returncode == SUCCESS
         flight.wait()
-        assert "ground.key.received: the mark of the key is not there" in flight.console
+        assert "ground.key.received: the mark of the key is missing" in flight.console
     finally:
         flight.abandon()
 
