@@ -10,7 +10,9 @@
 
 /// Blocks of each size, and of these for FIRM reports alone.
 static const resource_size_t sizes[GROUND_SIZES] = {
-    {64U, 512U, 256U}, {256U, 96U, 48U}, {1024U, 16U, 6U}, {PUS_PACKET_MAX, 7U, 3U}};
+    {64U, 768U, 256U}, {256U, 128U, 48U}, {1024U, 16U, 6U}, {PUS_PACKET_MAX, 7U, 3U}};
+/// And those that BULK reports leave besides: while these wait, requests and their answers still have room.
+static const uint16_t plain_reserve[GROUND_SIZES] = {320U, 32U, 0U, 0U};
 
 void ground_backlog_init(ground_backlog_t* const backlog)
 {
@@ -54,13 +56,16 @@ static size_t size_index(const size_t size)
     return i;
 }
 
-/// Blocks of the size that a report of the class may still take. What is not FIRM leaves those for FIRM
-/// alone.
-static unsigned blocks_left(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size)
+/// Blocks of the size that a report of the class may still take, beside those it has. It leaves those that
+/// are for other classes alone.
+static unsigned blocks_left(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size,
+                            const unsigned has)
 {
     const size_t i         = size_index(size);
-    const unsigned taken   = backlog->blocks.pools[i].stats.taken;
-    const unsigned allowed = sizes[i].block_count - ((class == PUS_CLASS_FIRM) ? 0U : sizes[i].reserve);
+    const unsigned taken   = backlog->blocks.pools[i].stats.taken - has;
+    const unsigned firm    = (class == PUS_CLASS_FIRM) ? 0U : sizes[i].reserve;
+    const unsigned plain   = (class == PUS_CLASS_BULK) ? plain_reserve[i] : 0U;
+    const unsigned allowed = sizes[i].block_count - firm - plain;
     return (taken < allowed) ? (allowed - taken) : 0U;
 }
 
@@ -72,7 +77,7 @@ static bool has_place(const ground_line_t* const line, const size_t size)
 bool ground_backlog_accepts(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size)
 {
     FSW_ASSERT((backlog != NULL) && (class < PUS_CLASSES));
-    return has_place(&backlog->lines[class], size) && (blocks_left(backlog, class, size) > 0U);
+    return has_place(&backlog->lines[class], size) && (blocks_left(backlog, class, size, 0U) > 0U);
 }
 
 /// The block the report waits in, held once more.
@@ -97,8 +102,8 @@ status_t ground_backlog_put(ground_backlog_t* const backlog, const uint8_t sourc
                (size > OFFSET_SERVICE) && (size <= PUS_PACKET_MAX));
     const pus_class_t class   = pus_class_of(packet, size);
     ground_line_t* const line = &backlog->lines[class];
-    // The block it lies in is one of those that were left when it came.
-    const bool has_block = (blocks_left(backlog, class, size) + ((block != NULL) ? 1U : 0U)) > 0U;
+    // The block it lies in is taken already, for whatever class.
+    const bool has_block = blocks_left(backlog, class, size, (block != NULL) ? 1U : 0U) > 0U;
     if (!has_place(line, size) || !has_block) {
         return STATUS_FULL;
     }
@@ -215,13 +220,17 @@ uint32_t ground_backlog_room(const ground_backlog_t* const backlog, const pus_cl
     return (line->span == line->capacity) ? 0U : (line->limit - line->octets);
 }
 
+/// Each request may bring a PLAIN report and FIRM ones: room for both.
 bool ground_backlog_takes_requests(const ground_backlog_t* const backlog)
 {
     FSW_ASSERT(backlog != NULL);
-    const ground_line_t* const line = &backlog->lines[PUS_CLASS_FIRM];
-    return ((line->limit - line->octets) >= GROUND_FIRM_INTAKE) &&
-           ((line->capacity - line->span) >= (int)GROUND_FIRM_INTAKE_REPORTS) &&
-           (blocks_left(backlog, PUS_CLASS_FIRM, 1U) >= GROUND_FIRM_INTAKE_REPORTS);
+    const ground_line_t* const firm  = &backlog->lines[PUS_CLASS_FIRM];
+    const ground_line_t* const plain = &backlog->lines[PUS_CLASS_PLAIN];
+    return ((firm->limit - firm->octets) >= GROUND_INTAKE) &&
+           ((firm->capacity - firm->span) >= (int)GROUND_INTAKE_REPORTS) &&
+           ((plain->limit - plain->octets) >= GROUND_INTAKE) &&
+           ((plain->capacity - plain->span) >= (int)GROUND_INTAKE_REPORTS) &&
+           (blocks_left(backlog, PUS_CLASS_PLAIN, 1U, 0U) >= (2U * GROUND_INTAKE_REPORTS));
 }
 
 bool ground_backlog_is_empty(const ground_backlog_t* const backlog)

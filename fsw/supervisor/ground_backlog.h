@@ -21,9 +21,10 @@
 #define GROUND_FIRM_OCTETS 32768U
 #define GROUND_PLAIN_OCTETS 16384U
 #define GROUND_BULK_OCTETS 16384U
-/// With less room for FIRM reports no request is taken in: octets, and reports that fit the smallest blocks.
-#define GROUND_FIRM_INTAKE 8192U
-#define GROUND_FIRM_INTAKE_REPORTS 128U
+/// With less room for FIRM or for PLAIN reports no request is taken in: octets, and reports that fit the
+/// smallest blocks.
+#define GROUND_INTAKE 8192U
+#define GROUND_INTAKE_REPORTS 128U
 #define GROUND_FIRM_REPORTS 512U
 #define GROUND_PLAIN_REPORTS 256U
 #define GROUND_BULK_REPORTS 256U
@@ -33,7 +34,7 @@
 /// Blocks of a size and their bookkeeping.
 #define GROUND_BLOCKS(octets, count) RESOURCE_ARENA_WORDS((size_t)(octets), (size_t)(count))
 #define GROUND_ARENA_WORDS                                                                                   \
-    (GROUND_BLOCKS(64U, 512U) + GROUND_BLOCKS(256U, 96U) + GROUND_BLOCKS(1024U, 16U) +                       \
+    (GROUND_BLOCKS(64U, 768U) + GROUND_BLOCKS(256U, 128U) + GROUND_BLOCKS(1024U, 16U) +                      \
      GROUND_BLOCKS(PUS_PACKET_MAX, 7U))
 
 typedef struct { // Private. A report in a line.

@@ -6,10 +6,21 @@
 
 #define AWAY_NS 1000000000ULL ///< Where nothing has left for so long, nobody waits for the ground any more.
 
+/// What is sent to `communication` while it is dead, or before it is heard in its new life, is lost without a
+/// word.
+static bool is_there(const supervisor_t* const supervisor)
+{
+    const mission_subsystem_t* const one = mission_find_subsystem(supervisor->mission, COMMUNICATION_APID);
+    return (one != NULL) && roster_is_there(&supervisor->roster[one - supervisor->mission->subsystems]);
+}
+
 static status_t send_by_class(supervisor_t* const supervisor, const pus_class_t class,
                               const uint8_t* const packet, const size_t size)
 {
     message_endpoint_t* const endpoint = supervisor->config.endpoint;
+    if (!is_there(supervisor)) {
+        return STATUS_FULL;
+    }
     return (class == PUS_CLASS_FIRM) ? message_send(endpoint, COMMUNICATION_APID, packet, size)
                                      : message_send_plain(endpoint, COMMUNICATION_APID, packet, size);
 }
@@ -17,7 +28,8 @@ static status_t send_by_class(supervisor_t* const supervisor, const pus_class_t 
 static bool is_open_for(const supervisor_t* const supervisor, const pus_class_t class)
 {
     const message_endpoint_t* const endpoint = supervisor->config.endpoint;
-    return ((class == PUS_CLASS_FIRM) ? message_credit(endpoint, COMMUNICATION_APID)
+    return is_there(supervisor) &&
+           ((class == PUS_CLASS_FIRM) ? message_credit(endpoint, COMMUNICATION_APID)
                                       : message_credit_plain(endpoint, COMMUNICATION_APID)) > 0U;
 }
 

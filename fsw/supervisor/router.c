@@ -246,10 +246,13 @@ static uint16_t* taken_of(intake_t* const intake, const uint16_t apid)
 /// taken in while its answers would find no room: it waits in the window, then in the connection.
 static bool admits(void* const context, const uint16_t peer)
 {
-    intake_t* const intake      = (intake_t*)context;
-    const uint16_t* const taken = taken_of(intake, peer);
+    intake_t* const intake            = (intake_t*)context;
+    const roster_entry_t* const entry = roster_find(intake->supervisor, peer);
+    const uint16_t* const taken       = taken_of(intake, peer);
+    // The first word of a new life: reports wait for it, so it does not wait for them.
+    const bool is_first = (entry != NULL) && (entry->process == PROCESS_RUNNING) && !entry->is_heard;
     return (taken != NULL) && (*taken < MESSAGE_WINDOW) &&
-           ((peer != COMMUNICATION_APID) ||
+           ((peer != COMMUNICATION_APID) || is_first ||
             (!intake->is_ground_held && ground_takes_requests(intake->supervisor) &&
              component_may_accept(&intake->supervisor->component)));
 }

@@ -112,8 +112,7 @@ static void each_class_has_its_own_room(void)
     while (put(1U, 1U, 7U, 0U, 40U) == STATUS_OK) {
         firm++;
     }
-    TEST_ASSERT_TRUE(firm >= 250U); // Half of the smallest blocks are for these.
-    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 0U, 200U));
+    TEST_ASSERT_EQUAL(GROUND_FIRM_REPORTS, firm);
 }
 
 static void what_is_not_firm_leaves_the_blocks_that_are_for_it(void)
@@ -122,12 +121,45 @@ static void what_is_not_firm_leaves_the_blocks_that_are_for_it(void)
     while (put(1U, 17U, 2U, 0U, 200U) == STATUS_OK) {
         plain++;
     }
-    TEST_ASSERT_EQUAL(48U, plain); // Of the 96 of this size.
+    TEST_ASSERT_EQUAL(80U, plain); // Of the 128 of this size.
     TEST_ASSERT_TRUE(ground_backlog_room(&backlog, PUS_CLASS_PLAIN) > 200U);
     for (unsigned i = 0U; i < 48U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 8U, 0U, 200U));
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, put(1U, 1U, 8U, 0U, 200U)); // Now none is left.
+}
+
+/// A report of 60 octets as the router puts it: it takes a block before it knows the class.
+static status_t put_routed(uint8_t service, uint8_t subtype)
+{
+    uint8_t* const block = ground_backlog_take(&backlog, 60U);
+    if (block == NULL) {
+        return STATUS_FULL;
+    }
+    uint8_t packet[PUS_PACKET_MAX];
+    build(packet, service, subtype, 0U);
+    (void)memcpy(block, packet, 60U);
+    const status_t status = ground_backlog_put(&backlog, 1U, block, 60U, block);
+    ground_backlog_give(&backlog, block);
+    return status;
+}
+
+/// Requests are taken in while their answers have room: BULK reports that wait do not keep them out.
+static void bulk_reports_leave_room_for_requests(void)
+{
+    unsigned plain = 0U;
+    while (put_routed(3U, 25U) == STATUS_OK) {
+    }
+    TEST_ASSERT_TRUE(ground_backlog_takes_requests(&backlog));
+    while (ground_backlog_takes_requests(&backlog)) {
+        TEST_ASSERT_EQUAL(STATUS_OK, put_routed(17U, 2U));
+        plain++;
+    }
+    TEST_ASSERT_EQUAL(65U, plain);
+    for (unsigned i = 1U; i < GROUND_INTAKE_REPORTS; i++) { // Each answer that is still to come, and its end.
+        TEST_ASSERT_EQUAL(STATUS_OK, put_routed(17U, 2U));
+        TEST_ASSERT_EQUAL(STATUS_OK, put_routed(1U, 7U));
+    }
 }
 
 static void a_report_waits_in_the_block_it_lies_in(void)
@@ -145,6 +177,21 @@ static void a_report_waits_in_the_block_it_lies_in(void)
     TEST_ASSERT_EQUAL(PUS_CLASS_FIRM, report.class);
     ground_backlog_sent(&backlog, &report);
     TEST_ASSERT_EQUAL(0U, blocks_taken());
+}
+
+static void what_is_routed_leaves_the_blocks_for_firm_ones_too(void)
+{
+    unsigned others = 0U;
+    unsigned firm   = 0U;
+    for (unsigned i = 0U; i < 400U; i++) {
+        others += (put_routed(5U, 1U) == STATUS_OK) ? 1U : 0U;
+        others += (put_routed(3U, 25U) == STATUS_OK) ? 1U : 0U;
+    }
+    TEST_ASSERT_EQUAL(GROUND_PLAIN_REPORTS + 96U, others); // BULK ones among the first 192, half each.
+    while (put_routed(1U, 7U) == STATUS_OK) {
+        firm++;
+    }
+    TEST_ASSERT_EQUAL(768U - others, firm); // At least the 256 that are for these.
 }
 
 static void without_a_block_there_is_none_to_take(void)
@@ -220,7 +267,9 @@ int main(void)
     RUN_TEST(firm_reports_overtake_but_no_verification_its_own_answer);
     RUN_TEST(each_class_has_its_own_room);
     RUN_TEST(what_is_not_firm_leaves_the_blocks_that_are_for_it);
+    RUN_TEST(bulk_reports_leave_room_for_requests);
     RUN_TEST(a_report_waits_in_the_block_it_lies_in);
+    RUN_TEST(what_is_routed_leaves_the_blocks_for_firm_ones_too);
     RUN_TEST(without_a_block_there_is_none_to_take);
     RUN_TEST(what_waits_is_copied_in_order);
     RUN_TEST(any_history_keeps_order_and_blocks);
