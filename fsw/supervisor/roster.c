@@ -7,7 +7,6 @@
 #define SILENT_NS 3000000000ULL ///< Longest silence of a running subsystem; its status comes once a second.
 #define SHORT_PAUSE_NS 100000000ULL ///< Before the second start in a row, and before each further one:
 #define LONG_PAUSE_NS 1000000000ULL
-#define UNANSWERED_NS 10000000000ULL ///< Longest wait for the acceptance of a request.
 #define NS_PER_MS 1000000ULL
 #define NS_PER_US 1000ULL
 
@@ -139,14 +138,14 @@ void roster_end_pending(supervisor_t* const supervisor, const uint16_t apid)
     }
 }
 
-void roster_end_unanswered(supervisor_t* const supervisor)
+void roster_end_unanswered(supervisor_t* const supervisor, const uint64_t patience_ns)
 {
-    if (supervisor->now_ns <= UNANSWERED_NS) {
+    if (supervisor->now_ns <= patience_ns) {
         return;
     }
     pus_token_t token;
-    const pus_failure_t failure = pus_failure(PUS_FAILURE_TIMEOUT, (uint32_t)(UNANSWERED_NS / NS_PER_MS));
-    while (pending_take_unanswered(&supervisor->pending, supervisor->now_ns - UNANSWERED_NS, &token)) {
+    const pus_failure_t failure = pus_failure(PUS_FAILURE_TIMEOUT, (uint32_t)(patience_ns / NS_PER_MS));
+    while (pending_take_unanswered(&supervisor->pending, supervisor->now_ns - patience_ns, &token)) {
         pus_verify_failed(component_process(&supervisor->component), &token, &failure, supervisor->now_ns);
     }
 }

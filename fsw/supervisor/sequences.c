@@ -106,6 +106,7 @@ static bool is_any_in(const supervisor_t* const supervisor, const bool is_operat
 
 static void enter_step(supervisor_t* const supervisor, const unsigned step)
 {
+    const uint64_t passed_ns  = supervisor->now_ns - supervisor->shutdown_ns; // In the step before.
     supervisor->shutdown_step = step;
     supervisor->shutdown_ns   = supervisor->now_ns;
     switch (step) {
@@ -116,6 +117,9 @@ static void enter_step(supervisor_t* const supervisor, const unsigned step)
         order_group(supervisor, STATE_COUNT, STATE_OFFLINE);
         break;
     case SHUTDOWN_COMMUNICATION:
+        // Whoever is OFFLINE has answered all that reached it before that order. The rest was lost on the
+        // way.
+        roster_end_unanswered(supervisor, passed_ns);
         if (supervisor->has_shutdown_token) {
             pus_verify_completed(component_process(&supervisor->component), &supervisor->shutdown_token,
                                  supervisor->now_ns);

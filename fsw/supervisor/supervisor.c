@@ -9,6 +9,7 @@
 
 #define ROUNDS 2U
 #define TICK_NS 10000000ULL
+#define UNANSWERED_NS 10000000000ULL ///< Longest wait for the acceptance of a request.
 #define HEARTBEATS 3U ///< In the time that a subsystem stays OPERATIONAL without the supervisor.
 
 // ---- The supervisor as a subsystem ----
@@ -171,7 +172,7 @@ static void tick(supervisor_t* const supervisor)
 {
     roster_watch(supervisor);
     doubt_watch(supervisor);
-    roster_end_unanswered(supervisor);
+    roster_end_unanswered(supervisor, UNANSWERED_NS);
     order_owed(supervisor);
     link_manager_watch(supervisor);
     error_run_plans(supervisor);

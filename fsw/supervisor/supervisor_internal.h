@@ -84,8 +84,8 @@ void roster_start_failed(supervisor_t* supervisor, roster_entry_t* entry);
 void roster_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// End every request that a subsystem which is gone still owed an answer to.
 void roster_end_pending(supervisor_t* supervisor, uint16_t apid);
-/// End every request whose addressee lives and has not even accepted it.
-void roster_end_unanswered(supervisor_t* supervisor);
+/// End every request whose addressee lives and has not even accepted it for `patience_ns`.
+void roster_end_unanswered(supervisor_t* supervisor, uint64_t patience_ns);
 /// Look after processes and heartbeats; once per tick.
 void roster_watch(supervisor_t* supervisor);
 /// Electrical power [W] of all subsystems, with one of them in another state.

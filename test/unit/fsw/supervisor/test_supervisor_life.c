@@ -162,6 +162,26 @@ static void a_mission_goes_down_with_communication_last(void)
     TEST_ASSERT_EQUAL(bed.supervisor.log.next_number - 1U, count_lines(log, ""));
 }
 
+/// A request that was lost on its way to a subsystem, which lives.
+static void the_shutdown_ends_what_was_not_answered(void)
+{
+    bed_open_up();
+    bed_link_up(STATE_OPERATIONAL);
+    bed.members[BED_HAND].is_passive = true;
+    const uint16_t number            = bed_tc(17U, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    bed.members[BED_HAND].is_passive = false;
+    bed_forget();
+    (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    bed_run(30U);
+    TEST_ASSERT_TRUE(bed.is_finished);
+    const char* const text = bed_look();
+    char line[32];
+    (void)snprintf(line, sizeof line, "G 1.8 #%u 0406", number);
+    const char* const lost = at(text, line);
+    TEST_ASSERT_TRUE(lost < at(text, "2 TC 129.8 0004 from 8001")); // While the ground can still be told.
+}
+
 static void a_stop_request_does_the_same(void)
 {
     bed_open_up();
@@ -459,6 +479,7 @@ int main(void)
     RUN_TEST(a_stop_request_at_once_is_followed_too);
     RUN_TEST(a_member_that_hangs_holds_nobody_up);
     RUN_TEST(without_communication_it_shuts_down_too);
+    RUN_TEST(the_shutdown_ends_what_was_not_answered);
     RUN_TEST(a_second_shutdown_is_refused);
     RUN_TEST(nothing_is_recovered_on_the_way_down);
     RUN_TEST(modes_are_set_and_told);
