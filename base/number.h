@@ -5,7 +5,10 @@
 /// Integers: decimal with optional '-', or 0x and hexadecimal digits. Reals: decimal with optional fraction
 /// and exponent, at most 15 significant digits and a power of ten within +-22 after them, so that the result
 /// is the correctly rounded double on every machine; anything longer is refused, never rounded silently. A
-/// word ends at a space or at the end of the text. Context: any. Time: O(length).
+/// word ends at a space or at the end of the text.
+///
+/// Context    Any.
+/// Time       O(length).
 #ifndef BASE_NUMBER_H
 #define BASE_NUMBER_H
 

@@ -3,7 +3,10 @@
 ///
 /// The first access outside the bounds sets `failed` and stays set; a failed reader returns zeros and a
 /// failed writer writes nothing, so that a codec can run through and check once at its end.
-/// Ownership: the caller keeps the octets alive. Context: any; not shared. Time: O(1), copies O(n).
+///
+/// Ownership  The caller keeps the octets alive.
+/// Context    Any; not shared.
+/// Time       O(1), copies O(n).
 #ifndef BASE_OCTETS_H
 #define BASE_OCTETS_H
 

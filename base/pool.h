@@ -11,9 +11,8 @@
 ///
 ///     static uint64_t    storage[POOL_STORAGE_WORDS(256U, 32U)];
 ///     static pool_slot_t slots[32];
-///     pool_init(&pool, storage, slots, &(pool_setup_t){.block_octets = 256U, .block_count = 32U,
-///                                                      .reserve = 2U, .warn_percent = 75U, .clear_percent =
-///                                                      65U});
+///     const pool_setup_t setup = {256U, 32U, .reserve = 2U, .warn_percent = 75U, .clear_percent = 65U};
+///     pool_init(&pool, storage, slots, &setup);
 #ifndef BASE_POOL_H
 #define BASE_POOL_H
 

@@ -3,9 +3,10 @@
 /// Counted like the blocks of a pool, with the same warning before anything fails.
 ///
 /// Ownership  The caller places quota_t. It holds nothing but numbers: who takes one gives it back.
-/// Context    One loop. Time O(1), never blocks.
+/// Context    One loop.
+/// Time       O(1), never blocks.
 /// Errors     Each function lists its statuses; a limit of 0, or null where it is not allowed, is a coding
-/// error.
+///            error.
 #ifndef BASE_QUOTA_H
 #define BASE_QUOTA_H
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Text without printf: append words, numbers and hex to a bounded buffer that is always NUL-terminated.
-/// What does not fit is cut and `cut` is set. Ownership: the caller places the buffer. Time: O(length).
+/// Text without printf: append words, numbers and hex to a bounded buffer that is always NUL-terminated. What
+/// does not fit is cut and `cut` is set.
+///
+/// Ownership  The caller places the buffer.
+/// Time       O(length).
 #ifndef BASE_TEXT_H
 #define BASE_TEXT_H
 

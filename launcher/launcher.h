@@ -2,7 +2,8 @@
 /// The launcher: parent and reaper of all processes of a run, owner of its names and its folder. It makes
 /// what they share, starts them, starts again what the supervisor asks for, and leaves nothing behind.
 ///
-/// Ownership  The program places launcher_t. Context: one task.
+/// Ownership  The program places launcher_t.
+/// Context    One task.
 #ifndef LAUNCHER_LAUNCHER_H
 #define LAUNCHER_LAUNCHER_H
 

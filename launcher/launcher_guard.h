@@ -3,7 +3,8 @@
 /// guard waits for the end of its children, removes every name of the run, completes the logs and writes
 /// run.json and the report. If somebody kills the guard, the launcher starts another.
 ///
-/// Ownership  The program places guard_t. Context: one task.
+/// Ownership  The program places guard_t.
+/// Context    One task.
 #ifndef LAUNCHER_LAUNCHER_GUARD_H
 #define LAUNCHER_LAUNCHER_GUARD_H
 

@@ -4,7 +4,9 @@
 /// An axis that leaves OPERATION ENABLED without having been told is not switched on again: its goal becomes
 /// DISABLED and `has_dropped` stays set until the next cia402_axis_set_goal.
 ///
-/// Ownership  The caller places cia402_axis_t. Context: one task. Time: O(1).
+/// Ownership  The caller places cia402_axis_t.
+/// Context    One task.
+/// Time       O(1).
 #ifndef FSW_CANOPEN_AXIS_H
 #define FSW_CANOPEN_AXIS_H
 

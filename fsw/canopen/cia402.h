@@ -2,7 +2,10 @@
 /// Power state machine of CiA 402 drives, seen from the master: which state a statusword tells, and which
 /// controlword leads one step closer to a goal.
 ///
-/// Pure functions. Context: any. Time: O(1).
+/// Pure functions.
+///
+/// Context    Any.
+/// Time       O(1).
 #ifndef FSW_CANOPEN_CIA402_H
 #define FSW_CANOPEN_CIA402_H
 

@@ -5,7 +5,9 @@
 /// Which PDOs exist, and under which identifier, follows the settings that are written to the device.
 ///
 /// Ownership  The caller places canopen_device_t; it must not be moved while attached. Master and profile are
-///            borrowed. Context: one task. Never blocks. Errors: each function lists its statuses.
+///            borrowed.
+/// Context    One task. Never blocks.
+/// Errors     Each function lists its statuses.
 #ifndef FSW_CANOPEN_DEVICE_H
 #define FSW_CANOPEN_DEVICE_H
 

@@ -6,7 +6,8 @@
 /// process data; master_emit sends SDO requests and the heartbeat, and SYNC as the last frame. The bus is not
 /// trusted: every frame that is not what it should be is counted and dropped.
 ///
-/// Ownership  The caller places canopen_master_t; the flow is borrowed. Context: one task. Never blocks.
+/// Ownership  The caller places canopen_master_t; the flow is borrowed.
+/// Context    One task. Never blocks.
 /// Time       Pushed in. O(frames received + nodes).
 /// Errors     Each function lists its statuses.
 #ifndef FSW_CANOPEN_MASTER_H

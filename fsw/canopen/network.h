@@ -13,10 +13,11 @@
 /// controller of the other channel is open as well: what it hears is counted and dropped, and its condition
 /// is watched.
 ///
-/// Ownership  The caller places canopen_network_t; it must not be moved. Context: one task. Never blocks.
+/// Ownership  The caller places canopen_network_t; it must not be moved.
+/// Context    One task. Never blocks.
 /// Time       Pushed in. O(devices + frames).
 /// Errors     Each function lists its statuses. Functions that take several cycles return STATUS_BUSY until
-/// done.
+///            done.
 #ifndef FSW_CANOPEN_NETWORK_H
 #define FSW_CANOPEN_NETWORK_H
 

@@ -4,8 +4,10 @@
 /// Step-function style: the owner hands in each answer and fetches the next request frame; a transfer ends in
 /// a result. Block transfer is not offered. An answer nobody asked for is counted and dropped.
 ///
-/// Ownership  The caller places sdo_client_t; the data of a transfer lies inside it. Context: one task.
-/// Time       Pushed in, O(1). Errors: see sdo_client_result.
+/// Ownership  The caller places sdo_client_t; the data of a transfer lies inside it.
+/// Context    One task.
+/// Time       Pushed in, O(1).
+/// Errors     See sdo_client_result.
 #ifndef FSW_CANOPEN_SDO_CLIENT_H
 #define FSW_CANOPEN_SDO_CLIENT_H
 

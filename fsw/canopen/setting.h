@@ -2,7 +2,8 @@
 /// Lists of object accesses at one node, worked off one after the other through its SDO client.
 ///
 /// Ownership  The caller places list and run; the list outlives the run, values read are stored in it.
-/// Context    One task. Never blocks. Time O(1) per step.
+/// Context    One task. Never blocks.
+/// Time       O(1) per step.
 #ifndef FSW_CANOPEN_SETTING_H
 #define FSW_CANOPEN_SETTING_H
 

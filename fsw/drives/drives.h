@@ -11,7 +11,8 @@
 /// {channel u8}.
 ///
 /// Ownership  The caller places drives_t; it must not be moved. Subsystem and resolver outlive it.
-/// Context    The subsystem's task. Never blocks. Time: pushed in by the subsystem.
+/// Context    The subsystem's task. Never blocks.
+/// Time       Pushed in by the subsystem.
 /// Errors     Each function lists its statuses; STATUS_BUSY: call again in the next cycle.
 #ifndef FSW_DRIVES_DRIVES_H
 #define FSW_DRIVES_DRIVES_H

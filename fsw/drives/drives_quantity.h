@@ -2,7 +2,8 @@
 /// Quantities of devices in engineering units, as the descriptor has them: an object of a device times a
 /// scale. On the wire a quantity is a DOUBLE, whatever its object is.
 ///
-/// Context  The subsystem's task. Time: O(devices and quantities of the configuration).
+/// Context    The subsystem's task.
+/// Time       O(devices and quantities of the configuration).
 #ifndef FSW_DRIVES_DRIVES_QUANTITY_H
 #define FSW_DRIVES_DRIVES_QUANTITY_H
 

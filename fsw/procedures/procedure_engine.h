@@ -28,7 +28,9 @@
 ///          when they are set: __index and __newindex follow at most 16 tables.
 /// Memory   All is in the slot's arena; beyond it the procedure gets an error. It is not freed piece by piece
 ///          at the end but forgotten: nothing of a procedure runs after its end.
-/// Ownership The caller places engine, slots and arenas. Context: one loop; not shared.
+///
+/// Ownership  The caller places engine, slots and arenas.
+/// Context    One loop; not shared.
 #ifndef FSW_PROCEDURES_PROCEDURE_ENGINE_H
 #define FSW_PROCEDURES_PROCEDURE_ENGINE_H
 

@@ -2,8 +2,10 @@
 /// Memory of one procedure: a binary buddy system on the caller's octets, for an interpreter that tells the
 /// size of a block when it gives it back. Blocks are 32 octets times a power of two and need no header.
 ///
-/// Ownership  The caller places memory and map. Context: one loop. Time: O(log memory), and the copy of a
-///            block that grows. Errors: null when there is no room.
+/// Ownership  The caller places memory and map.
+/// Context    One loop.
+/// Time       O(log memory), and the copy of a block that grows.
+/// Errors     Null when there is no room.
 #ifndef FSW_PROCEDURES_PROCEDURE_HEAP_H
 #define FSW_PROCEDURES_PROCEDURE_HEAP_H
 

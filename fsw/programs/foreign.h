@@ -2,7 +2,8 @@
 /// A program's side of foreign_wire.h: it takes part in a run whose shared memory it cannot read. Its CAN
 /// controllers are rings of its own, whose other ends are served here.
 ///
-/// Ownership  The caller places foreign_t (static). Context: one task.
+/// Ownership  The caller places foreign_t (static).
+/// Context    One task.
 #ifndef FSW_PROGRAMS_FOREIGN_H
 #define FSW_PROGRAMS_FOREIGN_H
 

@@ -13,7 +13,8 @@
 /// and its content; all numbers big-endian. Messages of the mission and frames of its links do not go this
 /// way: their sockets are inherited.
 ///
-/// Ownership  The caller places foreign_wire_t. Context: one task.
+/// Ownership  The caller places foreign_wire_t.
+/// Context    One task.
 #ifndef FSW_PROGRAMS_FOREIGN_WIRE_H
 #define FSW_PROGRAMS_FOREIGN_WIRE_H
 

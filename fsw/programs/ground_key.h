@@ -2,7 +2,8 @@
 /// Reads the key of the ground link from FILE and the mark of its sessions from FILE.received; `gse key make
 /// FILE` makes both. The key is copied into the receiver only.
 ///
-/// Ownership  The program places it (static). Context: one task.
+/// Ownership  The program places it (static).
+/// Context    One task.
 #ifndef FSW_PROGRAMS_GROUND_KEY_H
 #define FSW_PROGRAMS_GROUND_KEY_H
 

@@ -6,7 +6,8 @@
 /// that is permitted; else it keeps the ordinary one, and the console says so.
 ///
 /// Ownership  The caller places loop_tasks_t; the component, initialised with `has_loop_tasks`, outlives the
-///            tasks. Context: start and stop in one task.
+///            tasks.
+/// Context    Start and stop in one task.
 #ifndef FSW_PROGRAMS_LOOP_TASKS_H
 #define FSW_PROGRAMS_LOOP_TASKS_H
 

@@ -2,7 +2,8 @@
 /// The place of one component in a run: its clock, its message endpoint, and the resolvers that turn logical
 /// names into addresses of this run. The processes form has one seat a program, the image one for each.
 ///
-/// Ownership  The caller places seats (static). Context: one task.
+/// Ownership  The caller places seats (static).
+/// Context    One task.
 #ifndef FSW_PROGRAMS_SEAT_H
 #define FSW_PROGRAMS_SEAT_H
 

@@ -3,7 +3,8 @@
 /// flight with the same storage finds again. Who holds the folder's journal (fsw/programs/record_store.h)
 /// holds these, too.
 ///
-/// Ownership  The program places it (static). Context: the component's loop.
+/// Ownership  The program places it (static).
+/// Context    The component's loop.
 #ifndef FSW_PROGRAMS_STORE_FILES_H
 #define FSW_PROGRAMS_STORE_FILES_H
 

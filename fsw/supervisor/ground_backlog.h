@@ -9,7 +9,9 @@
 ///
 /// Order      Reports are sent in order of arrival. While only FIRM reports can be sent, they overtake the
 ///            others; but a verification (ST[01]) does not overtake earlier reports of its own subsystem.
-/// Ownership  The caller places it. Context: one loop. Time: O(reports of the class).
+/// Ownership  The caller places it.
+/// Context    One loop.
+/// Time       O(reports of the class).
 #ifndef FSW_SUPERVISOR_GROUND_BACKLOG_H
 #define FSW_SUPERVISOR_GROUND_BACKLOG_H
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Graph of the real-time links that are open: an edge a link, a real-time network a connected component.
-/// Ownership: the caller places it. Context: one loop. Time: O(links^2), links <= LINK_GRAPH_EDGES.
+///
+/// Ownership  The caller places it.
+/// Context    One loop.
+/// Time       O(links^2), links <= LINK_GRAPH_EDGES.
 #ifndef FSW_SUPERVISOR_LINK_GRAPH_H
 #define FSW_SUPERVISOR_LINK_GRAPH_H
 

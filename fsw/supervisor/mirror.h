@@ -13,9 +13,9 @@
 /// A parameter is known as soon as it is in a definition, was reported or was looked for, if its size can be
 /// told; before its first report it reads as zeros and has no time. Places are given once and kept.
 ///
-/// Ownership  The caller places it. Context: one loop. Time: look-up of a parameter O(1); a report
-/// O(structures +
-///            its values).
+/// Ownership  The caller places it.
+/// Context    One loop.
+/// Time       Look-up of a parameter O(1); a report O(structures + its values).
 #ifndef FSW_SUPERVISOR_MIRROR_H
 #define FSW_SUPERVISOR_MIRROR_H
 

@@ -114,7 +114,7 @@ static status_t write_piece(packet_log_t* const log)
     return status;
 }
 
-/// Everything that may wait for the disk. Context: the writer, or the supervisor's loop without one.
+/// Everything that may wait for the disk. Called by the writer, or by the supervisor's loop without one.
 static void do_job(packet_log_t* const log)
 {
     packet_log_job_t* const job = &log->job;

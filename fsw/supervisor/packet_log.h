@@ -19,9 +19,10 @@
 /// then 2 s, up to 32 s. When the disk accepts records again, a gap record comes first if the ring has lost
 /// records, then the records of the ring (docs/decisions/0030).
 ///
-/// Ownership  The caller places packet_log_t. Context: the supervisor's loop. Without a writer
-///            packet_log_step waits for the disk. With a writer, a task of its own, only packet_log_select
-///            (which opens a file) and packet_log_close wait for the disk.
+/// Ownership  The caller places packet_log_t.
+/// Context    The supervisor's loop. Without a writer packet_log_step waits for the disk. With a writer, a
+///            task of its own, only packet_log_select (which opens a file) and packet_log_close wait for the
+///            disk.
 #ifndef FSW_SUPERVISOR_PACKET_LOG_H
 #define FSW_SUPERVISOR_PACKET_LOG_H
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Requests that have been passed to an addressee and whose verification is not over: when the addressee
 /// dies, or does not even accept what it was asked to acknowledge, each is ended with TM[1,8], so that no
-/// request stays open.
-/// A request of several instructions that were all refused has one TM[1,4] for each and no end of its own.
-/// While nothing but refused instructions is known of a request, it is therefore not told to be lost, and
-/// makes room. Ownership: the caller places the table. Context: one loop. Time: O(PENDING_MAX).
+/// request stays open. A request of several instructions that were all refused has one TM[1,4] for each and
+/// no end of its own. While nothing but refused instructions is known of a request, it is therefore not told
+/// to be lost, and makes room.
+///
+/// Ownership  The caller places the table.
+/// Context    One loop.
+/// Time       O(PENDING_MAX).
 #ifndef FSW_SUPERVISOR_PENDING_TABLE_H
 #define FSW_SUPERVISOR_PENDING_TABLE_H
 

@@ -9,7 +9,9 @@
 /// The subsystem that failed is always a member of its run, and no subsystem is a member of two runs. So one
 /// entry for each subsystem of a mission is enough: the table cannot be full.
 ///
-/// Ownership: the caller places it; it has no pointers. Context: one loop. Time: O(runs * members).
+/// Ownership  The caller places it; it has no pointers.
+/// Context    One loop.
+/// Time       O(runs * members).
 #ifndef FSW_SUPERVISOR_PLAN_RUNNER_H
 #define FSW_SUPERVISOR_PLAN_RUNNER_H
 

@@ -6,8 +6,9 @@
 /// A scalar is named SUBSYSTEM.PARAMETER or, within a structured parameter, SUBSYSTEM.PARAMETER.FIELD; an
 /// element of an array has its number from 0 behind it: ARM.VALUES.POSITION[1].
 ///
-/// Ownership  The caller places it. Context: one loop. Time: learning O(content), once at start; a name
-/// O(fields).
+/// Ownership  The caller places it.
+/// Context    One loop.
+/// Time       Learning O(content), once at start; a name O(fields).
 #ifndef FSW_SUPERVISOR_TELEMETRY_DIRECTORY_H
 #define FSW_SUPERVISOR_TELEMETRY_DIRECTORY_H
 

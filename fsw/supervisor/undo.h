@@ -5,7 +5,9 @@
 /// beyond UNDO_CUT_MAX octets (a medium that is emptied holds nothing that counts), and what an annex has no
 /// room for.
 ///
-/// Ownership  The caller places undo_medium_t. Context: one loop. Time: a read of what is overwritten.
+/// Ownership  The caller places undo_medium_t.
+/// Context    One loop.
+/// Time       A read of what is overwritten.
 #ifndef FSW_SUPERVISOR_UNDO_H
 #define FSW_SUPERVISOR_UNDO_H
 

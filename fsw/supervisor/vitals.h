@@ -12,8 +12,9 @@
 /// since, what is needed to undo the writes since, and how many effects of the commit were performed. A block
 /// of an annex is there or not, whenever the writer dies.
 ///
-/// Ownership  The memory is the caller's. Context: one loop of one process at a time. Time: O(size), about 13
-/// KiB.
+/// Ownership  The memory is the caller's.
+/// Context    One loop of one process at a time.
+/// Time       O(size), about 13 KiB.
 #ifndef FSW_SUPERVISOR_VITALS_H
 #define FSW_SUPERVISOR_VITALS_H
 

@@ -2,7 +2,8 @@
 /// Octet strings of any size in chains of equal blocks: where services keep the requests they are given.
 ///
 /// Ownership  The caller places blocks and slots; both outlive the chains. A chain is a value of its keeper.
-/// Context    One loop. Time: O(octets); no search for room.
+/// Context    One loop.
+/// Time       O(octets); no search for room.
 /// Errors     No room is a status; nothing else can fail.
 #ifndef PUS_CORE_CHAINS_H
 #define PUS_CORE_CHAINS_H

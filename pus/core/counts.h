@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Sequence counts and message type counters of an application, as plain numbers: so that it goes on with
 /// those of its process that died, and no number is used twice.
-/// Context: as the process and the requester. Time: O(counters).
+///
+/// Context    As the process and the requester.
+/// Time       O(counters).
 #ifndef PUS_CORE_COUNTS_H
 #define PUS_CORE_COUNTS_H
 

@@ -3,7 +3,8 @@
 /// that a cycle costs nothing for what is not due. Entries due in the same cycle come by their number.
 ///
 /// Ownership  The caller places the arrays, `capacity` of each, and gives numbers below it.
-/// Context    One loop. Time: O(log entries); looking at the next one O(1).
+/// Context    One loop.
+/// Time       O(log entries); looking at the next one O(1).
 #ifndef PUS_CORE_DUE_HEAP_H
 #define PUS_CORE_DUE_HEAP_H
 

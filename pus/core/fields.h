@@ -7,7 +7,10 @@
 ///     static const pus_layout_t layout  = {PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_TRANSITION, fields};
 ///
 /// Members are unsigned integers of 1, 2, 4 or 8 octets; they may lie in a struct within the struct.
-/// Ownership  Tables are constant. Context: any. Time: O(fields).
+///
+/// Ownership  Tables are constant.
+/// Context    Any.
+/// Time       O(fields).
 #ifndef PUS_CORE_FIELDS_H
 #define PUS_CORE_FIELDS_H
 

@@ -4,7 +4,9 @@
 /// nor a wildcard. So no path leads out of the root, and each file has one path only.
 ///
 /// On the wire a repository path may begin with a `/`, and does in reports; names are joined to it.
-/// Context: any; no state. Time: O(length).
+///
+/// Context    Any; no state.
+/// Time       O(length).
 #ifndef PUS_CORE_FILE_PATH_H
 #define PUS_CORE_FILE_PATH_H
 

@@ -7,7 +7,8 @@
 ///     octet_write_u16(pus_list_report_entry(&list, 2U), id);
 ///     return pus_list_report_end(&list);
 ///
-/// Ownership  Built in the buffer of the process: one report at a time. Context: the loop of the process.
+/// Ownership  Built in the buffer of the process: one report at a time.
+/// Context    The loop of the process.
 #ifndef PUS_CORE_LIST_REPORT_H
 #define PUS_CORE_LIST_REPORT_H
 

@@ -4,7 +4,8 @@
 /// there is at least one, with count 0 if there is no entry.
 ///
 /// Ownership  A value of the service; one report at a time. Built in the buffer of the process.
-/// Context    One loop. Time: PUS_LONG_REPORT_PACKETS packets a call at most.
+/// Context    One loop.
+/// Time       PUS_LONG_REPORT_PACKETS packets a call at most.
 #ifndef PUS_CORE_LONG_REPORT_H
 #define PUS_CORE_LONG_REPORT_H
 

@@ -5,7 +5,8 @@
 ///
 /// Ownership  The caller places the nodes; they outlive the order. A slot is in the order or not; the caller
 ///            knows.
-/// Context    One loop. Time: insert, remove, lower bound and next O(log count); first O(1). No recursion.
+/// Context    One loop.
+/// Time       Insert, remove, lower bound and next O(log count); first O(1). No recursion.
 #ifndef PUS_CORE_ORDER_H
 #define PUS_CORE_ORDER_H
 

@@ -2,7 +2,8 @@
 /// Space packets with PUS-C secondary headers: decoding to views, encoding into a caller's buffer, time.
 ///
 /// Ownership  A decoded view points into the packet's octets; it lives as long as they do.
-/// Context    Any; no state. Time: O(size), for the checksum.
+/// Context    Any; no state.
+/// Time       O(size), for the checksum.
 /// Errors     Nothing received can fail an assertion. Each function lists every status it returns.
 #ifndef PUS_CORE_PACKET_H
 #define PUS_CORE_PACKET_H

@@ -19,9 +19,10 @@
 /// record that is not, and what may lie behind that is overwritten before the store goes on. `generation`
 /// tells the store's content from that of one deleted before on the same medium.
 ///
-/// Ownership  The caller places index and buffer; the buffer may serve all stores of a loop. Context: one
-///            loop. Time: append O(size), and two syncs and O(blocks) once a block; next O(size); seek
-///            O(blocks) without the medium; find and cut O(blocks) and one block's records; open O(blocks).
+/// Ownership  The caller places index and buffer; the buffer may serve all stores of a loop.
+/// Context    One loop.
+/// Time       Append O(size), and two syncs and O(blocks) once a block; next O(size); seek O(blocks) without
+///            the medium; find and cut O(blocks) and one block's records; open O(blocks).
 #ifndef PUS_CORE_PACKET_STORE_H
 #define PUS_CORE_PACKET_STORE_H
 

@@ -16,9 +16,10 @@
 /// while pus_process_may_answer: so its verification and an answer of one packet are never lost.
 ///
 /// Ownership  The caller places the process and its rings. Reports are built in its one buffer: one at a
-/// time; a begin
-///            discards an unfinished report, whose later send is refused (a report is never torn).
-/// Context    One loop. Time: O(size + PUS_MESSAGE_COUNTERS).
+///            time; a begin discards an unfinished report, whose later send is refused (a report is never
+///            torn).
+/// Context    One loop.
+/// Time       O(size + PUS_MESSAGE_COUNTERS).
 #ifndef PUS_CORE_PROCESS_H
 #define PUS_CORE_PROCESS_H
 

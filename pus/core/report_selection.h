@@ -19,7 +19,9 @@
 /// PUS_FAILURE_TABLE_FULL (maximum of entries), PUS_FAILURE_OUT_OF_RANGE (service, subtype or rate 0). A
 /// structure that is there already gets the new rate. Deletion with no process at all empties the list.
 ///
-/// Ownership  The caller places the entries. Context: one loop. Time: a decision is O(log entries).
+/// Ownership  The caller places the entries.
+/// Context    One loop.
+/// Time       A decision is O(log entries).
 #ifndef PUS_CORE_REPORT_SELECTION_H
 #define PUS_CORE_REPORT_SELECTION_H
 

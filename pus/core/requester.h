@@ -5,8 +5,10 @@
 ///     octet_write_u8(&writer, target);
 ///     status_t status = pus_tc_send(&requester, &writer, &token);
 ///
-/// A refused request leaves no gap in the count. Ownership: the caller places the requester. Context: one
-/// loop.
+/// A refused request leaves no gap in the count.
+///
+/// Ownership  The caller places the requester.
+/// Context    One loop.
 #ifndef PUS_CORE_REQUESTER_H
 #define PUS_CORE_REQUESTER_H
 

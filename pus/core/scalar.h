@@ -3,7 +3,9 @@
 /// number that is none (NaN) in no order to anything. Used by monitoring and statistics.
 ///
 /// Bits are those of base/value.h: the value's octets, the first of the wire the highest.
-/// Context: any; no state. Time: O(1).
+///
+/// Context    Any; no state.
+/// Time       O(1).
 #ifndef PUS_CORE_SCALAR_H
 #define PUS_CORE_SCALAR_H
 

@@ -28,11 +28,11 @@
 /// a restart finds in it is not released again but told by `lost`: each request is released at most once. If
 /// keeping fails, what is due is released all the same (`unsaved`). docs/decisions/0017.
 ///
-/// Ownership  The caller places all arrays. Context: one loop.
+/// Ownership  The caller places all arrays.
+/// Context    One loop.
 /// Time       A step with nothing due is O(1); insertion, release and deletion O(log activities), O(1) to
-/// find
-///            one by its identifier; a step releases PUS_SCHEDULE_BATCH at most. Requests that go by filter,
-///            shifts of all and reports are O(activities that they select).
+///            find one by its identifier; a step releases PUS_SCHEDULE_BATCH at most. Requests that go by
+///            filter, shifts of all and reports are O(activities that they select).
 #ifndef PUS_CORE_SCHEDULE_H
 #define PUS_CORE_SCHEDULE_H
 

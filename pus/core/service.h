@@ -12,7 +12,8 @@
 /// end.
 ///
 /// Ownership  The caller places dispatcher, service list and services; all outlive the dispatcher.
-/// Context    The loop of the process. Time: O(packet) plus the service's.
+/// Context    The loop of the process.
+/// Time       O(packet) plus the service's.
 #ifndef PUS_CORE_SERVICE_H
 #define PUS_CORE_SERVICE_H
 

@@ -9,7 +9,8 @@
 ///     VALUE r                   a value of that layout; only scalars can be walked
 ///     SIZED                     u16 length and so many octets; PACKET a whole request; REST all that is left
 ///
-/// Context: any; no state. Time: O(octets).
+/// Context    Any; no state.
+/// Time       O(octets).
 #ifndef PUS_CORE_SHAPE_H
 #define PUS_CORE_SHAPE_H
 

@@ -7,7 +7,8 @@
 ///     BULK   housekeeping, diagnostics, statistics, lists over many packets, dumps, parts: their sender goes
 ///            on later, or counts what the receiver misses
 ///
-/// Context    Any. Time: O(1).
+/// Context    Any.
+/// Time       O(1).
 #ifndef PUS_CORE_TRAFFIC_CLASS_H
 #define PUS_CORE_TRAFFIC_CLASS_H
 

@@ -21,8 +21,9 @@
 /// Protocol-specific data are four octets, of which the port knows the meaning; here: the index (u16) and
 /// subindex (u8) of a CANopen object, and its length (u8) [octets].
 ///
-/// Ownership  The caller places operations. Context: the loop of the process. Time: a step is O(requests
-///            under way).
+/// Ownership  The caller places operations.
+/// Context    The loop of the process.
+/// Time       A step is O(requests under way).
 #ifndef PUS_ST02_ST02_DEVICE_ACCESS_H
 #define PUS_ST02_ST02_DEVICE_ACCESS_H
 

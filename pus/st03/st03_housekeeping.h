@@ -34,8 +34,8 @@
 ///
 /// Ownership  The caller places structures and samples: structure i samples into
 ///            samples[i * sample_size .. (i + 1) * sample_size - 1].
-/// Context    The loop of the process; pus_hk_loop_step in the loop it steps. Time: a step is O(structures +
-///            values sampled).
+/// Context    The loop of the process; pus_hk_loop_step in the loop it steps.
+/// Time       A step is O(structures + values sampled).
 #ifndef PUS_ST03_ST03_HOUSEKEEPING_H
 #define PUS_ST03_ST03_HOUSEKEEPING_H
 

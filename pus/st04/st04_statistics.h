@@ -15,9 +15,10 @@
 ///
 /// Lasting: definitions and the reporting interval; not what was sampled.
 ///
-/// Ownership  The caller places all storage. Context: the loop of the process. Time: a step is O(samples due
-/// *
-///            log definitions), and O(definitions) where a report is due; a request O(entries * definitions).
+/// Ownership  The caller places all storage.
+/// Context    The loop of the process.
+/// Time       A step is O(samples due * log definitions), and O(definitions) where a report is due; a request
+///            O(entries * definitions).
 #ifndef PUS_ST04_ST04_STATISTICS_H
 #define PUS_ST04_ST04_STATISTICS_H
 

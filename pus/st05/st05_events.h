@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[05] events: TM 1..4 by severity, TC 5 enable, 6 disable, 7 and TM 8 list of the disabled.
-/// A disabled event is not reported, but counted, and the supervisor gets a notice of it (TM[129,7]): what is
-/// to happen on board hangs on the event, not on its report. Reports go to all ground users and are kept by
-/// the process while the port refuses. Ownership: the caller places definitions and state.
+/// ST[05] events: TM 1..4 by severity, TC 5 enable, 6 disable, 7 and TM 8 list of the disabled. A disabled
+/// event is not reported, but counted, and the supervisor gets a notice of it (TM[129,7]): what is to happen
+/// on board hangs on the event, not on its report. Reports go to all ground users and are kept by the process
+/// while the port refuses.
+///
+/// Ownership  The caller places definitions and state.
 ///
 /// A limiter for each event lets `burst` occurrences pass at once, later one in each interval; a HIGH event
 /// passes unless its last report still waits for the port. What does not pass is counted, and told by an

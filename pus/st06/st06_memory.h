@@ -27,8 +27,9 @@
 /// port's `scrub`. Write protection and scrubbing outlive a power cut by their records (key: memory id).
 ///
 /// Ownership  The caller places memories, their states and operations.
-/// Context    The loop of the process. Time: a step is O(operations under way and memories scrubbed), times
-///            the slice; nothing if there are none.
+/// Context    The loop of the process.
+/// Time       A step is O(operations under way and memories scrubbed), times the slice; nothing if there are
+///            none.
 #ifndef PUS_ST06_ST06_MEMORY_H
 #define PUS_ST06_ST06_MEMORY_H
 

@@ -5,7 +5,8 @@
 /// memory at the argument's offset in the argument area, so that the port gets a pointer to a plain C struct.
 /// Nothing is performed unless all arguments are good: failures name the argument by its place (instruction).
 /// Floating-point values that are not finite are refused. Bounds are the port's affair.
-/// Ownership: the caller places definitions and area.
+///
+/// Ownership  The caller places definitions and area.
 #ifndef PUS_ST08_ST08_FUNCTIONS_H
 #define PUS_ST08_ST08_FUNCTIONS_H
 

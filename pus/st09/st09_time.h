@@ -16,7 +16,9 @@
 /// Refusals: PUS_FAILURE_OUT_OF_RANGE (v > 8; detail: octet offset), TM[1,8] PUS_FAILURE_IO (the rate could
 /// not be kept and stays; detail: status).
 ///
-/// Ownership  The caller places it. Context: one loop. Time: O(1).
+/// Ownership  The caller places it.
+/// Context    One loop.
+/// Time       O(1).
 #ifndef PUS_ST09_ST09_TIME_H
 #define PUS_ST09_ST09_TIME_H
 

@@ -31,8 +31,10 @@
 ///
 /// Lasting: definitions with their statuses, both functions, the delay; not what was checked.
 ///
-/// Ownership  The caller places all storage. Context: the loop of the process. Time: a step is O(PMONs due *
-///            (log PMONs + FMONs that name them)); a request O(entries * (log PMONs + FMON members)).
+/// Ownership  The caller places all storage.
+/// Context    The loop of the process.
+/// Time       A step is O(PMONs due * (log PMONs + FMONs that name them)); a request O(entries * (log PMONs +
+///            FMON members)).
 #ifndef PUS_ST12_ST12_MONITORING_H
 #define PUS_ST12_ST12_MONITORING_H
 

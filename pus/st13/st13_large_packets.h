@@ -23,7 +23,8 @@
 ///
 /// Ownership  The caller places buffers and lists, which outlive the service. What `take` is given lives
 ///            during the call.
-/// Context    One loop. Time: O(octets moved); a step `parts_per_step` parts, and O(uplinks).
+/// Context    One loop.
+/// Time       O(octets moved); a step `parts_per_step` parts, and O(uplinks).
 #ifndef PUS_ST13_ST13_LARGE_PACKETS_H
 #define PUS_ST13_ST13_LARGE_PACKETS_H
 

@@ -11,8 +11,9 @@
 /// The configuration is one lasting record, key 0. A content report that is longer than a packet becomes
 /// several, each whole in itself.
 ///
-/// Ownership  The caller places entries and process list, which outlive the service. Context: one loop.
-/// Time: a decision is O(log entries), a request O(entries x instructions).
+/// Ownership  The caller places entries and process list, which outlive the service.
+/// Context    One loop.
+/// Time       A decision is O(log entries), a request O(entries x instructions).
 #ifndef PUS_ST14_ST14_FORWARDING_H
 #define PUS_ST14_ST14_FORWARDING_H
 

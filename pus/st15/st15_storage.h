@@ -47,10 +47,9 @@
 /// Retrievals in progress go on after a restart: what was sent since the last checkpoint is then sent again,
 /// nothing is left out. Packets are on their medium after the next sync.
 ///
-/// Ownership  The caller places everything the configuration points to. Context: one loop. `send` may not
-/// call
-///            back. Time: observe O(stores x log entries + size); step O(stores + slice); see
-///            pus/core/packet_store.h.
+/// Ownership  The caller places everything the configuration points to.
+/// Context    One loop. `send` may not call back.
+/// Time       Observe O(stores x log entries + size); step O(stores + slice); see pus/core/packet_store.h.
 #ifndef PUS_ST15_ST15_STORAGE_H
 #define PUS_ST15_ST15_STORAGE_H
 

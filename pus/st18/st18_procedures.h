@@ -13,13 +13,11 @@
 /// Holding    A procedure is stopped or suspended where a step begins: the next one (step id 0) or the one
 ///            named; a held one is stopped at once. It is aborted anywhere. TC[18,14] and [18,15] hold it
 ///            where the next step begins. While it is held, its waiting goes on.
-/// Requests   it sends carry the on-board user of this process. One it waits for is judged by its TM[1,x],
-/// which
-///            the owner shows by pus_procedures_observe; none within the time limit is a failure
+/// Requests   Requests of a procedure carry the on-board user of this process. One it waits for is judged by
+///            its TM[1,x], which the owner shows by pus_procedures_observe; none within the time limit is a failure
 ///            (PUS_FAILURE_TIMEOUT). While the port refuses, it is sent in the next cycle.
 /// Observing  Level 1: started, held, resumed, ended, stopped, aborted; 2: also steps; 3: also requests sent
-/// and
-///            parameters received. Each raises the observation event; a failure raises the failure event at
+///            and parameters received. Each raises the observation event; a failure raises the failure event at
 ///            every level. Auxiliary data of both, 60 octets: procedure's id 8, what happened u8
 ///            (pus_observation_t), step u16, detail u32 (failure: line; request: service << 8 | subtype),
 ///            text 45 padded with NUL (failure: what the engine says). An event that the procedure raises
@@ -30,8 +28,9 @@
 /// In failure notices a procedure's identifier is the first four octets of its id. Lasting: loaded code and
 /// whether the engine runs; no procedure runs after a restart.
 ///
-/// Ownership  The caller places all storage. Context: the loop of the process. Time: a step is O(slots *
-///            budget); a request O(procedures).
+/// Ownership  The caller places all storage.
+/// Context    The loop of the process.
+/// Time       A step is O(slots * budget); a request O(procedures).
 #ifndef PUS_ST18_ST18_PROCEDURES_H
 #define PUS_ST18_ST18_PROCEDURES_H
 

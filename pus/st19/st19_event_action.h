@@ -15,10 +15,10 @@
 /// status). The identifier in a failure is APID << 16 | event id. Reports go over as many packets and steps
 /// as they need; another one is refused meanwhile (STATE, subtype under way).
 ///
-/// Ownership  The caller places all arrays. Context: one loop.
+/// Ownership  The caller places all arrays.
+/// Context    One loop.
 /// Time       pus_event_action_observe O(1) in the mean, whatever the number of definitions, and O(request)
-/// where it
-///            releases one; a step with nothing waiting O(1).
+///            where it releases one; a step with nothing waiting O(1).
 #ifndef PUS_ST19_ST19_EVENT_ACTION_H
 #define PUS_ST19_ST19_EVENT_ACTION_H
 

@@ -7,7 +7,9 @@
 /// it. PTC, PFC: unsigned 3 and 4, 12, 14, 16 for 8 to 64 bits; signed 4 and the same; real 5 and 1, 2;
 /// boolean 1 and 0 (one octet). Definitions outlive a power cut by their records (key: parameter id).
 ///
-/// Ownership  The caller places it and its places. Context: the loop of the process. Time: O(places).
+/// Ownership  The caller places it and its places.
+/// Context    The loop of the process.
+/// Time       O(places).
 #ifndef PUS_ST20_ST20_DEFINITIONS_H
 #define PUS_ST20_ST20_DEFINITIONS_H
 

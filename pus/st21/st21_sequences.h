@@ -22,10 +22,10 @@
 ///
 /// Loaded sequences outlive a power cut; none is under execution after it.
 ///
-/// Ownership  The caller places all arrays. Context: one loop.
+/// Ownership  The caller places all arrays.
+/// Context    One loop.
 /// Time       A step with nothing due O(1), whatever is loaded and under execution; PUS_SEQUENCE_RELEASES at
-/// most.
-///            Loading is O(octets of the sequence), and reads a file at once.
+///            most. Loading is O(octets of the sequence), and reads a file at once.
 #ifndef PUS_ST21_ST21_SEQUENCES_H
 #define PUS_ST21_ST21_SEQUENCES_H
 

@@ -36,8 +36,9 @@
 /// step drops locks whose files were not made.
 ///
 /// Ownership  The caller places the lists of the configuration, which outlive the service.
-/// Context    One loop. Time: a request O(locks + copies) and some calls of the store; a step one reading
-///            of a directory and `slices` slices at most, nothing of the store if there is nothing to do.
+/// Context    One loop.
+/// Time       A request O(locks + copies) and some calls of the store; a step one reading of a directory and
+///            `slices` slices at most, nothing of the store if there is nothing to do.
 #ifndef PUS_ST23_ST23_FILES_H
 #define PUS_ST23_ST23_FILES_H
 

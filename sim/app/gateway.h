@@ -6,7 +6,8 @@
 ///
 /// An interface that goes down or away stops nothing: frames are counted as unshown, and it is opened again.
 ///
-/// Ownership  gateway_open allocates, gateway_close frees. Context: one task.
+/// Ownership  gateway_open allocates, gateway_close frees.
+/// Context    One task.
 #ifndef SIM_APP_GATEWAY_H
 #define SIM_APP_GATEWAY_H
 

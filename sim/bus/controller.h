@@ -5,7 +5,8 @@
 /// acknowledge keeps its counter, so a node alone on the bus becomes passive and never bus-off), receive
 /// error +1, success -1. State changes are reported as SocketCAN error frames.
 ///
-/// Ownership  The caller places controller_t. Time O(1).
+/// Ownership  The caller places controller_t.
+/// Time       O(1).
 #ifndef SIM_BUS_CONTROLLER_H
 #define SIM_BUS_CONTROLLER_H
 

@@ -5,7 +5,8 @@
 /// The bus side runs by the node's callbacks; the plant side calls drive_regulate in every rotor substep and
 /// drive_end_step after each plant step. Sensor errors and quantisation are those of sim/plant/sensor.h.
 ///
-/// Ownership  drive_create allocates, drive_destroy frees. Time: about 20 ns per substep.
+/// Ownership  drive_create allocates, drive_destroy frees.
+/// Time       About 20 ns per substep.
 #ifndef SIM_DEVICES_DRIVE_H
 #define SIM_DEVICES_DRIVE_H
 

@@ -8,7 +8,9 @@
 /// moves when its coil has had current for POWER_UNIT_LATCH_NS, so that a shorter pulse does nothing. What is
 /// no such pulse is ignored.
 ///
-/// Ownership  The caller places it; nodes outlive it. Context: one task. Time: that of the frames.
+/// Ownership  The caller places it; nodes outlive it.
+/// Context    One task.
+/// Time       That of the frames.
 #ifndef SIM_DEVICES_POWER_UNIT_H
 #define SIM_DEVICES_POWER_UNIT_H
 

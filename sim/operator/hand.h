@@ -19,9 +19,9 @@
 ///     home     <duration>                    tip to the home pose
 ///     let_go                                 the hand leaves the stick; the next verb takes it again
 ///
-/// Ownership  hand_load allocates, hand_destroy frees. Use: hand_step once per plant step, hand_torque in
-/// each
-///            rotor substep (hand_act fits plant_input_t.hand).
+/// Ownership  hand_load allocates, hand_destroy frees.
+/// Use        hand_step once per plant step, hand_torque in each rotor substep (hand_act fits
+///            plant_input_t.hand).
 #ifndef SIM_OPERATOR_HAND_H
 #define SIM_OPERATOR_HAND_H
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tags: [S] from a public source, named; [A] assumed engineering value, to be replaced when a source appears.
 //   S1  DLR, robotic systems, ROKVISS: arm of 0.5 m and 7 kg, two torque-controlled joints, metal finger,
-//   contour. S2  HIROSCO paper, section 5: one vertical and one horizontal spring, pulled by the finger; 2
-//   kHz. S3  DLR, Kontur-2: space-qualified joystick of two degrees of freedom with force feedback.
+//       contour.
+//   S2  HIROSCO paper, section 5: one vertical and one horizontal spring, pulled by the finger; 2 kHz.
+//   S3  DLR, Kontur-2: space-qualified joystick of two degrees of freedom with force feedback.
 #include "sim/parameters/rokviss.h"
 
 #define PI 3.14159265358979323846

@@ -2,7 +2,9 @@
 /// A motor on its own: the rotor of a joint with friction, brake and end stops, whose output meets something
 /// elastic at an angle. Enough plant for a gripper, a lamp's shutter, a drive on a table.
 ///
-/// Ownership  The caller places bench_t. Context: one task. Results: bit-identical in every repeat.
+/// Ownership  The caller places bench_t.
+/// Context    One task.
+/// Results    Bit-identical in every repeat.
 #ifndef SIM_PLANT_BENCH_H
 #define SIM_PLANT_BENCH_H
 

@@ -10,8 +10,7 @@
 /// Ownership  plant_create allocates, plant_destroy frees. Parameters are copied. Any number of plants may
 ///            live in one process; one thread steps a given plant.
 /// Results    Bit-identical in every repeat of the same calls: no clock, no thread, no random choice. The
-/// floating
-///            point mode of the caller is untouched; inside a step denormals count as zero.
+///            floating point mode of the caller is untouched; inside a step denormals count as zero.
 /// Time       About 3 us per step of 0.5 ms with contact.
 #ifndef SIM_PLANT_PLANT_H
 #define SIM_PLANT_PLANT_H

@@ -2,8 +2,8 @@
 // What the flight side makes of descriptors, for comparison with the generator. Built by test_descriptors.py.
 //   probe subsystem FILE..   one line each: status, both hashes, error
 //   probe mission FILE..     the same
-//   probe compiled FOLDER    generated headers against the descriptors in a folder: prints "agree" or what
-//   differs
+//   probe compiled FOLDER    generated headers against the descriptors in a folder: prints "agree" or
+//                            what differs
 #include "base/assertion.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/parameter/parameter.h"

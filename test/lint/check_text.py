@@ -46,6 +46,26 @@ def length_breaches(path, text):
             yield f"{path}:{number}: function of {length} lines, {FUNCTION_LINES} allowed"
 
 
+LABEL = r"(Ownership|Context|Time|Errors|Order|Units|Results|Names|Bounds|Frame)"
+MID_LABEL = re.compile(r"^\s*///.*[^\s/].*[.;,)] +" + LABEL + r"(:| {2,}| (?=O\())")
+LABEL_LINE = re.compile(r"^/// " + LABEL + r"(:| {2,})")
+
+
+def contract_breaches(path, lines):
+    """Labels of a contract stand at the beginning of a line, and what belongs to them is indented."""
+    is_labelled = False
+    for number, line in enumerate(lines, 1):
+        label = MID_LABEL.search(line)
+        if label:
+            yield f"{path}:{number}: label '{label[1]}' in the middle of a line"
+        is_text = re.match(r"/// \S", line) is not None
+        if LABEL_LINE.match(line):
+            is_labelled = True
+        elif is_labelled and is_text and not re.match(r"/// [A-Z][a-z]+ {2,}\S", line):
+            yield f"{path}:{number}: the text of a label is not indented"
+        is_labelled = is_labelled and line.startswith("/// ")
+
+
 def breaches(path, words):
     try:
         text = (ROOT / path).read_text()
@@ -57,6 +77,8 @@ def breaches(path, words):
             yield f"{path}:{number}: '{found[0]}' does not belong here"
     if path.suffix in {".c", ".h", ".py"}:
         yield from length_breaches(path, text)
+    if path.suffix in {".c", ".h"}:
+        yield from contract_breaches(path, text.splitlines())
     if path.suffix in {".c", ".h", ".py", ".sh"} and "SPDX-License-Identifier: Apache-2.0" not in text[:200]:
         yield f"{path}:1: no licence line"
 

@@ -139,6 +139,12 @@ LICENCE = "// SPDX-License-Identifier: Apache-2.0\n"
         (LICENCE + "int f(void)\n{\n" + "    ;\n" * 59 + "}\n", "function of 61 lines"),
         (LICENCE + "\n" * 599, None),
         (LICENCE + "\n" * 600, "601 lines"),
+        (LICENCE + "/// Context    One task.\n/// Time       O(1),\n///            or O(n).\n", None),
+        (LICENCE + "/// It is called at the given time. Time is pushed in.\n", None),
+        (LICENCE + "/// Context    One task. Time: O(1).\n", "label 'Time' in the middle"),
+        (LICENCE + "/// A ring. Ownership  The caller places it.\n", "label 'Ownership' in the middle"),
+        (LICENCE + "/// Context    One task. Time O(1).\n", "label 'Time' in the middle"),
+        (LICENCE + "/// Context    One task, that\n/// of the caller.\n", "not indented"),
     ],
 )
 def test_text(tmp_path, monkeypatch, text, complaint):

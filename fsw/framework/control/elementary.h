@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Elementary functions of flight control from + - * / alone, so that a result is the same on every machine.
 ///
-/// Context: any, no state. Time: O(1). Accuracy: tested against the C library of the test machine.
+/// Context    Any, no state.
+/// Time       O(1).
+/// Accuracy   Tested against the C library of the test machine.
 #ifndef FSW_FRAMEWORK_CONTROL_ELEMENTARY_H
 #define FSW_FRAMEWORK_CONTROL_ELEMENTARY_H
 

@@ -2,7 +2,9 @@
 /// Point-to-point motion with minimum jerk: rest to rest in a given time, smooth to the second derivative;
 /// and a stop out of it with constant deceleration.
 ///
-/// Ownership: the caller places motion_t. Context: one task. Time: O(1).
+/// Ownership  The caller places motion_t.
+/// Context    One task.
+/// Time       O(1).
 #ifndef FSW_FRAMEWORK_CONTROL_MOTION_H
 #define FSW_FRAMEWORK_CONTROL_MOTION_H
 

@@ -2,7 +2,9 @@
 /// Second-order tracker: follows a sampled signal and gives its velocity and acceleration. Critically damped,
 /// without lag on ramps, with bandwidth `omega`.
 ///
-/// Ownership: the caller places tracker_t. Context: one task. Time: O(1).
+/// Ownership  The caller places tracker_t.
+/// Context    One task.
+/// Time       O(1).
 #ifndef FSW_FRAMEWORK_CONTROL_TRACKER_H
 #define FSW_FRAMEWORK_CONTROL_TRACKER_H
 

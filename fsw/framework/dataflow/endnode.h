@@ -8,7 +8,9 @@
 ///     SHM  "/NAME" (osal/shm.h)                            MQUEUE    "/NAME" (osal/mqueue.h)
 ///     SERIAL, FILE  path of the device (osal/serial.h, osal/device.h)
 ///
-/// Ownership  The resolver is borrowed and outlives the flows opened with it. Context: any. Time O(length).
+/// Ownership  The resolver is borrowed and outlives the flows opened with it.
+/// Context    Any.
+/// Time       O(length).
 #ifndef FSW_FRAMEWORK_DATAFLOW_ENDNODE_H
 #define FSW_FRAMEWORK_DATAFLOW_ENDNODE_H
 

@@ -6,7 +6,8 @@
 /// receiver, with back-off. Call flow_mqueue_step once a cycle, then send or receive.
 ///
 /// Ownership  The caller places flow_mqueue_t; the name, the resolver and the quota outlive it.
-/// Context    One task. Never blocks. Time O(message).
+/// Context    One task. Never blocks.
+/// Time       O(message).
 /// Errors     Each function lists its statuses; each refusal is counted.
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_MQUEUE_H
 #define FSW_FRAMEWORK_DATAFLOW_FLOW_MQUEUE_H

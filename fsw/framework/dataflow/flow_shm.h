@@ -11,7 +11,8 @@
 /// write or read.
 ///
 /// Ownership  The caller places flow_shm_t; the name, the resolver and the quota outlive it.
-/// Context    One task per end. Never blocks. Time O(value size).
+/// Context    One task per end. Never blocks.
+/// Time       O(value size).
 /// Errors     Each function lists its statuses; each refusal is counted.
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_SHM_H
 #define FSW_FRAMEWORK_DATAFLOW_FLOW_SHM_H

@@ -7,8 +7,10 @@
 /// directions.
 ///
 /// Ownership  The caller places flow_stream_t and the buffers; the name, the resolver and the quota outlive
-/// it. Context    One task. Never blocks. Time O(octets), bounded in each call. Errors     Each function
-/// lists its statuses; each refusal is counted.
+///            it.
+/// Context    One task. Never blocks.
+/// Time       O(octets), bounded in each call.
+/// Errors     Each function lists its statuses; each refusal is counted.
 ///
 ///     flow_stream_init(&flow, &(flow_stream_setup_t){.kind = ENDNODE_SERIAL, .name = "imu", ...});
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_STREAM_H

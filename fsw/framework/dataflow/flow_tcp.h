@@ -6,7 +6,8 @@
 /// drop when a reader is slow, are the caller's business.
 ///
 /// Ownership  The caller places flow_tcp_t, the clients and their buffers; all outlive the flow.
-/// Context    One task, never blocks. Time O(clients + octets).
+/// Context    One task, never blocks.
+/// Time       O(clients + octets).
 /// Errors     Each function lists its statuses; each refusal is counted.
 ///
 ///     static flow_tcp_client_t clients[4];

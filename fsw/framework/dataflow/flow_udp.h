@@ -3,8 +3,9 @@
 /// tried again with back-off; a datagram that finds nobody is refused or lost, and the next one goes out all
 /// the same. Call flow_udp_step once a cycle, then send and receive.
 ///
-/// Ownership  The caller places flow_udp_t; names, the resolver and the quota outlive it. Context: one task,
-///            never blocks. Errors: status and counter each.
+/// Ownership  The caller places flow_udp_t; names, the resolver and the quota outlive it.
+/// Context    One task, never blocks.
+/// Errors     Status and counter each.
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_UDP_H
 #define FSW_FRAMEWORK_DATAFLOW_FLOW_UDP_H
 

@@ -5,7 +5,9 @@
 /// anywhere. What is no frame, or is too long for its buffer, is counted and passed over up to the next
 /// frame; garbage never ends a flow.
 ///
-/// Ownership  The caller places the assembler and its buffer. Context: one task. Time O(octets).
+/// Ownership  The caller places the assembler and its buffer.
+/// Context    One task.
+/// Time       O(octets).
 /// Errors     Each function lists its statuses; a null argument is a coding error.
 #ifndef FSW_FRAMEWORK_DATAFLOW_FRAMING_H
 #define FSW_FRAMEWORK_DATAFLOW_FRAMING_H

@@ -2,7 +2,9 @@
 /// When to try again: after a failure a delay that doubles up to a maximum, and begins anew once a connection
 /// has stood as long as the delay before it (one that is accepted and dropped at once counts as a failure).
 ///
-/// Ownership  The caller places reconnect_t. Context: one task; time is pushed in. Time O(1).
+/// Ownership  The caller places reconnect_t.
+/// Context    One task; time is pushed in.
+/// Time       O(1).
 #ifndef FSW_FRAMEWORK_DATAFLOW_RECONNECT_H
 #define FSW_FRAMEWORK_DATAFLOW_RECONNECT_H
 

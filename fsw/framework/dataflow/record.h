@@ -7,7 +7,9 @@
 ///                                             RECORD_FIELD(sample_t, angle_rad, VALUE_DOUBLE, 2U)};
 ///     static const record_layout_t layout  = {fields, 2U};
 ///
-/// Ownership  The layout is constant. Context: any. Time O(octets).
+/// Ownership  The layout is constant.
+/// Context    Any.
+/// Time       O(octets).
 /// Errors     Each function lists its statuses; a null argument is a coding error.
 #ifndef FSW_FRAMEWORK_DATAFLOW_RECORD_H
 #define FSW_FRAMEWORK_DATAFLOW_RECORD_H

@@ -9,7 +9,8 @@
 /// all else is configuration, read at run time, guarded by configuration_hash (descriptors.md says over what
 /// each is taken).
 ///
-/// Ownership  The caller places the model (static; about 32 KiB). Context: any, read-only after loading.
+/// Ownership  The caller places the model (static; about 32 KiB).
+/// Context    Any, read-only after loading.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 

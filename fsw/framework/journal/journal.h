@@ -27,8 +27,9 @@
 /// that had not counted is read back, compared by its checksums, and written again before it is synced.
 ///
 /// Ownership  The journal borrows media and slots; they outlive it. One owner per pair of media.
-/// Context    One loop. Time: put, erase O(record); commit one sync, now and then a compaction; open and
-///            replay O(octets on the medium).
+/// Context    One loop.
+/// Time       Put, erase O(record); commit one sync, now and then a compaction; open and replay O(octets on
+///            the medium).
 ///
 ///     static journal_slot_t slots[JOURNAL_SLOTS(16384U)];
 ///     status_t status = journal_open(&journal, &(journal_configuration_t){ ... });

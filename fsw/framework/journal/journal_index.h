@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Where the live records of a journal are: a hash table with linear probing and without gravestones. For the
-/// journal only. A slot's address is good until the next insertion or removal. Time: O(1) expected, with at
-/// most three in four slots taken.
+/// journal only. A slot's address is good until the next insertion or removal.
+///
+/// Time       O(1) expected, with at most three in four slots taken.
 #ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_INDEX_H
 #define FSW_FRAMEWORK_JOURNAL_JOURNAL_INDEX_H
 

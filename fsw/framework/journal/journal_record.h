@@ -52,7 +52,7 @@ status_t journal_read_record(const medium_t* medium, journal_place_t* place, jou
                              uint8_t* buffer);
 /// Find the next octets from `place` up to `end` that are a valid record with a possible sequence number,
 /// also if the record before it is unreadable; set `place` to the octet after it. STATUS_OK, STATUS_EMPTY,
-/// STATUS_IO. Time: O(octets looked at).
+/// STATUS_IO. It takes O(octets looked at).
 status_t journal_find_record(const medium_t* medium, uint64_t end, journal_place_t* place,
                              journal_record_t* out_record, uint8_t* buffer);
 

@@ -10,8 +10,7 @@
 /// below is the same over every carrier (a ring of the same program, UDP, TIPC):
 ///
 ///     magic u16 0x484D | version u8 1 | kind u8 | from u16 | to u16 |
-///     from life u32 | to life u32 (0 unknown) | sequence u32 | taken u32 | payload     (24 octets,
-///     big-endian)
+///     from life u32 | to life u32 (0 unknown) | sequence u32 | taken u32 | payload
 ///
 /// kind: 0 data, 1 credit, 2 SYNC, 3 SYNC_ACK. `sequence` is the number of this or the next data frame,
 /// `taken` how many of the peer's the sender has taken.
@@ -26,7 +25,9 @@
 /// the channel; blocks under way to the earlier life are counted as abandoned. Frames sent to another life of
 /// this component are dropped and counted as stale, so an old peer is never mistaken for the new one.
 ///
-/// Ownership  The caller places the endpoint and its places. Context: one task. Never blocks. Time O(size).
+/// Ownership  The caller places the endpoint and its places.
+/// Context    One task. Never blocks.
+/// Time       O(size).
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_H
 #define FSW_FRAMEWORK_MESSAGE_MESSAGE_H

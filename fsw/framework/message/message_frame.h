@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Header of a message frame; its layout is in message.h.
 ///
-/// Context: any. Time: O(1).
+/// Context    Any.
+/// Time       O(1).
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_FRAME_H
 #define FSW_FRAMEWORK_MESSAGE_MESSAGE_FRAME_H
 

@@ -3,7 +3,9 @@
 /// continues the channels of a process that died, in the same life, and no peer notices. What leaves and what
 /// arrives can be kept for it.
 ///
-/// Ownership  The caller places positions. Context: as the endpoint. Time: O(MESSAGE_WINDOW).
+/// Ownership  The caller places positions.
+/// Context    As the endpoint.
+/// Time       O(MESSAGE_WINDOW).
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_POSITIONS_H
 #define FSW_FRAMEWORK_MESSAGE_MESSAGE_POSITIONS_H
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// First-in first-out store of octet blocks of different sizes in one array of the caller.
 ///
-/// Ownership  The ring borrows `storage`, which outlives it. Context: one task. Time: O(size) for the copy.
+/// Ownership  The ring borrows `storage`, which outlives it.
+/// Context    One task.
+/// Time       O(size) for the copy.
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef FSW_FRAMEWORK_MESSAGE_OCTET_RING_H
 #define FSW_FRAMEWORK_MESSAGE_OCTET_RING_H

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Carrier of message frames inside one program: a frame is copied into the inbox of the addressed endpoint.
-/// Ownership: the caller places the hub; endpoints outlive it. Context: one task runs all components.
+///
+/// Ownership  The caller places the hub; endpoints outlive it.
+/// Context    One task runs all components.
 #ifndef FSW_FRAMEWORK_MESSAGE_RING_CARRIER_H
 #define FSW_FRAMEWORK_MESSAGE_RING_CARRIER_H
 

@@ -7,7 +7,8 @@
 /// what it has taken when it is there again. What is true of a peer is what it says itself: its epoch, its
 /// heartbeat.
 ///
-/// Ownership  The caller places it; the sockets are opened or adopted by the program. Context: one task.
+/// Ownership  The caller places it; the sockets are opened or adopted by the program.
+/// Context    One task.
 #ifndef FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H
 #define FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Carrier of message frames over UDP: one datagram a frame, one socket a component.
 ///
-/// Ownership  The caller places it; the socket is opened or adopted by the program. Context: one task.
+/// Ownership  The caller places it; the socket is opened or adopted by the program.
+/// Context    One task.
 #ifndef FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H
 #define FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H
 

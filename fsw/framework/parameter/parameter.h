@@ -18,8 +18,8 @@
 ///     static parameter_entry_t  entries[MANIPULATOR_PARAMETER_COUNT];
 ///     static parameter_bounds_t bounds[MANIPULATOR_FIELD_COUNT];
 ///     status = parameter_init(&dictionary, entries, MANIPULATOR_PARAMETER_COUNT, bounds,
-///     MANIPULATOR_FIELD_COUNT); status = parameter_publish(&dictionary, &manipulator_parameters[0],
-///     &self->cur_values);
+///                             MANIPULATOR_FIELD_COUNT);
+///     status = parameter_publish(&dictionary, &manipulator_parameters[0], &self->cur_values);
 #ifndef FSW_FRAMEWORK_PARAMETER_PARAMETER_H
 #define FSW_FRAMEWORK_PARAMETER_PARAMETER_H
 

@@ -6,9 +6,10 @@
 /// sequence numbers show what was lost. A consumer whose period is a multiple of the producer's sees every
 /// n-th sample.
 ///
-/// Ownership  The caller places the ends. Context: one task an end; ends of one link may be in different
-///            processes. Never blocks. Time O(payload); a reader that keeps meeting a writer gives up after
-///            LINK_READ_ATTEMPTS and keeps its last sample.
+/// Ownership  The caller places the ends.
+/// Context    One task an end; ends of one link may be in different processes. Never blocks.
+/// Time       O(payload); a reader that keeps meeting a writer gives up after LINK_READ_ATTEMPTS and keeps
+///            its last sample.
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H
 #define FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H

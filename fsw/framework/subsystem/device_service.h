@@ -2,7 +2,8 @@
 /// ST[02] of a subsystem (`<Service type="2"/>` of its descriptor): its devices as its callback `device_port`
 /// offers them, which a subsystem that lists this service has to have. A device has a second to answer.
 ///
-/// Ownership  The program places it (generated). Context: the component's own loop.
+/// Ownership  The program places it (generated).
+/// Context    The component's own loop.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// End nodes of a descriptor as the data flows want them: kind, and the name to resolve.
 ///
-/// Ownership  The caller keeps the buffer. Context: any. Time O(length).
+/// Ownership  The caller keeps the buffer.
+/// Context    Any.
+/// Time       O(length).
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_ENDNODE_NAME_H
 #define FSW_FRAMEWORK_SUBSYSTEM_ENDNODE_NAME_H
 

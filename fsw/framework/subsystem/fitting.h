@@ -3,7 +3,8 @@
 /// reloaded descriptor comes into force. It checks what the descriptor reader cannot know: the callbacks of
 /// the subsystem, the sizes of the component, and the devices that the subsystem can drive.
 ///
-/// Context  At start and on TC[129,6]. Time: O(descriptor).
+/// Context    At start and on TC[129,6].
+/// Time       O(descriptor).
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_FITTING_H
 #define FSW_FRAMEWORK_SUBSYSTEM_FITTING_H
 

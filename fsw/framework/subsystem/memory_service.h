@@ -18,7 +18,8 @@
 /// With it ST[20] takes definitions of parameters by their place in these memories (TC[20,4], [20,5]). The
 /// dictionary does not know them: neither do housekeeping and monitoring.
 ///
-/// Ownership  The program places it (generated). Context: the component's own loop.
+/// Ownership  The program places it (generated).
+/// Context    The component's own loop.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 

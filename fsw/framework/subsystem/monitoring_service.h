@@ -5,7 +5,8 @@
 /// auxiliary data of a raised event is that of pus/st12/st12_monitoring.h, or parameters that the event
 /// definition samples, or nothing; a monitor may not name an event with other values.
 ///
-/// Ownership  The program places it (generated). Context: the component's own loop.
+/// Ownership  The program places it (generated).
+/// Context    The component's own loop.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
 

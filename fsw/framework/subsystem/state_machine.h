@@ -4,7 +4,9 @@
 /// Pure: no time, no messages, no device. The generic subsystem feeds requests, events and the outcomes of
 /// entry actions, and carries out the action that the machine names. The state it reports is the true one.
 ///
-/// Ownership  The caller places state_machine_t. Context: one task. Time: O(1).
+/// Ownership  The caller places state_machine_t.
+/// Context    One task.
+/// Time       O(1).
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_STATE_MACHINE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_STATE_MACHINE_H
 

@@ -3,7 +3,8 @@
 /// scalar parameters. Capacity counts parameters. Sampling intervals are multiples of 1 ms; a component whose
 /// cycle is longer samples in each of its cycles at most.
 ///
-/// Ownership  The program places it (generated). Context: the component's own loop.
+/// Ownership  The program places it (generated).
+/// Context    The component's own loop.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
 

@@ -6,14 +6,17 @@
 /// what it is; the callbacks drive the devices.
 ///
 /// One cycle, every samplingTime of the applied configuration (idle_cycle_ns without one):
-///   1. `sense`: take in device data;             2. the running entry action, once;
-///   3. `control`: the cyclic code of the state;  4. `emit`: commands to the devices, SYNC last;
-///   5. links are written, housekeeping is sampled.
+///   1. `sense`: take in device data
+///   2. the running entry action, once
+///   3. `control`: the cyclic code of the state
+///   4. `emit`: commands to the devices, SYNC last
+///   5. links are written, housekeeping is sampled
 /// Messages are taken in before a cycle and whenever one arrives.
 ///
 /// Ownership  The program places subsystem_t and everything subsystem_config_t points to; all of it lives as
-///            long as the subsystem. Context: one task; the callbacks run inside subsystem_step and never
-///            block. Time is pushed in. Errors: each function lists its statuses.
+///            long as the subsystem.
+/// Context    One task; the callbacks run inside subsystem_step and never block. Time is pushed in.
+/// Errors     Each function lists its statuses.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H
 #define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H
 

@@ -8,7 +8,8 @@
 /// in simulated time when its connection is served, and when it has ended. Other clients are taken in as they
 /// come and make the run irreproducible, since events and counters tell of them.
 ///
-/// Ownership  The program places communication_t (static; about 2 MiB). Context: one loop; never blocks.
+/// Ownership  The program places communication_t (static; about 2 MiB).
+/// Context    One loop; never blocks.
 #ifndef FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_H
 #define FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_H
 

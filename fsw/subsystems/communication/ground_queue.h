@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Reports waiting for one ground client. A slow reader loses the oldest housekeeping first, and never an
 /// event or a verification: those have a queue of their own; order of arrival is kept across both.
-/// Ownership: the caller places it. Context: one loop. Time: O(size).
+///
+/// Ownership  The caller places it.
+/// Context    One loop.
+/// Time       O(size).
 #ifndef FSW_SUBSYSTEMS_COMMUNICATION_GROUND_QUEUE_H
 #define FSW_SUBSYSTEMS_COMMUNICATION_GROUND_QUEUE_H
 

@@ -3,7 +3,8 @@
 /// (fsw/framework/sdls). With a key, only the header of a frame that is not authentic is read. A connection
 /// is ended at its third refused frame, or at once if the start of the next frame cannot be found.
 ///
-/// Ownership: part of communication_t; the receiver outlives it. Context: one loop.
+/// Ownership  Part of communication_t; the receiver outlives it.
+/// Context    One loop.
 #ifndef FSW_SUBSYSTEMS_COMMUNICATION_GROUND_SECURITY_H
 #define FSW_SUBSYSTEMS_COMMUNICATION_GROUND_SECURITY_H
 

@@ -2,7 +2,9 @@
 /// A commanded torque over time: it rises at a limited rate, is held, and is back at zero when its duration
 /// ends.
 ///
-/// Ownership: the caller places force_display_t. Context: one task. Time: O(1).
+/// Ownership  The caller places force_display_t.
+/// Context    One task.
+/// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_JOYSTICK_FORCE_DISPLAY_H
 #define FSW_SUBSYSTEMS_JOYSTICK_FORCE_DISPLAY_H
 

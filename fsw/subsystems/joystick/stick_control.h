@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Torque of the force-reflecting joystick: what the robot feels, and damping that grows in contact.
 ///
-///     u = s_f r - (b0 + b1 s) v        s = 0 in free space .. 1 in contact, per axis: quick to rise, slow to
-///     fall
+///     u = s_f r - (b0 + b1 s) v        s per axis: 0 in free space .. 1 in contact; rises fast, falls slowly
 ///
 /// The loop over the robot is stable because of the damping; free space needs little, contact more.
 ///
-/// Ownership  The caller places stick_control_t. Gains are the parameter CONTROL. Context: one task. Time:
-/// O(1).
+/// Ownership  The caller places stick_control_t. Gains are the parameter CONTROL.
+/// Context    One task.
+/// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_JOYSTICK_STICK_CONTROL_H
 #define FSW_SUBSYSTEMS_JOYSTICK_STICK_CONTROL_H
 

@@ -6,12 +6,15 @@
 /// arm_control_step with what is desired. Torque mode closes the loop here; position mode leaves it to the
 /// drive and sends the motor angle and the torque fed forward.
 ///
-///     motor target  th_d = q_d + (M a_d + C + g) / K + offset         offset, bias: what the pose at
-///     engagement feed-forward  u_ff = M a_d + C + g + J a_d + friction(v_d)      differs from the model;
-///     they fade away torque        u    = u_ff + bias + Kp (th_d - th) + Kd (v_d - v)
+///     motor target  th_d = q_d + (M a_d + C + g) / K + offset
+///     feed-forward  u_ff = M a_d + C + g + J a_d + friction(v_d)
+///     torque        u    = u_ff + bias + Kp (th_d - th) + Kd (v_d - v)
+///
+/// offset, bias: by how much pose and torque at engagement differ from the model; both decay to zero.
 ///
 /// Ownership  The caller places arm_control_t. Gains and model are the parameters CONTROL and MODEL.
-/// Context    One task. Time O(1).
+/// Context    One task.
+/// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_CONTROL_H
 #define FSW_SUBSYSTEMS_MANIPULATOR_ARM_CONTROL_H
 

@@ -2,7 +2,10 @@
 /// Rigid-body model of the two-joint arm in its vertical plane, as the controller believes it to be.
 ///
 /// Angles are geometric: tip = (l1 cos q1 + l2 cos(q1 + q2), l1 sin q1 + l2 sin(q1 + q2)), x forward, z up.
-/// All values come from the parameter MODEL. Pure functions of their arguments. Context: any. Time: O(1).
+/// All values come from the parameter MODEL. Pure functions of their arguments.
+///
+/// Context    Any.
+/// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H
 #define FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H
 

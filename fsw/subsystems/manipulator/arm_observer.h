@@ -4,7 +4,9 @@
 /// The sensors sit behind the gears, so motor friction and rotor inertia do not matter; gravity, inertia and
 /// coupling of the links are taken out by the model without differentiating twice.
 ///
-/// Ownership: the caller places arm_observer_t. Context: one task. Time: O(1).
+/// Ownership  The caller places arm_observer_t.
+/// Context    One task.
+/// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_OBSERVER_H
 #define FSW_SUBSYSTEMS_MANIPULATOR_ARM_OBSERVER_H
 

@@ -4,7 +4,9 @@
 /// Motion starts the mean anew. An offset beyond the ceiling is no offset but a contact: the tare fails and
 /// the old zero stays.
 ///
-/// Ownership: the caller places arm_tare_t. Context: one task. Time: O(1).
+/// Ownership  The caller places arm_tare_t.
+/// Context    One task.
+/// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_TARE_H
 #define FSW_SUBSYSTEMS_MANIPULATOR_ARM_TARE_H
 

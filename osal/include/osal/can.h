@@ -16,7 +16,8 @@
 /// Ownership  The caller places osal_can_t; it must not be moved while open.
 /// Context    One task per end. Never blocks, but that the counted hand-over waits for a frame that was
 ///            announced and is not there yet, and when it opens until none comes that was sent before, at
-///            most OSAL_CAN_PATIENCE_MS. Time O(1).
+///            most OSAL_CAN_PATIENCE_MS.
+/// Time       O(1).
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef OSAL_CAN_H
 #define OSAL_CAN_H

@@ -3,7 +3,8 @@
 ///
 /// For the program that prepares a run; flight components open a bus by its address (osal/can.h).
 ///
-/// Ownership  The caller places all structures. Context: any task. Asks the kernel and waits for its answer.
+/// Ownership  The caller places all structures.
+/// Context    Any task. Asks the kernel and waits for its answer.
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef OSAL_CAN_INTERFACE_H
 #define OSAL_CAN_INTERFACE_H

@@ -15,7 +15,8 @@
 /// A program that cannot reach the calendar's memory (one of another byte order) has a granted clock: stepped
 /// time whose grants somebody brings to it, and takes back what it told of deliveries.
 ///
-/// Ownership  The caller places osal_clock_t. Context: the one task that runs the program's loop.
+/// Ownership  The caller places osal_clock_t.
+/// Context    The one task that runs the program's loop.
 #ifndef OSAL_CLOCK_H
 #define OSAL_CLOCK_H
 

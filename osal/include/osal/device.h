@@ -3,7 +3,8 @@
 /// driver fills. Octets in both directions, without waiting; what a partner says in one write may arrive in
 /// pieces. A serial line (serial.h) is opened as one of these.
 ///
-/// Ownership  The caller places osal_device_t; closed by osal_device_close. Context: one task. Never blocks.
+/// Ownership  The caller places osal_device_t; closed by osal_device_close.
+/// Context    One task. Never blocks.
 /// Errors     Each function lists its statuses; interrupted calls are repeated inside. A null argument is a
 ///            coding error (FSW_ASSERT).
 #ifndef OSAL_DEVICE_H

@@ -8,8 +8,10 @@
 /// its name is taken.
 ///
 /// What a call that changes names has acknowledged is on the disk. STATUS_INVALID: no path.
-/// Ownership: the caller places the handle. Context: any. Time: a few calls of the system per name in the
-/// path; list reads the whole folder.
+///
+/// Ownership  The caller places the handle.
+/// Context    Any.
+/// Time       A few calls of the system per name in the path; list reads the whole folder.
 #ifndef OSAL_DIRECTORY_H
 #define OSAL_DIRECTORY_H
 

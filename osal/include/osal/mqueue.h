@@ -5,9 +5,11 @@
 /// A queue whose creator has died stays, with its messages, until somebody removes the name. Removing and
 /// making it anew is how a receiver begins again; a sender that holds the old one is told STATUS_CLOSED.
 ///
-/// Ownership  The caller places osal_mqueue_t. Names: '/' and then 1..60 of [A-Za-z0-9._-], but neither "."
-/// nor ".." alone. Context    Any task. Never blocks. Time O(message). Errors     Each function lists its
-/// statuses; interrupted calls are repeated inside. A null argument is a
+/// Ownership  The caller places osal_mqueue_t.
+/// Names      '/' and then 1..60 of [A-Za-z0-9._-], but neither "." nor ".." alone.
+/// Context    Any task. Never blocks.
+/// Time       O(message).
+/// Errors     Each function lists its statuses; interrupted calls are repeated inside. A null argument is a
 ///            coding error (FSW_ASSERT).
 #ifndef OSAL_MQUEUE_H
 #define OSAL_MQUEUE_H

@@ -3,7 +3,8 @@
 /// Who makes and removes them is not the concern here. A socket belongs for ever to the stack in which it was
 /// opened.
 ///
-/// Ownership  The caller places osal_network_t. Context: one task; only that task changes its stack.
+/// Ownership  The caller places osal_network_t.
+/// Context    One task; only that task changes its stack.
 #ifndef OSAL_NETWORK_H
 #define OSAL_NETWORK_H
 

@@ -2,7 +2,8 @@
 /// Serial line: a terminal device, raw (no echo, no translation, no flow control), 8 data bits, no parity,
 /// 1 stop bit. Every octet passes unchanged in both directions. Read, write and close it as a device.
 ///
-/// Ownership  As device.h. Context: one task. Never blocks, also not for a modem's carrier.
+/// Ownership  As device.h.
+/// Context    One task. Never blocks, also not for a modem's carrier.
 #ifndef OSAL_SERIAL_H
 #define OSAL_SERIAL_H
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Named shared memory. The creator decides the size; the memory starts as zeros. Names: '/' and then 1..60
-/// of [A-Za-z0-9._-], but neither "." nor ".." alone. Ownership: mappings stay valid after removal of the
-/// name until closed.
+/// Named shared memory. The creator decides the size; the memory starts as zeros.
+///
+/// Names      '/' and then 1..60 of [A-Za-z0-9._-], but neither "." nor ".." alone.
+/// Ownership  Mappings stay valid after removal of the name until closed.
 #ifndef OSAL_SHM_H
 #define OSAL_SHM_H
 

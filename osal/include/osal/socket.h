@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sockets: UDP datagrams and TCP streams over IPv4. Listens on loopback unless told otherwise.
-/// Non-blocking, except the one function that says it waits. Interrupted calls are repeated inside.
-/// Ownership: the caller places osal_socket_t; closed by osal_socket_close. Errors: each lists its own.
+/// Sockets: UDP datagrams and TCP streams over IPv4. Listens on loopback unless told otherwise. Non-blocking,
+/// except the one function that says it waits. Interrupted calls are repeated inside.
+///
+/// Ownership  The caller places osal_socket_t; closed by osal_socket_close.
+/// Errors     Each lists its own.
 #ifndef OSAL_SOCKET_H
 #define OSAL_SOCKET_H
 

@@ -5,7 +5,9 @@
 ///
 /// The sockets are those of osal/socket.h: adopted, waited for and closed in the same way. All calls are
 /// non-blocking; interrupted ones are repeated inside.
-/// Ownership: the caller places osal_socket_t; closed by osal_socket_close. Errors: each lists its own.
+///
+/// Ownership  The caller places osal_socket_t; closed by osal_socket_close.
+/// Errors     Each lists its own.
 #ifndef OSAL_TIPC_H
 #define OSAL_TIPC_H
 
