@@ -19,20 +19,16 @@ import api
 import icd
 import layers
 import mission as mission_descriptor
-from page import STYLE, escape, from_markdown, shell
+from page import STYLE, from_markdown, shell
 from source import DescriptorError
 
-FIXED = {"README.md": "readme.html", "CONTRIBUTING.md": "contributing.html", "docs/architecture.md": "architecture.html"}
-CARDS = (
-    ("tutorial.html", "Tutorial", "A subsystem of your own in ten minutes"),
-    ("architecture.html", "Architecture", "Components, packets, time, layers"),
-    ("api.html", "API reference", "From the headers"),
-    ("icd.html", "Interface control", "Parameters, events, functions and reports, octet by octet"),
-    ("descriptors.html", "Descriptors", "The XML of subsystems and missions"),
-    ("readme.html", "Overview", "Building, flying, looking at packets, commanding"),
-    ("contributing.html", "Contributing", "House rules, tests, commits"),
-    ("misra.html", "MISRA", "Deviations, numbered"),
-)
+FIXED = {
+    "docs/README.md": "index.html",
+    "README.md": "overview.html",
+    "CONTRIBUTING.md": "contributing.html",
+    "docs/architecture.md": "architecture.html",
+    "docs/decisions/README.md": "decisions.html",
+}
 
 
 def markdown_files():
@@ -51,6 +47,7 @@ def prose_pages(out):
     places = markdown_files()
 
     def rename(path):
+        path = path / "README.md" if path.is_dir() else path
         if path in places:
             return places[path]
         if path.suffix == ".png" and path.is_file():
@@ -67,23 +64,7 @@ def prose_pages(out):
             body = body.replace("<h2", f"{graph}<h2", 1)
             contents.insert(0, (2, "layers", "Layers"))
         made[page] = shell(page, title, body, contents)
-    return made, places
-
-
-def front(places):
-    """The first page."""
-    cards = "".join(f'<a href="{page}"><b>{title}</b><span>{about}</span></a>' for page, title, about in CARDS if page in {*places.values(), "api.html", "icd.html"})
-    decisions = []
-    for path, page in places.items():
-        if path.parent.name == "decisions" and not path.stem.startswith("0000"):
-            title = re.search(r"^# (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
-            decisions.append(f'<a href="{page}">{escape(title[1] if title else path.stem)}</a><br>')
-    return shell(
-        "index.html",
-        "Documentation",
-        '<h1>hirosco</h1><p class="sub">Flight software for robotic spacecraft, with the hardware to fly it against and the ground to operate it from.</p>'
-        f'<div class="cards">{cards}</div><h2 id="decisions">Decisions</h2><p>{"".join(decisions)}</p>',
-    )
+    return made
 
 
 class Links(html.parser.HTMLParser):
@@ -131,8 +112,7 @@ def main(arguments=None):
     except DescriptorError as error:
         print(error, file=sys.stderr)
         return 1
-    prose, places = prose_pages(out)
-    pages = {**prose, **api.pages(), **icd.pages(missions), "index.html": front(places)}
+    pages = {**prose_pages(out), **api.pages(), **icd.pages(missions)}
     (out / "style.css").write_text(STYLE.strip() + "\n", encoding="utf-8")
     for name, text in pages.items():
         (out / name).write_text(text, encoding="utf-8")

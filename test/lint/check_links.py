@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Check the links of all *.md files and of the generated documentation: files and anchors that are there, and paths
-in backticks that name a file of the project. Nothing is fetched. Prints each dead link; exit code 1."""
+in backticks that name a file of the project. Each page must be reached from docs/README.md, and the list of decisions
+must have their titles. Nothing is fetched. Prints each failure; exit code 1."""
 
 import functools
 import html.parser
@@ -100,6 +101,28 @@ def dead_links(path, root):
                 yield f"{shown}:{text.count(chr(10), 0, found.start()) + 1}: no such file: {found[1]}"
 
 
+def unreached(root, clicks=2):
+    """Pages that the index does not lead to in so many clicks, as texts."""
+    seen = {(root / "docs/README.md").resolve()}
+    edge = set(seen)
+    for _ in range(clicks):
+        edge = {(path.parent / urllib.parse.urlsplit(target).path).resolve() for path in edge if path.suffix == ".md" and path.is_file()
+                for _, target in links_of(path)} - seen
+        seen |= edge
+    for path in documents(root):
+        if path.suffix == ".md" and not path.is_relative_to(root / ".github") and path.resolve() not in seen:
+            yield f"{path.relative_to(root)}:1: not reached from docs/README.md in {clicks} clicks"
+
+
+def mistitled(root):
+    """Decisions that the list of decisions does not have with their titles, as texts."""
+    listed = (root / "docs/decisions/README.md").read_text()
+    for path in sorted((root / "docs/decisions").glob("[0-9]*.md")):
+        line = f"- [{path.read_text().splitlines()[0].removeprefix('# ')}]({path.name})"
+        if not path.name.startswith("0000") and line not in listed.splitlines():
+            yield f"docs/decisions/README.md:1: no such line: {line}"
+
+
 def documents(root):
     for folder, folders, names in os.walk(root):
         folders[:] = sorted(set(folders) - SKIPPED)
@@ -109,7 +132,7 @@ def documents(root):
 
 def main():
     files = list(documents(ROOT))
-    failures = [text for path in files for text in dead_links(path, ROOT)]
+    failures = [text for path in files for text in dead_links(path, ROOT)] + [*unreached(ROOT), *mistitled(ROOT)]
     print("\n".join(failures) if failures else f"check: no dead link in {len(files)} documents")
     return 1 if failures else 0
 

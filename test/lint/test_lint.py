@@ -241,6 +241,22 @@ def test_links(tmp_path, text, complaint):
     assert (not found) if complaint is None else any(complaint in line for line in found), found
 
 
+def test_pages_are_reached_from_the_index(tmp_path):
+    """Two clicks reach a page; three do not, and a page without a link is told."""
+    decisions = tmp_path / "docs" / "decisions"
+    decisions.mkdir(parents=True)
+    (tmp_path / "docs" / "README.md").write_text("[one](one.md) [list](decisions/README.md)\n")
+    (tmp_path / "docs" / "one.md").write_text("# One\n\n[two](two.md#two)\n")
+    (tmp_path / "docs" / "two.md").write_text("# Two\n\n[three](three.md)\n")
+    (tmp_path / "docs" / "three.md").write_text("# Three\n")
+    (tmp_path / "docs" / "alone.md").write_text("# Alone\n")
+    (decisions / "README.md").write_text("- [0001 First](0001-a.md)\n- [0002 Old](0002-b.md)\n")
+    (decisions / "0001-a.md").write_text("# 0001 First\n")
+    (decisions / "0002-b.md").write_text("# 0002 Second\n")
+    assert [line.partition(":")[0] for line in check_links.unreached(tmp_path)] == ["docs/alone.md", "docs/three.md"]
+    assert list(check_links.mistitled(tmp_path)) == ["docs/decisions/README.md:1: no such line: - [0002 Second](0002-b.md)"]
+
+
 def coverage_report(*lines):
     """What gcovr says of one file with these (number, runs, counts of the branches)."""
     return {"files": [{"file": "pus/a.c", "lines": [
