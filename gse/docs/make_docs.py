@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Make the documentation as pages under build/docs: architecture with the layer graph, tutorial, API from the headers,
-interface control documents from the descriptors. Ends with an error if any link leads nowhere.
+interface control documents from the descriptors, a search over all of them. Ends with an error if any link leads nowhere.
 """
 
 import argparse
@@ -19,6 +19,7 @@ import api
 import icd
 import layers
 import mission as mission_descriptor
+import search
 from page import STYLE, from_markdown, shell
 from source import DescriptorError
 
@@ -113,6 +114,7 @@ def main(arguments=None):
         print(error, file=sys.stderr)
         return 1
     pages = {**prose_pages(out), **api.pages(), **icd.pages(missions)}
+    pages[search.FILE] = search.write(out, pages)
     (out / "style.css").write_text(STYLE.strip() + "\n", encoding="utf-8")
     for name, text in pages.items():
         (out / name).write_text(text, encoding="utf-8")

@@ -16,7 +16,7 @@ body{font:15px/1.55 system-ui,sans-serif;color:var(--ink);margin:0}
 nav.top{position:sticky;top:0;background:#fffffff2;border-bottom:1px solid var(--line);z-index:1}
 nav.top div{max-width:1180px;margin:auto;padding:.55em 1.2em;display:flex;gap:1.4em;align-items:baseline}
 nav.top a{color:var(--dim);font-weight:600}nav.top a:first-child{color:var(--ink);font-weight:750;letter-spacing:.01em}
-nav.top a.here{color:var(--link)}
+nav.top a.here{color:var(--link)}nav.top form{margin-left:auto}input,button{font:inherit}
 .page{max-width:1180px;margin:auto;padding:0 1.2em 5em;display:grid;grid-template-columns:13.5em minmax(0,1fr);gap:2.6em}
 .page.wide{grid-template-columns:minmax(0,1fr)}
 aside{font-size:.9em;position:sticky;top:3.2em;align-self:start;max-height:calc(100vh - 3.6em);overflow:auto;padding:1.6em 0}
@@ -74,6 +74,7 @@ def shell(name, title, body, contents=()):
     part = next((file for file, _ in NAVIGATION if file == name or file[:3] == name[:3]), "")
     here = (' class="here"' if file == part else "" for file, _ in NAVIGATION)
     links = "".join(f'<a href="{file}"{mark}>{text}</a>' for (file, text), mark in zip(NAVIGATION, here))
+    links += '<form action="search.html"><input type="search" name="q" aria-label="Search" title="Search all pages"></form>'
     items = "".join(f'<li style="padding-left:{(level - 2) * 0.9}em"><a href="#{place}">{text}</a></li>' for level, place, text in contents)
     side = f"<aside><ul>{items}</ul></aside>" if items else ""
     return (

@@ -39,10 +39,11 @@ def page(docs, name):
 
 
 def test_small_and_without_anything_from_outside(docs):
-    assert sum(path.stat().st_size for path in docs.iterdir()) < 3e6
+    assert sum(path.stat().st_size for path in docs.iterdir()) < 4e6
     for path in docs.glob("*.html"):
         text = path.read_text(encoding="utf-8")
-        assert "<script" not in text
+        scripts = re.findall(r"<script[^>]*>", text)
+        assert scripts == (['<script src="search-index.js">', '<script src="search.js">'] if path.name == "search.html" else []), path.name
         assert not re.search(r'<(?:img|link)[^>]*(?:src|href)="(?:https?:)?//', text), path.name
 
 
@@ -94,6 +95,46 @@ def test_contracts_are_told(docs):
     text = re.sub(r"<[^>]+>", "", page(docs, "api-subsystem.html"))
     for words in ("A specific subsystem is a table of callbacks", "Bumpless: actuators on.", "STATUS_STALE (sample delivered, but older than allowed)"):
         assert words in text
+
+
+def searched(docs, question):
+    """Addresses that the search finds, the best first: its script, run by an interpreter without a browser."""
+    code = docs.parent / "search-test.js"
+    code.write_text(f"load({json.dumps(str(docs / 'search-index.js'))}); load({json.dumps(str(docs / 'search.js'))});\n"
+                    f"searchFind(searchIndex, {json.dumps(question)}).forEach(function (found) {{ print(found.address); }});\n")
+    return subprocess.run(["mujs", code], capture_output=True, text=True, check=True).stdout.splitlines()
+
+
+@pytest.mark.parametrize("question, first", [
+    ("osal_mutex_lock", "api-osal.html#osal_mutex_lock"),
+    ("OSAL_MUTEX_LOCK", "api-osal.html#osal_mutex_lock"),
+    ("recommissions a restarted", "decision-0034-"),
+    ("disk full", "decision-0030-"),
+    ("ten minutes gripper", "tutorial.html"),
+    ("run leaves", "flying.html#what-a-run-leaves"),
+])
+def test_search_finds(docs, question, first):
+    assert searched(docs, question)[0].startswith(first)
+
+
+def test_search_finds_all_words_on_every_page_and_nothing_else(docs):
+    """Each result leads to a place that is there; each page is found by its title; what stands nowhere is not found."""
+    found = searched(docs, "supervisor")
+    assert len(found) == len(set(found)) > 100
+    for address in found:
+        file, _, place = address.partition("#")
+        assert (docs / file).exists() and (not place or f'id="{place}"' in page(docs, file)), address
+    assert set(searched(docs, "supervisor osal")) < set(found)
+    assert searched(docs, "osal supervisor") == searched(docs, "supervisor, osal")
+    assert searched(docs, "supervisor quetzalcoatl") == searched(docs, "") == searched(docs, "?%&") == []
+    for name in ("operations.html", "hil.html", "api-osal.html", "icd-rokviss.html", "pus-coverage.html"):
+        title = re.search(r"<title>(.*) - hirosco</title>", page(docs, name))[1]
+        assert any(address.startswith(name) for address in searched(docs, title)), name
+
+
+def test_every_page_has_the_field_of_the_search(docs):
+    for path in docs.glob("*.html"):
+        assert '<form action="search.html"><input type="search" name="q"' in path.read_text(encoding="utf-8"), path.name
 
 
 def test_layer_graph_is_that_of_the_code(docs):
