@@ -295,6 +295,9 @@ static bool is_there(const pus_packet_store_t* const store, uint64_t* const addr
     if (*address >= address_of(number, block_of(store, number)->end)) {
         *address = address_of(number + 1U, RECORDS_AT);
     }
+    if ((*address % PUS_STORE_BLOCK) < RECORDS_AT) { // The block before is filled to its last octet.
+        *address = address_of(number, RECORDS_AT);
+    }
     return *address < pus_packet_store_head(store);
 }
 

@@ -121,6 +121,24 @@ static void packets_come_back_as_they_were(void)
     TEST_ASSERT_EQUAL_UINT32(7U, store.counters.stored);
 }
 
+/// A packet that just fits stays in its block; one octet more begins the next.
+static void a_block_is_filled_to_its_last_octet(void)
+{
+    const size_t rest = PUS_STORE_BLOCK - FIRST_AT - (4U * (LARGE + AROUND)) - AROUND;
+    fill(1U, 4U, LARGE);
+    TEST_ASSERT_EQUAL(STATUS_OK, append(5U, rest));
+    TEST_ASSERT_EQUAL_UINT16(1U, pus_packet_store_blocks_used(&store));
+    TEST_ASSERT_EQUAL_UINT64(PUS_STORE_BLOCK, recorded.image[0].size);
+    fill(6U, 9U, LARGE);
+    TEST_ASSERT_EQUAL_UINT16(2U, pus_packet_store_blocks_used(&store));
+    TEST_ASSERT_EQUAL(STATUS_OK, append(10U, rest + 1U));
+    TEST_ASSERT_EQUAL_UINT16(3U, pus_packet_store_blocks_used(&store));
+    uint64_t cursor = 0U;
+    for (unsigned i = 1U; i <= 10U; i++) {
+        expect_packet(&cursor, i, (i == 5U) ? rest : ((i == 10U) ? (rest + 1U) : LARGE));
+    }
+}
+
 static void a_circular_store_gives_up_its_oldest_block(void)
 {
     fill(1U, 12U, LARGE);
@@ -437,6 +455,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(packets_come_back_as_they_were);
+    RUN_TEST(a_block_is_filled_to_its_last_octet);
     RUN_TEST(a_circular_store_gives_up_its_oldest_block);
     RUN_TEST(a_bounded_store_takes_no_more);
     RUN_TEST(content_is_deleted_up_to_a_time);
