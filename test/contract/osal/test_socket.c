@@ -269,10 +269,16 @@ static void test_local_streams(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&c, in, sizeof(in), &size));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_local_connect(&b, path)); // The path is left, nobody listens.
     memset(long_path, 'x', sizeof(long_path));
-    long_path[101] = '\0';
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_local_listen(&b, long_path));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_local_listen(&b, ""));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_local_connect(&b, long_path));
+    long_path[101]            = '\0';
+    const char* const wrong[] = {long_path, ""};
+    for (unsigned i = 0U; i < 2U; i++) { // The socket is closed then, whatever was in it.
+        b = (osal_socket_t){.descriptor = 4711};
+        TEST_ASSERT_EQUAL(STATUS_INVALID, osal_local_listen(&b, wrong[i]));
+        TEST_ASSERT_EQUAL(-1, b.descriptor);
+        b = (osal_socket_t){.descriptor = 4711};
+        TEST_ASSERT_EQUAL(STATUS_INVALID, osal_local_connect(&b, wrong[i]));
+        TEST_ASSERT_EQUAL(-1, b.descriptor);
+    }
 }
 
 static void test_adopted_sockets_are_as_good_as_opened_ones(void)

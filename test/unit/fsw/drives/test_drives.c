@@ -385,6 +385,23 @@ static void the_selected_channel_is_the_one_that_is_opened(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // and B is not to be had.
 }
 
+static void limited_commands_of_all_axes_are_summed(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL_UINT32(0U, drives_limited(&drives));
+    uint32_t next = 1U;
+    uint32_t sum  = 0U;
+    for (uint8_t device = 0U; device < NETWORK_DEVICES_MAX; device++) {
+        for (uint8_t axis = 0U; axis < PROFILE_AXES_MAX; axis++) { // A power of two each: none counts twice.
+            drives.network.devices[device].device.axes[axis].limited = next;
+            sum += (device < drives.network.device_count) ? next : 0U;
+            next *= 2U;
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT(2U, drives.network.device_count);
+    TEST_ASSERT_EQUAL_UINT32(sum, drives_limited(&drives));
+}
+
 /// As when its process ends: the bus is closed, nothing is sent, and nothing happens the second time.
 static void released_drives_have_closed_their_bus(void)
 {
@@ -413,6 +430,7 @@ int main(void)
     RUN_TEST(devices_of_all_configurations_are_brought_up_once);
     RUN_TEST(a_deadline_of_the_mission_holds_at_both_ends);
     RUN_TEST(devices_are_known_by_their_place_in_the_configuration);
+    RUN_TEST(limited_commands_of_all_axes_are_summed);
     RUN_TEST(a_device_without_a_can_endnode_is_refused);
     RUN_TEST(devices_on_two_buses_are_refused);
     RUN_TEST(an_unknown_class_and_no_device_at_all_are_refused);

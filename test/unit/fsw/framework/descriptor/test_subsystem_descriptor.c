@@ -41,6 +41,10 @@ static void reads_identity_resources_and_times(void)
     TEST_ASSERT_EQUAL_UINT8(70U, arm.pool_clear_percent);
     TEST_ASSERT_EQUAL_UINT32(2000000U, arm.timeout_us[2]);
     TEST_ASSERT_EQUAL_UINT32(1000000U, arm.timeout_us[0]); // Where nothing is said.
+    static const char resources[] = "<Resources poolWarning='80' poolClear='70'/>";
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(arm_document, resources, "")));
+    TEST_ASSERT_EQUAL_UINT8(75U, arm.pool_warn_percent); // The usual ones.
+    TEST_ASSERT_EQUAL_UINT8(65U, arm.pool_clear_percent);
 }
 
 typedef struct {

@@ -11,6 +11,7 @@
 static osal_socket_t udp = OSAL_SOCKET_CLOSED;
 static osal_address_t address;
 static unsigned under_way;
+status_t links_tipc_status;
 static long owner; // Process that opened the links; one that it forks knows them by the same names.
 
 void links_name(uint16_t link, char out_name[64])
@@ -51,7 +52,7 @@ status_t osal_tipc_send(osal_socket_t* sock, osal_tipc_name_t to, const uint8_t*
     TEST_ASSERT_EQUAL_PTR(&udp, sock);
     TEST_ASSERT_EQUAL_HEX32(LINK_TYPE, to.type);
     TEST_ASSERT_EQUAL(((unsigned)octets[4] << 8U) | octets[5], to.instance);
-    return osal_udp_send(sock, address, octets, size);
+    return (links_tipc_status == STATUS_OK) ? osal_udp_send(sock, address, octets, size) : links_tipc_status;
 }
 
 static void delivered(void* context, uint16_t link, uint32_t epoch)
@@ -99,8 +100,9 @@ void links_send(const uint8_t* octets, size_t size)
 
 void links_open(void)
 {
-    under_way = 0U;
-    owner     = (long)getpid();
+    under_way         = 0U;
+    links_tipc_status = STATUS_OK;
+    owner             = (long)getpid();
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&udp, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}, 1048576U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&udp, &address));
 }

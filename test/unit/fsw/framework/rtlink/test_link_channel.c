@@ -405,6 +405,29 @@ static void a_datagram_that_does_not_leave_is_counted(void)
     TEST_ASSERT_EQUAL(0U, links_under_way());
 }
 
+/// A full queue is told apart from every other reason; either way the sample is lost and the next one goes.
+static void why_a_frame_over_tipc_does_not_leave_is_told(void)
+{
+    static const status_t refusals[][2] = {{STATUS_FULL, STATUS_FULL},
+                                           {STATUS_CLOSED, STATUS_IO},
+                                           {STATUS_TOO_LARGE, STATUS_IO},
+                                           {STATUS_IO, STATUS_IO}};
+    const uint8_t payload[OCTETS]       = {0U};
+    method                              = RTLINK_METHOD_TIPC;
+    open_both(1U);
+    for (unsigned i = 0U; i < 4U; i++) {
+        links_tipc_status = refusals[i][0];
+        TEST_ASSERT_EQUAL(refusals[i][1], link_producer_write(&producer, 3U, 0U, payload));
+        TEST_ASSERT_EQUAL(i + 1U, producer.counters.lost);
+    }
+    TEST_ASSERT_EQUAL(0U, producer.counters.frames);
+    TEST_ASSERT_EQUAL(0U, links_under_way());
+    links_tipc_status = STATUS_OK;
+    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_write(&producer, 3U, 0U, payload));
+    TEST_ASSERT_EQUAL(1U, producer.counters.frames);
+    TEST_ASSERT_EQUAL(1U, links_under_way());
+}
+
 static char wanted_name[64];
 
 static bool name_as_wanted(void* context, uint16_t link, char* out_name, size_t capacity)
@@ -467,6 +490,7 @@ int main(void)
     RUN_TEST(an_overtaken_datagram_is_left_aside);
     RUN_TEST(no_datagram_reaches_a_link_by_memory);
     RUN_TEST(a_datagram_that_does_not_leave_is_counted);
+    RUN_TEST(why_a_frame_over_tipc_does_not_leave_is_told);
     RUN_TEST(a_name_that_cannot_be_is_said);
     RUN_TEST(nobody_need_know_what_was_delivered);
     return UNITY_END();

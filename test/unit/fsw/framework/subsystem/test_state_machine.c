@@ -240,6 +240,29 @@ static void on_the_way_down_nothing_stops_a_failure(void)
     }
 }
 
+/// What failed belongs to the request before: one that then succeeds is not told as failed.
+static void a_failure_is_forgotten_by_the_next_request(void)
+{
+    for (unsigned i = 0U; i < (sizeof outcome_rows / sizeof outcome_rows[0]); i++) {
+        state_machine_t machine = machine_running(outcome_rows[i].action);
+        char walk[WALK_TEXT];
+        state_machine_outcome(&machine, OUTCOME_FAILED);
+        machine_finish(&machine, OUTCOME_DONE, walk);
+        TEST_ASSERT_TRUE_MESSAGE(machine.has_failed, cell_name(outcome_rows[i].action, 0U));
+        const state_t next = (machine.state == STATE_OFFLINE) ? STATE_PRE_OPERATIONAL : STATE_OFFLINE;
+        TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_request(&machine, next, CAUSE_REQUEST));
+        TEST_ASSERT_FALSE_MESSAGE(machine.has_failed, cell_name(outcome_rows[i].action, 1U));
+        machine_finish(&machine, OUTCOME_DONE, walk);
+        TEST_ASSERT_EQUAL(next, machine.state);
+        TEST_ASSERT_FALSE_MESSAGE(machine.has_failed, cell_name(outcome_rows[i].action, 2U));
+    }
+    state_machine_t machine = machine_running(ACTION_CONFIGURE); // A configuration is a request, too.
+    state_machine_outcome(&machine, OUTCOME_FAILED);
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_configure(&machine));
+    state_machine_outcome(&machine, OUTCOME_DONE);
+    TEST_ASSERT_FALSE(machine.has_failed);
+}
+
 static void requests_for_0_and_6_cut_an_action_short(void)
 {
     static const char* const after[ACTION_COUNT][2] = {
@@ -358,6 +381,7 @@ int main(void)
     RUN_TEST(an_error_goes_to_six_before_anything_else);
     RUN_TEST(every_outcome_of_every_action);
     RUN_TEST(on_the_way_down_nothing_stops_a_failure);
+    RUN_TEST(a_failure_is_forgotten_by_the_next_request);
     RUN_TEST(requests_for_0_and_6_cut_an_action_short);
     RUN_TEST(all_other_requests_wait);
     RUN_TEST(a_request_at_rest_supersedes_nothing);

@@ -244,6 +244,25 @@ static void force_displays_a_torque_for_a_time(void)
     EXPECT_WITHIN(0.0, 1.0e-4, torque(0U));
 }
 
+/// The ceiling itself is allowed, on each axis and in each direction, and nothing above it.
+static void a_force_is_allowed_up_to_the_ceiling(void)
+{
+    bring(JOYSTICK_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    const double ceiling = joystick.parameters.control.torque_ceiling;
+    const double above   = nextafter(ceiling, 2.0 * ceiling);
+    for (unsigned axis = 0U; axis < 2U; axis++) {
+        for (double sign = -1.0; sign <= 1.0; sign += 2.0) {
+            joystick_force_arguments_t force = {{0.0, 0.0}, 0.5};
+            force.torque[axis]               = sign * above;
+            TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, perform(JOYSTICK_FUNCTION_FORCE, &force, 1U));
+            force.torque[axis] = sign * ceiling;
+            TEST_ASSERT_EQUAL(STATUS_BUSY, perform(JOYSTICK_FUNCTION_FORCE, &force, 1U));
+            idle(1010U);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT(4U, generic.result_count);
+}
+
 static void stop_and_leaving_operation_end_a_force(void)
 {
     const joystick_force_arguments_t force = {{0.3, -0.15}, 5.0};
@@ -358,6 +377,7 @@ int main(void)
     RUN_TEST(the_force_is_off_until_engaged);
     RUN_TEST(unplugging_is_noticed_at_once);
     RUN_TEST(force_displays_a_torque_for_a_time);
+    RUN_TEST(a_force_is_allowed_up_to_the_ceiling);
     RUN_TEST(stop_and_leaving_operation_end_a_force);
     RUN_TEST(setting_the_desired_torque_lasts_until_stop);
     RUN_TEST(a_telepresence_joystick_displays_nothing);

@@ -322,6 +322,12 @@ static void a_hand_that_comes_late_takes_over_where_the_arm_is(void)
     }
     EXPECT_WITHIN(home[0], 0.0005, arm.link[0]);
     EXPECT_WITHIN(home[1], 0.0005, arm.link[1]);
+    const double moved[2] = {hand[0] + 0.05, hand[1] - 0.05}; // From then on it leads.
+    for (unsigned i = 0U; i < 4000U; i++) {
+        follow(moved);
+    }
+    EXPECT_WITHIN(home[0] + (0.05 * gains.position_scale), 0.0005, arm.link[0]);
+    EXPECT_WITHIN(home[1] - (0.05 * gains.position_scale), 0.0005, arm.link[1]);
 }
 
 int main(void)
