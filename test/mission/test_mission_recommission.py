@@ -79,7 +79,7 @@ def test_a_member_that_dies_is_back_with_its_links(house, folder, victim):
     flying.assert_clean(flight)
 
 
-@pytest.mark.parametrize("later_s", [0.03, 0.09])
+@pytest.mark.parametrize("later_s", [0.0101, 0.03, 0.09])  # The first: it has just ordered the start.
 def test_the_supervisor_may_die_while_it_leads_back(house, folder, later_s):
     lines = [f"{DEATH_S} fault kill manipulator", f"{DEATH_S + later_s} fault kill supervisor",
              "6.0 operator link list", "6.0 operator shutdown"]

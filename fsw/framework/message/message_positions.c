@@ -41,24 +41,33 @@ bool message_position_is_sound(const message_position_t* const position)
            (position->untold <= MESSAGE_WINDOW_OCTETS);
 }
 
+/// A peer may have begun another life after the position was noted. If its life was set, that one counts: the
+/// channel to it begins at 0, as message_set_life has left it.
+static void resume(message_channel_t* const channel, const message_position_t* const position)
+{
+    if (!channel->is_life_said || (channel->peer_life == position->peer_life)) {
+        channel->peer_life = position->peer_life;
+        channel->sent      = position->sent;
+        channel->credited  = position->credited;
+        channel->expected  = position->expected;
+        channel->taken     = position->taken;
+        channel->told      = position->told;
+        channel->under_way = position->under_way;
+        channel->untold    = position->untold;
+        (void)memcpy(channel->sizes, position->sizes, sizeof channel->sizes);
+    }
+    channel->inbox.arrived = channel->inbox.blocks.blocks; // All that waits was judged.
+    channel->inbox.judged  = channel->inbox.arrived;
+    channel->inbox.place   = channel->inbox.blocks.used;
+}
+
 void message_resume(message_endpoint_t* const endpoint, const message_position_t* const position)
 {
     FSW_ASSERT((endpoint != NULL) && (position != NULL) && message_position_is_sound(position));
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
         message_channel_t* const channel = &endpoint->places[i].channel;
         if (channel->peer == position->peer) {
-            channel->peer_life = position->peer_life;
-            channel->sent      = position->sent;
-            channel->credited  = position->credited;
-            channel->expected  = position->expected;
-            channel->taken     = position->taken;
-            channel->told      = position->told;
-            channel->under_way = position->under_way;
-            channel->untold    = position->untold;
-            (void)memcpy(channel->sizes, position->sizes, sizeof channel->sizes);
-            channel->inbox.arrived = channel->inbox.blocks.blocks; // All that waits was judged.
-            channel->inbox.judged  = channel->inbox.arrived;
-            channel->inbox.place   = channel->inbox.blocks.used;
+            resume(channel, position);
         }
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lives that the run says, and channels whose ends count differently: whatever was lost, forged or damaged,
 // one exchange of SYNC later data passes again.
-#include "fsw/framework/message/message.h"
+#include "fsw/framework/message/message_positions.h"
 
 #include "base/octets.h"
 #include "test/unit/fsw/framework/message/party.h"
@@ -165,6 +165,35 @@ static void tell_somebody_unheard(void)
 static void a_first_word_that_is_lost_is_told(void)
 {
     party_in_each_form(&party, tell_somebody_unheard);
+}
+
+/// The supervisor has ordered a start and dies: its position is of the peer's life before.
+static void resume_after_a_start(void)
+{
+    message_position_t position;
+    uint8_t kept[64];
+    exchange(0U, 5U);
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 50U)); // Waits when both die.
+    party_take_in(&party, 0U);
+    message_take_control(end(0U));
+    TEST_ASSERT_TRUE(message_position(end(0U), 0U, &position));
+    const size_t size = octet_ring_copy(message_waiting(end(0U), 0U), kept, sizeof kept);
+    party_restart(&party, 1U, 2U);
+    party_restart(&party, 0U, 1U);
+    message_set_life(end(1U), party_id(0U), 1U);
+    message_set_life(end(0U), party_id(1U), 2U);
+    octet_ring_refill(message_waiting(end(0U), 0U), kept, size);
+    message_resume(end(0U), &position);
+    TEST_ASSERT_EQUAL(50U, next_number(0U));
+    exchange(100U, 100U);
+    TEST_ASSERT_EQUAL(0U, message_stale_frames(end(0U)) + message_stale_frames(end(1U)));
+    TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
+    TEST_ASSERT_EQUAL(0U, end(0U)->counters.syncs + end(1U)->counters.syncs);
+}
+
+static void a_position_of_an_earlier_life_is_not_resumed(void)
+{
+    party_in_each_form(&party, resume_after_a_start);
 }
 
 // ---- Loss ----
@@ -348,6 +377,7 @@ int main(void)
     RUN_TEST(a_life_that_is_said_needs_no_word_first);
     RUN_TEST(other_lives_than_that_change_nothing);
     RUN_TEST(a_first_word_that_is_lost_is_told);
+    RUN_TEST(a_position_of_an_earlier_life_is_not_resumed);
     RUN_TEST(one_exchange_later_all_is_counted_and_data_passes);
     RUN_TEST(a_sequence_far_ahead_is_found_again);
     RUN_TEST(no_forged_frame_leaves_a_channel_dead);
