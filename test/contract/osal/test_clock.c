@@ -165,7 +165,7 @@ static void test_signals_of_others_do_not_shorten_a_wait(void)
 
 static void test_stop_signal_ends_a_real_wait_once(void)
 {
-    osal_process_catch_stop();
+    osal_process_catch_stop(); // Once more opens nothing more.
     const unsigned before = osal_process_stop_count();
     TEST_ASSERT_EQUAL(0, raise(SIGTERM));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, OSAL_CLOCK_NEVER, NULL, 0U));
@@ -246,6 +246,7 @@ static void test_granted_time_is_what_is_brought(void)
 
 int main(void)
 {
+    osal_process_catch_stop(); // What it opens stays open as long as the process.
     UNITY_BEGIN();
     RUN_TEST(test_real_time_counts_from_its_origin);
     RUN_TEST(test_absolute_sleep_does_not_drift_with_and_without_sockets);

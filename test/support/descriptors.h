@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The descriptors that this process has open, so that a test can tell that it gives back what it took. The Makefile
+/// links tests of the operating system layer so that each RUN_TEST counts: a test that leaves one open, or closes one
+/// that is not its own, fails. A test with cmocka calls both functions in its own set-up and tear-down.
+#ifndef TEST_SUPPORT_DESCRIPTORS_H
+#define TEST_SUPPORT_DESCRIPTORS_H
+
+#include <stdbool.h>
+
+#define DESCRIPTORS_MAX 1024 ///< Numbers beyond are not looked at.
+
+typedef struct {
+    bool is_open[DESCRIPTORS_MAX];
+} descriptors_t;
+
+descriptors_t descriptors_now(void);
+/// Number of descriptors that are open now and were not, or the other way round; each is printed.
+unsigned descriptors_changed(const descriptors_t* before);
+
+#endif // TEST_SUPPORT_DESCRIPTORS_H
