@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a request may pass: the mission's permission matrix, and the gates on the way up (DESIGN 6).
+// Whether a request may pass: the mission's permission matrix, and the gates on the way up (docs/states.md).
 #include "fsw/supervisor/permission_matrix.h"
 #include "fsw/supervisor/supervisor_internal.h"
 

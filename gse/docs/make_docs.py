@@ -51,7 +51,7 @@ def prose_pages(out):
         path = path / "README.md" if path.is_dir() else path
         if path in places:
             return places[path]
-        if path.suffix == ".png" and path.is_file():
+        if path.suffix in (".png", ".svg") and path.is_file():
             shutil.copyfile(path, out / path.name)
             return path.name
         return os.path.relpath(path, out) if path.exists() else None

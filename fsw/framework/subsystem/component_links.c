@@ -307,7 +307,7 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     return pus_done();
 }
 
-/// DESIGN 6: a required link lost or stale is an error in OPERATIONAL and a note in the states below.
+/// docs/states.md: a required link lost or stale is an error in OPERATIONAL and a note in the states below.
 static void tell_lost(component_t* const component, const descriptor_port_t* const port)
 {
     const state_t state = component->machine.state;

@@ -109,8 +109,8 @@ static void abort_tickets(component_t* const component)
     }
 }
 
-/// DESIGN 6: devices that cannot be secured, and failures on the way down, are events; other failures end the
-/// request that led to them. STATE_TIMEOUT is the event's name in every descriptor.
+/// docs/states.md: devices that cannot be secured, and failures on the way down, are events; other failures
+/// end the request that led to them. STATE_TIMEOUT is the event's name in every descriptor.
 static bool is_worth_an_event(const state_action_t action)
 {
     return (action == ACTION_SECURE) || (action == ACTION_POST) || (action == ACTION_HARDWARE_DEINIT) ||

@@ -26,7 +26,7 @@ typedef enum {
     RETARGET         ///< On the way down already: end in OFFLINE.
 } verdict_t;
 
-// DESIGN 6, first table: row = present state, column = requested rest state.
+// Table "Requests" of docs/states.md: row = present state, column = requested rest state.
 static const uint8_t request_table[STATE_COUNT][TARGET_COUNT] = {
     [STATE_OFFLINE]           = {DONE, WALK, NO, NO, NO},
     [STATE_SOFTWARE_INIT]     = {UNDO, BUSY, NO, NO, UNDO},
@@ -93,7 +93,7 @@ static const uint8_t reaction_targets[] = {[TURN_BACK]   = STATE_OFFLINE,
                                            [TO_OFFLINE]  = STATE_OFFLINE,
                                            [END_OFFLINE] = STATE_OFFLINE};
 
-// DESIGN 6, second table: row = event, column = present state.
+// Table "Events" of docs/states.md: row = event, column = present state.
 static const uint8_t event_table[STATE_EVENT_COUNT][STATE_COUNT] = {
     [EVENT_OWN_HIGH]        = {STAY, TURN_BACK, TURN_BACK, TO_ERROR, TO_ERROR, TO_ERROR, STAY, END_OFFLINE,
                                END_OFFLINE, END_OFFLINE},

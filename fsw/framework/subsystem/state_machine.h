@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The ten-state machine that every subsystem obeys, as one table of data (DESIGN 6; paper figure 4).
+/// The ten-state machine that every subsystem obeys, as one table of data (docs/states.md; paper figure 4).
 ///
 /// Pure: no time, no messages, no device. The generic subsystem feeds requests, events and the outcomes of
 /// entry actions, and carries out the action that the machine names. The state it reports is the true one.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of DESIGN 6 row by row. They are written down here as the text has them, as walks, and not as
+// The tables of docs/states.md row by row. They are written down here as the text has them, as walks, and not as
 // the code has them.
 #include "fsw/framework/subsystem/state_machine.h"
 
