@@ -13,6 +13,7 @@ def _nothing_defined(station):
     station.do("SUPERVISOR", 19, 3)
     yield
     station.do("SUPERVISOR", 19, 3)
+    assert station.ask("SUPERVISOR", 19, 6)["n"] == []
 
 
 def _ping(sequence=7):
@@ -52,6 +53,7 @@ def test_an_event_releases_its_request(station):
     station.fence(HAND)
     assert len(_pings(station, since)) == 1
     station.do("SUPERVISOR", 19, 2, n=[key])
+    assert [entry["event_definition_id"] for entry in station.ask("SUPERVISOR", 19, 6)["n"]] == [NOBODY]
 
 
 def test_an_event_whose_report_is_disabled_releases_its_request(station):
@@ -65,8 +67,14 @@ def test_an_event_whose_report_is_disabled_releases_its_request(station):
     since = len(station.reports)
     _change_mode(station)
     station.wait(lambda: len(_pings(station, since)) >= 2, "answers to released requests")
-    assert not [p for p, _ in station.reports[since:] if p.service == 5 and p.data[:2] == event.to_bytes(2, "big")]
+
+    def told():
+        return [p for p, _ in station.reports[since:] if p.service == 5 and p.data[:2] == event.to_bytes(2, "big")]
+
+    assert not told()
     station.do("SUPERVISOR", 5, 5, n=[event])
+    _change_mode(station)
+    station.wait(told, "the report of the event")
 
 
 def test_what_cannot_be_is_refused(station):

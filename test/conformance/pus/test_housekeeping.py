@@ -46,7 +46,15 @@ def kind(request, station):
     yield found
     station.settle(station.send(WHO, 3, found.disable, n=[NUMBER]))
     station.do(WHO, 3, found.delete, n=[NUMBER])
+    station.refuse(UNKNOWN, WHO, 3, found.report, n=[NUMBER])
     subsystem.created.pop(NUMBER)
+
+
+def _values(station, kind, since):
+    """Reports of the structure NUMBER, and of no other, since then."""
+    number = NUMBER.to_bytes(2, "big")
+    return [packet for packet, _ in station.reports[since:]
+            if packet.message == (3, kind.values) and packet.apid == APID and packet.data[:2] == number]
 
 
 def test_a_structure_is_made_reported_and_refused_twice(station, kind):
@@ -61,13 +69,20 @@ def test_one_shot_and_periodic_reports(station, kind):
     since = len(station.reports)
     station.do(WHO, 3, kind.once, n=[NUMBER])
     station.report(3, kind.values, apid=APID, since=since)
+    (shot,) = _values(station, kind, since)
     station.do(WHO, 3, kind.enable, n=[NUMBER])
     since = len(station.reports)
-    for _ in range(2):
-        packet, _ = station.report(3, kind.values, apid=APID, since=since, where=lambda told: True)
-        assert packet.data[:2] == NUMBER.to_bytes(2, "big") or packet.data[:2] == (1).to_bytes(2, "big")
+    station.wait(lambda: len(_values(station, kind, since)) >= 4, "four reports of the structure")
+    periodic = _values(station, kind, since)
+    assert {len(packet.data) for packet in periodic} == {len(shot.data)}
+    times = [packet.time_ns for packet in periodic]
+    interval = times[1] - times[0]
+    assert interval > 0 and all(later - earlier == interval for earlier, later in zip(times, times[1:]))
     station.refuse(STATE, WHO, 3, kind.delete, n=[NUMBER])
     station.do(WHO, 3, kind.disable, n=[NUMBER])
+    since = len(station.reports)
+    station.wait_until(station.now() + 10 * interval / 1e9)
+    assert not _values(station, kind, since)
     station.refuse(UNKNOWN, WHO, 3, kind.enable, n=[NUMBER + 1])
 
 

@@ -28,6 +28,7 @@ def functions(station):
             station.do(subsystem, 12, 20, n=fmons)
             station.do(subsystem, 12, 24, n=fmons)
         station.do(subsystem, 12, 4)
+        assert station.ask(subsystem, 12, 13)["n"] == [] and station.ask(subsystem, 12, 27)["n"] == []
 
     for subsystem in ("MANIPULATOR", "SUPERVISOR"):
         clear(subsystem)
@@ -141,5 +142,8 @@ def test_statistics(station):
     station.do("MANIPULATOR", 4, 4, reporting_interval=2.0)
     station.report(4, 2, apid=ROBOT, since=since)
     station.do("MANIPULATOR", 4, 5)
+    since = len(station.reports)
+    station.wait_until(station.now() + 5.0)
+    assert not [p for p, _ in station.reports[since:] if p.message == (4, 2) and p.apid == ROBOT]
     station.do("MANIPULATOR", 4, 7, n=[AGE])
     station.refuse(0x0201, "MANIPULATOR", 4, 7, n=[AGE])

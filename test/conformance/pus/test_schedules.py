@@ -47,6 +47,7 @@ def kind(request, station):
     station.do("SUPERVISOR", request.param.service, 3)
     yield request.param
     station.do("SUPERVISOR", request.param.service, 3)
+    assert station.ask("SUPERVISOR", request.param.service, 17)["n"] == []
     station.do("SUPERVISOR", request.param.service, 23, n=[])
 
 
@@ -69,6 +70,12 @@ def _group(station, kind, number=1):
 
 def _numbers(answer):
     return [entry["sequence_count"] for entry in answer["n"]]
+
+
+def _tags(answer):
+    """Release tags of a summary [s, orbits]."""
+    return [entry["release_time"] if "release_time" in entry
+            else entry["release_position_orbit_number"] + entry["release_position_orbit_angle"] / 65536 for entry in answer["n"]]
 
 
 def _all(station, kind):
@@ -101,7 +108,10 @@ def test_shifts(station, kind):
     assert _numbers(_all(station, kind)) == [2, 1]
     station.do("SUPERVISOR", service, 8, **kind.shift(10), **kind.between(kind.far(0), kind.far(3)), n1=[], n2=[])
     assert _numbers(_all(station, kind)) == [1, 2]
+    before = _tags(_all(station, kind))
     station.do("SUPERVISOR", service, 15, **kind.shift(-0.5))
+    after = _tags(_all(station, kind))
+    assert [late - early for late, early in zip(before, after)] == pytest.approx([0.5, 0.5], abs=1e-4)
     to_before_all = 0x0209 if service == 11 else 0x0203  # No position is negative.
     station.refuse(to_before_all, "SUPERVISOR", service, 15, **kind.shift(-2 * kind.far(0)))
     assert _numbers(_all(station, kind)) == [1, 2]
@@ -167,6 +177,11 @@ def test_a_request_is_released_at_its_time(station, kind):
     assert all(abs(time - planned) <= 0.001 for time, planned in zip(times, (due, due + 1.0))), (times, due)
     station.do("SUPERVISOR", 11, 2)
     assert _all(station, kind)["n"] == []
+    due = round(station.now() + 3.0, 3)
+    station.do("SUPERVISOR", 11, 4, sub_schedule_id=1, n=[{**late, "release_time": due, "request": _ping(4)}])
+    since = len(station.reports)
+    station.wait_until(due + 2.0)
+    assert not _answers(station, since), "the schedule is disabled"
 
 
 def test_a_request_is_released_at_its_place(station, kind):

@@ -57,6 +57,7 @@ def test_an_open_retrieval_sends_packets_as_they_were(station, ring):
     _again(station, since, originals)
     assert _stores(station)["RING"]["open_retrieval_status"] == "in-progress"
     station.do("SUPERVISOR", 15, 16, n=[RING])
+    assert _stores(station)["RING"]["open_retrieval_status"] == "suspended"
     since = len(station.reports)
     station.do("SUPERVISOR", 15, 14, open_retrieval_start_time_tag=0.0, n=[RING])
     station.do("SUPERVISOR", 15, 15, n=[{**RING, "retrieval_priority": 1}])
@@ -99,6 +100,8 @@ def test_stores_are_changed(station, ring):
     (entry,) = station.ask("SUPERVISOR", 15, 22)["n"]
     assert entry == {**RING, "packet_store_size": 64 * MIB, "packet_store_type": "bounded", "virtual_channel": 3}
     station.do("SUPERVISOR", 15, 26, **RING)
+    (entry,) = station.ask("SUPERVISOR", 15, 22)["n"]
+    assert entry["packet_store_type"] == "circular"
     station.refuse(OUT_OF_RANGE, "SUPERVISOR", 15, 25, n=[{**RING, "packet_store_size": 64 * MIB + 16384}])
     station.refuse(EXISTS, "SUPERVISOR", 15, 20, n=[{**RING, "packet_store_size": MIB, "packet_store_type": 0, "virtual_channel": 0}])
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 15, 1, n=[BOX])
