@@ -1,23 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-/// All CiA 402 devices of one bus under one master: commissioning, the cycle, supervision, and the safe
-/// state.
+/// All CiA 402 devices of one bus under one master: commissioning, cycle, supervision, safe state.
 ///
-/// A subsystem that drives devices calls, in the order of its states: network_open and network_boot
-/// (HARDWARE_INIT); network_configure and network_start (PRE_OPERATIONAL); network_set_goal (SAFE_OPERATIONAL
-/// and OPERATIONAL); network_secure (ERROR_OPERATIONAL); network_stop, network_close (on the way back). Each
-/// cycle begins with network_sense and ends with network_emit. What goes wrong comes out of
-/// network_take_fault.
+/// A subsystem calls, by state: network_open and network_boot (HARDWARE_INIT); network_configure and
+/// network_start (PRE_OPERATIONAL); network_set_goal (SAFE_OPERATIONAL, OPERATIONAL); network_secure
+/// (ERROR_OPERATIONAL); network_stop and network_close on the way back. Each cycle begins with network_sense
+/// and ends with network_emit; network_take_fault returns faults.
 ///
-/// A bus may have two channels, A and B (ECSS-E-ST-50-15C). The master sends on the active one only, and by
-/// its heartbeat the devices know which that is; it changes by network_select_channel, never by itself. The
-/// controller of the other channel is open as well: what it hears is counted and dropped, and its condition
-/// is watched.
+/// With two channels (ECSS-E-ST-50-15C) the master sends on the active one only; network_select_channel
+/// selects it. The controller of the other channel is open and watched; its frames are counted and dropped.
 ///
 /// Ownership  The caller places canopen_network_t; it must not be moved.
 /// Context    One task. Never blocks.
 /// Time       Pushed in. O(devices + frames).
-/// Errors     Each function lists its statuses. Functions that take several cycles return STATUS_BUSY until
-///            done.
+/// Errors     Each function lists its statuses. Those that take several cycles return STATUS_BUSY until done.
 #ifndef FSW_CANOPEN_NETWORK_H
 #define FSW_CANOPEN_NETWORK_H
 

@@ -2,19 +2,18 @@
 /// Cost of a procedure's work, in units that depend only on the program and never on a clock. Private to
 /// fsw/procedures.
 ///
-/// A unit stands for about 20 ns of a processor of 2024; a plain instruction costs one. The count hook sees
-/// each instruction before it is executed and charges its worst-case cost: by its operation code, and by the
-/// longest text, the largest table and the deepest stack that this procedure has ever had. So an instruction
-/// is executed only in a cycle whose budget has paid for it. Functions of the library charge for the octets
-/// and values that they use, before they use them (procedure_pay). Memory is charged when it is allocated.
+/// A unit stands for about 20 ns of a processor of 2024; a plain instruction costs one. The count hook
+/// charges the worst-case cost of each instruction before it is executed: by its operation code, and by the
+/// longest text, the largest table and the deepest stack that this procedure has ever had. Library functions
+/// charge for the octets and values that they use, before they use them (procedure_pay). Memory is charged
+/// when it is allocated.
 ///
-/// The charge depends on the program, not on the processor, the time or the addresses of a run, with one
-/// exception: if text keys are removed from a table and others are added, the interpreter's hash seed decides
-/// how often the table is rebuilt. So rebuilding is charged when a table becomes larger than any before;
-/// other rebuilding only beyond PROCEDURE_GRACE per budget, which is more than such a program needs.
+/// One exception: if text keys are removed from a table and others are added, the hash seed of the
+/// interpreter decides how often the table is rebuilt. So rebuilding is charged when a table becomes larger
+/// than any before; other rebuilding only beyond PROCEDURE_GRACE per budget, more than such a program needs.
 ///
-/// The operation code is read where the interpreter (5.4) keeps its program counter. An unknown code costs
-/// PROCEDURE_ACT_MAX, so with another interpreter procedures are slower but never use more time than charged.
+/// The operation code is read where Lua 5.4 keeps its program counter. An unknown code costs
+/// PROCEDURE_ACT_MAX.
 #ifndef FSW_PROCEDURES_PROCEDURE_COST_H
 #define FSW_PROCEDURES_PROCEDURE_COST_H
 

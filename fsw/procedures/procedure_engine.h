@@ -1,33 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// On-board control procedures in Lua 5.4, each in a sandbox on memory of its own: behind
-/// pus/core/procedure_port.h.
+/// On-board control procedures in Lua 5.4, each in a sandbox with its own memory: behind
+/// pus/core/procedure_port.h. Functions, bounds and what the sandbox excludes: docs/services/st18.md.
 ///
-/// What a procedure may do (a program in text form; its arguments are `...`):
-///   step(n)            step n (1..65535) begins: it may be suspended or stopped here
-///   wait(seconds)
-///   send(apid, service, subtype[, data[, true]])  release a request; with true, wait for its end.
-///                      Returns true, or false, failure code, detail
-///   get(id or name)    value of a parameter as it was last reported, or nil
-///   event(id)          raise an event; true if there is such a definition
-///   parameters([seconds])  values that were communicated, as a list; nil if none come within so long
-/// and of the language: assert error getmetatable ipairs pairs pcall rawequal rawget rawlen rawset select
-/// setmetatable tonumber tostring type; math without random numbers and transcendental functions; string
-/// byte char find format gmatch gsub len lower match pack packsize rep reverse sub unpack upper; table concat
-/// insert remove sort unpack. Patterns have classes, sets, anchors, the four repetitions and captures; not
-/// %b, %f and back references. Values of UINT64 above 2^63 - 1 are negative numbers.
-///
-/// What it may not: no files, no other modules, no loading of code, no precompiled code, no finalizers
-/// (__gc), no coroutines, no message handlers; no address of an object becomes visible and `pairs` goes in
-/// the order of the keys (numbers, texts, truth values), so that the same code and answers give the same
-/// calls each time.
-///
-/// Budgets  Instructions, calls of the library and memory have prices (procedure_cost.h) that do not depend
-///          on a clock. A procedure continues only while its budget covers its next instruction, also after
-///          it has caught errors. The cost of one call is bounded; a call that costs more is an error.
-/// Bounds   A text has 4096 octets at most; a list 1024 values; a table 256 other keys. Metatables are copied
-///          when they are set: __index and __newindex follow at most 16 tables.
-/// Memory   All is in the slot's arena; beyond it the procedure gets an error. It is not freed piece by piece
-///          at the end but forgotten: nothing of a procedure runs after its end.
+/// Instructions, library calls and memory have prices (procedure_cost.h) that do not depend on a clock. A
+/// procedure continues only while its budget covers its next instruction, also after it has caught errors.
+/// All its memory is in the arena of its slot.
 ///
 /// Ownership  The caller places engine, slots and arenas.
 /// Context    One loop; not shared.

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a stand-in and the foreign program that it stands for say to each other.
+/// Protocol between a stand-in and the foreign program that it stands for. A foreign program is a component's
+/// program of another byte order or word size: it cannot read run block, calendar and CAN rings, which are
+/// structures in shared memory. A native stand-in (stand_in_main.c) has its place in the calendar and its end
+/// of the buses, and passes data on by a local stream:
 ///
-/// A foreign program is a component's program of another byte order or word size: run block, calendar and CAN
-/// rings are structures in shared memory, which it cannot read. A native stand-in (stand_in_main.c) has its
-/// place in the calendar and its end of the buses, and hands over by a local stream:
+///     stand-in: run    once: the fields of the run block that a component needs
+///     foreign:  done   frames sent on its buses, deliveries by receiver, its next wake time
+///     stand-in: grant  time, deliveries to it, frames received on its buses
 ///
-///     stand-in: run    once: what the run block says, as far as a component needs it
-///     foreign:  done   what it sent on its buses, deliveries by receiver, when it wants to wake
-///     stand-in: grant  time, deliveries to it, what has come on its buses
-///
-/// then done and grant in turn, until either end closes. A message is its size in octets (u32), its kind (u8)
-/// and its content; all numbers big-endian. Messages of the mission and frames of its links do not go this
-/// way: their sockets are inherited.
+/// done and grant alternate until either end closes. A message is its size in octets (u32), its kind (u8) and
+/// its content; numbers are big-endian. Messages of the mission and link frames use inherited sockets
+/// instead.
 ///
 /// Ownership  The caller places foreign_wire_t.
 /// Context    One task.

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Mirror of telemetered parameters: a copy of the value that each parameter of the subsystems had when it
-/// was reported last, in TM[3,25], TM[3,26] or TM[20,2], with the time of that report. The supervisor's
-/// services read parameters of others from it, as they read their own, by pus_parameter_port_t; nothing is
-/// settable.
+/// Mirror of telemetered parameters: the value that each parameter of the subsystems had when it was last
+/// reported, in TM[3,25], TM[3,26] or TM[20,2], with the time of that report. The supervisor's services read
+/// parameters of other components from it by pus_parameter_port_t; nothing is settable.
 ///
-/// Which values a structure report has is known from the structures' definitions: mirror_define, or TM[3,10]
-/// and TM[3,12] as they pass. Of a super-commutated set the last sample is kept. A scalar's size is in the
-/// layout bits of its id; that of a structured parameter or an array is asked of `size_of`. A report of a
-/// structure that is not known is left alone; one that does not have exactly the octets of its definition is
-/// counted and left alone, too. In TM[20,2] what follows a value of unknown size is left alone.
+/// Definitions tell which values a report has: mirror_define, or TM[3,10] and TM[3,12] as they pass. Of a
+/// super-commutated set the last sample is kept. The size of a scalar is in the layout bits of its id;
+/// `size_of` gives the others. Reports of unknown structures are ignored; so are reports whose length differs
+/// from the definition, which are counted, and values of TM[20,2] after one of unknown size.
 ///
-/// A parameter is known as soon as it is in a definition, was reported or was looked for, if its size can be
-/// told; before its first report it reads as zeros and has no time. Places are given once and kept.
+/// A parameter is known from its first definition, report or look-up on; before a report it reads as zeros
+/// and has no time.
 ///
 /// Ownership  The caller places it.
 /// Context    One loop.

@@ -1,23 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Packet log: every packet that passes the supervisor becomes one numbered record, kept by the strategy that
-/// is selected at the moment. A strategy can be changed at any record; the numbers run on, so that the parts
-/// merge to one log at the end of a run and a missing or doubled record shows.
+/// Packet log: every packet that passes the supervisor becomes one numbered record, kept by the selected
+/// strategy. The strategy can be changed at any record. The numbers continue, so the parts merge to one log
+/// at the end of a run, and a missing or doubled record shows. File formats: docs/packet-log.md.
 ///
-///     ASCII       packets.ascii: lines "<number> <seconds, 9 decimals> TC|TM <hex>"
-///     SQLite      packets.spool: binary records, which the writer process of its own takes into packets.db;
-///                 the file is the queue between the two, so neither ever waits for the other
+///     ASCII       packets.ascii: lines of text
+///     SQLite      packets.spool: binary records, which a writer process takes into packets.db
 ///     ring        the last records in memory; packets.ring (as ASCII) when the log is closed
-///     PostgreSQL  refused in this build: no server is part of it
-///
-/// Spool record: length u32 of what follows | number u64 | time u64 [ns] | direction u8 (0 TC, 1 TM) |
-/// packet. Direction 2 is a gap: the records from the first to the second number are lost. As a line:
-/// "<first> <last> GAP".
-///
-/// Each record waits in the ring until the file has it. If the disk is full, read-only, gone, or needs more
-/// than 1 s for a write, no record is lost at once: the ring is in force (`strategy`) instead of the `wanted`
-/// strategy, a file with a cut record is shortened to its last whole record, and the log retries after 1 s,
-/// then 2 s, up to 32 s. When the disk accepts records again, a gap record comes first if the ring has lost
-/// records, then the records of the ring (docs/decisions/0030).
+///     PostgreSQL  refused in this build
 ///
 /// Ownership  The caller places packet_log_t.
 /// Context    The supervisor's loop. Without a writer packet_log_step waits for the disk. With a writer, a

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The data that a restarted supervisor takes over from the one that died: shared memory
 /// "/<identity>.vitals". The launcher creates it (all zeros); only the supervisor writes it. It contains no
-/// pointers, enumerations or booleans, so any octets in it can be read. The supervisor checks each field
-/// before it uses the data.
+/// pointers, enumerations or booleans; the supervisor checks each field before it uses the data.
 ///
 /// There are two banks. A commit writes the older bank, its sum, then its generation (release): whenever the
-/// writer dies, one bank is whole. In addition to its fields, a bank holds the content of the rings that were
-/// given to the commit; usually these are empty.
+/// writer dies, one bank is complete. A bank also holds the content of the rings that were given to the
+/// commit; usually these are empty.
 ///
-/// Annexes belong to the last commit, and are empty again with the next one: the frames that have arrived
-/// since, what is needed to undo the writes since, and how many effects of the commit were performed. A block
-/// of an annex is there or not, whenever the writer dies.
+/// Annexes belong to the last commit and are emptied by the next one: the frames that have arrived since, the
+/// data to undo the writes since, and how many effects of the commit were performed. If the writer dies, a
+/// block of an annex is complete or absent.
 ///
 /// Ownership  The memory is the caller's.
 /// Context    One loop of one process at a time.

@@ -1,23 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /// One packet store of ST[15]: packets in the order in which they were stored, each with its storage time, on
-/// a medium of its own. Circular: a full store gives up its oldest block; bounded: it takes no more.
+/// a medium of its own. Circular: a full store deletes its oldest block; bounded: it accepts no more. Layout
+/// of the medium: docs/services/st15.md.
 ///
-/// The medium is divided into blocks of PUS_STORE_BLOCK octets. A packet is named by its address, block
-/// number x PUS_STORE_BLOCK + offset, which only grows, so that a reader's place stays what it is however
-/// often the store turns over. In memory there is one entry a block with the times in it: a time is found
-/// without reading what is not asked for, also after the clock has jumped.
-///
-///     block    header | closing | records; the rest is unused
-///     header   magic u32 | generation u32 | number u64 | CRC-32 of these u32
-///     closing  generation u32 | number u64 | earliest u64 | latest u64 | end u16 | packets u16 | CRC-32 u32
-///     record   size u16 | time u64 | packet | CRC-32 u32 of address u64, generation u32 and the record so
-///     far
-///
-/// Numbers are big-endian, times nanoseconds since 1958-01-01 TAI. A block is closed and synced before the
-/// next one's header is written, and that is synced before its first record: after a power cut, whatever
-/// order writes reached the medium in, all blocks but the last are whole, the last is good up to its first
-/// record that is not, and what may lie behind that is overwritten before the store goes on. `generation`
-/// tells the store's content from that of one deleted before on the same medium.
+/// The medium is divided into blocks of PUS_STORE_BLOCK octets. The address of a packet is block number x
+/// PUS_STORE_BLOCK + offset; it only grows, so the position of a reader stays valid when the store wraps.
+/// Memory holds one entry for each block with its times, so a time is found without reading other blocks,
+/// also after the clock has jumped.
 ///
 /// Ownership  The caller places index and buffer; the buffer may serve all stores of a loop.
 /// Context    One loop.

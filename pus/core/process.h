@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /// An application process: the sender of reports of one APID. It numbers them, counts them per message type
-/// and destination, stamps mission time and hands them to a port.
+/// and destination, stamps mission time and passes them to a port.
 ///
 ///     octet_writer_t writer = pus_tm_begin(process, 129U, 2U, PUS_USER_GROUND, now_ns);
 ///     octet_write_u8(&writer, state);
 ///     status_t status = pus_tm_post(process, &writer);
 ///
-/// Numbers are given when the port takes the packet, so a refused packet leaves no gap. `pus_tm_send` refuses
-/// what the port refuses; `pus_tm_post` keeps it and sends it as soon as the port takes it: FIRM reports and
-/// PLAIN ones (traffic_class.h) in a ring each, where the process was given them, BULK never. What is FIRM
-/// overtakes what is PLAIN and kept, but ST[01] does not overtake an answer to the same user; within a class
-/// the order stays.
-///
-/// Of the PLAIN ring, reports that nobody asked for leave room for one answer. A request is taken in only
-/// while pus_process_may_answer: so its verification and an answer of one packet are never lost.
+/// A packet gets its number when the port takes it, so a refused packet leaves no gap. pus_tm_send returns
+/// the refusal of the port; pus_tm_post keeps the report and sends it later (docs/services.md, "Reports").
 ///
 /// Ownership  The caller places the process and its rings. Reports are built in its one buffer: one at a
 ///            time; a begin discards an unfinished report, whose later send is refused (a report is never

@@ -1,23 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Selection of reports, as ST[14] forwards by it to ground and each packet store of ST[15] keeps by it:
-/// report types by application process, service and subtype; housekeeping and diagnostic structures, each
-/// with a subsampling rate; and events that are held back.
-///
-/// A report is selected if its type is, and then
-///     TM[3,25], TM[3,26]  if its structure is, too; of a structure with rate n, one of n reports, the first
-///                         included;
-///     TM[5,1] .. TM[5,4]  unless its event is in the list of blocked events.
-/// An empty list of types or structures selects nothing; an empty list of blocked events blocks nothing. All
-/// services of a process, all subtypes of a service, all structures or events of a process are one entry,
-/// which takes the place of those that it comprises. While it is there none of those can be added (exists)
-/// or deleted (unknown).
-///
-/// Requests are lists of instructions, numbered from 1 by their innermost fields (a process without services
-/// and a service without subtypes count as one). Each is refused on its own, with its process << 16 |
-/// service << 8 | subtype or its process << 16 | structure or event as detail: PUS_FAILURE_UNKNOWN_ID (a
-/// process that is not controlled, or an entry that is not there), PUS_FAILURE_EXISTS,
-/// PUS_FAILURE_TABLE_FULL (maximum of entries), PUS_FAILURE_OUT_OF_RANGE (service, subtype or rate 0). A
-/// structure that is there already gets the new rate. Deletion with no process at all empties the list.
+/// Selection of reports, for the forwarding of ST[14] to ground and for each packet store of ST[15]: report
+/// types by application process, service and subtype; housekeeping and diagnostic structures, each with a
+/// subsampling rate; and blocked events. Rules and refusals: docs/services/st14.md.
 ///
 /// Ownership  The caller places the entries.
 /// Context    One loop.

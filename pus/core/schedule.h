@@ -1,38 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A schedule of requests that are released when their tag comes: what ST[11], whose tags are times, and
-/// ST[22], whose tags are positions along the orbit, have in common. All requests 1..27 of both are here, by
-/// subtype.
+/// A schedule of requests that are released when their tag is due: the common part of ST[11], whose tags are
+/// times, and ST[22], whose tags are positions along the orbit. It has all requests 1..27 of both, by
+/// subtype. Activities, reports and refusals: docs/services/st11.md.
 ///
-/// An activity is a request with its release tag, in a sub-schedule and a group. It is released if the
-/// execution function, its sub-schedule and its group are enabled; what comes due while one of them is not is
-/// deleted without release and counted. A sub-schedule begins to be with the first activity that names it,
-/// disabled, and lasts until the schedule is reset; a group is created by request. A reset disables the
-/// function, deletes activities and sub-schedules, and enables all groups.
-///
-/// Insertion refuses an instruction by itself: tag malformed (OUT_OF_RANGE, offset), group unknown
-/// (UNKNOWN_ID), embedded request malformed or longer than PUS_SCHEDULE_REQUEST_MAX (EMBEDDED, offset), tag
-/// earlier than now and the margin (PAST), no room (TABLE_FULL: activities, or blocks), not kept (IO,
-/// status); a sub-schedule too many refuses the whole request (TABLE_FULL). A request identifier (source,
-/// APID, sequence count) names every activity with such a request; one that names none is refused
-/// (UNKNOWN_ID, APID << 16 | sequence count). A filter whose window ends before it begins (OUT_OF_RANGE,
-/// offset), or that names an unknown sub-schedule or group (UNKNOWN_ID), is refused. A shift out of the range
-/// of tags (OUT_OF_RANGE) or to earlier than now and the margin (PAST) is refused: by the instruction where
-/// it goes by identifier, as a whole otherwise.
-///
-/// Reports are in the order of tags, in as many packets as they need. What the port does not take at once
-/// goes on in the steps that follow, each packet with what is true then; meanwhile another report is refused
-/// (STATE, subtype under way).
-///
-/// Every change is kept before it is acknowledged. What is due is moved into one record of identifiers and
-/// committed before it is released, and that record is erased and committed when the port has taken all; what
-/// a restart finds in it is not released again but told by `lost`: each request is released at most once. If
-/// keeping fails, what is due is released all the same (`unsaved`). docs/decisions/0017.
+/// Every change is kept before it is acknowledged. Each request is released at most once, also across a
+/// restart (docs/decisions/0017): what is due is moved into one record of identifiers before it is released;
+/// after a restart `lost` reports the requests in that record. If keeping fails, due requests are released
+/// all the same (`unsaved`).
 ///
 /// Ownership  The caller places all arrays.
 /// Context    One loop.
-/// Time       A step with nothing due is O(1); insertion, release and deletion O(log activities), O(1) to
-///            find one by its identifier; a step releases PUS_SCHEDULE_BATCH at most. Requests that go by
-///            filter, shifts of all and reports are O(activities that they select).
+/// Time       A step with nothing due is O(1); insertion, release and deletion O(log activities); finding one
+///            by its identifier O(1); a step releases PUS_SCHEDULE_BATCH at most. Requests by filter, shifts
+///            of all and reports are O(activities that they select).
 #ifndef PUS_CORE_SCHEDULE_H
 #define PUS_CORE_SCHEDULE_H
 

@@ -1,26 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Mission service 130, real-time links: offers, negotiation, opening, status. The same service serves a
-/// member (a subsystem, by its link data plane) and the manager (the supervisor); they differ in the port.
-///
-///     TC 1  report link offers {N u8 x {port u16}}, N = 0: all
-///     TM 2  link offers {N u16 x {port u16, role u8 (0 producer, 1 consumer), P}}, a port once per method
-///     offered TC 3  request link {transaction u32, link u16 (0: the manager gives it), producer APID u16,
-///     port u16,
-///           consumer APID u16, port u16, P wanted}
-///     TM 4  link accept {transaction u32, link u16, P agreed, E of the accepting side}
-///     TM 5  link refuse {transaction u32, reason u8, offending field u8, P supported}
-///     TC 6  open link {link u16, epoch u32, E of the peer, deadline u32 ms}
-///     TC 7  close link {link u16, reason u8}
-///     TC 8  report link status {N u8 x {link u16}}, N = 0: all
-///     TM 9  link status {N u16 x {link u16, state u8, producer APID u16, port u16, consumer APID u16, port
-///     u16, P,
-///           sent u32, received u32, lost u32, late u32, last sequence u32}}
-///     TM 10 link state transition {link u16, previous u8, state u8, cause u8, time 8 octets}
-///
-///     P = layout hash u32, layout size u32, byte order u8 (0 big, 1 little), period u32 us, tolerance u16
-///     permille,
-///         method u8, queue depth u8, largest age u32 us            (21 octets)
-///     E = kind u8 (as method), size u8 (0..PUS_ENDPOINT_MAX), octets: logical name or address
+/// Mission service 130, real-time links: offers, negotiation, opening, status. Layout of its messages:
+/// docs/services/st130.md. The same service serves a member (a subsystem, by its link data plane) and the
+/// manager (the supervisor); they differ in the port.
 #ifndef PUS_PRIVATE_ST130_RTLINK_H
 #define PUS_PRIVATE_ST130_RTLINK_H
 

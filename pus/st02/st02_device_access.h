@@ -1,25 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[02] device access, all 11 messages: on/off devices, registers, command pulses, physical and logical
-/// devices, below the application that normally drives them.
+/// devices, below the application that normally drives them. Rules and refusals: docs/services/st02.md.
 ///
-/// A request is a list of instructions, performed one after the other behind a port: each is begun, then
-/// looked at in every step until it has ended. Several requests are under way at once.
+/// A request is a list of instructions, performed one after the other behind a port. Each instruction is
+/// started and then polled in every step until it has ended. Several requests are under way at once.
 ///
-/// Instructions are checked before anything is done. Of TC[2,1], [2,2], [2,4], [2,5], [2,8] and [2,11] a
-/// faulty one is refused by its own TM[1,4] and the others are performed; TC[2,7] and [2,10] are refused as a
-/// whole (TM[1,4] with the instruction), since commands of one request belong together. For the same reason
-/// these two end with the first command that fails, the others go on. Refusals: PUS_FAILURE_UNKNOWN_ID
-/// (device), PUS_FAILURE_OUT_OF_RANGE (octet offset of the instruction: address, register, protocol or
-/// command data, reserved bit), PUS_FAILURE_STATE (device: not now). Each instruction that fails is told by
-/// TM[1,6], its number being the step, and the request ends with TM[1,8] that names the first of them:
-/// PUS_FAILURE_NO_ANSWER (device id) after the time-out, PUS_FAILURE_DEVICE (what the device said) else.
-///
-/// TM[2,6] answers TC[2,5] with the registers that were read. Each acquisition has a TM[2,9] or [2,12] of its
-/// own, with the transaction id of the request: return code 0 and the data, or another return code and none.
-/// Codes are the port's; 0xFFFF is the time-out.
-///
-/// Protocol-specific data are four octets, of which the port knows the meaning; here: the index (u16) and
-/// subindex (u8) of a CANopen object, and its length (u8) [octets].
+/// Protocol-specific data are four octets; the port knows their meaning. Return codes of acquisitions are
+/// those of the port; 0xFFFF is the time-out.
 ///
 /// Ownership  The caller places operations.
 /// Context    The loop of the process.

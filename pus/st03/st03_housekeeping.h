@@ -1,36 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[03] housekeeping: reports of parameter values, once or periodically, from structures that come from the
-/// configuration or by request; housekeeping structures (TM[3,25]) and diagnostic ones (TM[3,26]), which
-/// differ in nothing but their own space of ids. All 32 messages.
+/// configuration or from a request. Housekeeping structures (TM[3,25]) and diagnostic ones (TM[3,26]) differ
+/// only in their space of ids. All 32 messages. Sampling, functional definitions, loops and refusals:
+/// docs/services/st03.md.
 ///
-/// A functional reporting definition (TC[3,37] to [3,44]) is a named set of structures of this process with
-/// the properties that they get when it is applied: whether they are generated periodically, and how often;
-/// applied exclusively, all other structures are disabled. Definitions of structures of another APID are
-/// refused (PUS_FAILURE_UNKNOWN_ID, APID), and so is a whole request for one faulty entry; structures that
-/// are not there, or cannot be so fast, when a definition is applied are counted in TM[1,8]. Definitions
-/// outlive a power cut by their records (key: definition id); structures do not: the configuration brings
-/// them.
-///
-/// A structure has simply commutated parameters (once per collection interval) and super-commutated sets
-/// (`rep` samples, equally spaced over the interval). The interval counts cycles, the minimum sampling
-/// interval. Sample k of a set (1..rep) is taken in the first cycle n of the interval with n >= k * interval
-/// / rep, so that the last sample and the simply commutated values are of the cycle in which the report is
-/// sent. Order of the report's values: simply commutated, then set by set; within a set sample by sample, all
-/// its parameters for sample 1, then for sample 2, and so on. A one-shot report samples everything at once:
-/// each sample of a set has the value of that moment. Periodic reports go to all ground users, others to the
-/// request's source.
-///
-/// A structure belongs to a loop: 0 is that of the process, in which all requests are answered and from which
-/// every report leaves. Another loop may run in a task of its own: it samples its structures by
-/// pus_hk_loop_step, and hands each finished report to an outlet; the loop of the process takes it from there
-/// and sends it by pus_hk_forward. Such a structure's interval counts cycles of its loop. `guard` keeps
-/// requests and loops apart: whoever steps a loop holds it meanwhile, a request takes it to change a
-/// structure, and the cycle of the process never waits for it. Structures made by request are of
-/// loop 0.
-///
-/// Structures are changed (delete, append, interval) only while their periodic generation is disabled;
-/// created ones start disabled. A report that the port refuses is dropped and counted, never torn or sent
-/// late.
+/// A structure is changed (deleted, appended to, given another interval) only while its periodic generation
+/// is disabled; a created one starts disabled. If the port refuses a report, it is dropped and counted.
 ///
 /// Ownership  The caller places structures and samples: structure i samples into
 ///            samples[i * sample_size .. (i + 1) * sample_size - 1].

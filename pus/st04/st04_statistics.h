@@ -1,23 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[04] parameter statistics: of each scalar parameter that is defined, samples, largest and smallest value
-/// with their times, mean and standard deviation. All 9 messages.
+/// ST[04] parameter statistics: for each defined scalar parameter the number of samples, the largest and the
+/// smallest value with their times, mean and standard deviation. All 9 messages. Sampling and reports:
+/// docs/services/st04.md.
 ///
-/// A parameter is sampled every `sampling interval`, a whole number of cycles: what the request names,
-/// rounded down; less than one cycle is refused. Real values that are not finite are not sampled, and
-/// counted. Largest and smallest are exact; mean and deviation (of all samples, not of a larger population)
-/// are doubles by Welford's method, which does not lose small changes on large values. A statistic holds at
-/// most 2^32 - 1 samples; it takes no more then.
-///
-/// TM[4,2] tells what has a sample since the start time, the last reset or start of the service; over as many
-/// packets as needed, each with both times. TC[4,1] resets if its flag says so. Periodic reports go to all
-/// ground users and reset, so that each is of one interval; intervals count cycles. Where the port refuses, a
-/// periodic report is lost, and counted.
-///
-/// Lasting: definitions and the reporting interval; not what was sampled.
+/// Definitions and the reporting interval are lasting; samples are not.
 ///
 /// Ownership  The caller places all storage.
 /// Context    The loop of the process.
-/// Time       A step is O(samples due * log definitions), and O(definitions) where a report is due; a request
+/// Time       A step is O(samples due * log definitions), and O(definitions) if a report is due; a request
 ///            O(entries * definitions).
 #ifndef PUS_ST04_ST04_STATISTICS_H
 #define PUS_ST04_ST04_STATISTICS_H

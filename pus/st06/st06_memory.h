@@ -1,30 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[06] memory management, all 22 messages: load, dump and check of raw memory by address and of object
 /// memory by base and offset, by data in the request or by reference to a file; atomic load, scrubbing, write
-/// protection.
+/// protection. Areas, operations and refusals: docs/services/st06.md.
 ///
-/// A memory is a run of addresses base .. base + size - 1 behind a port. Addresses and lengths must be
-/// multiples of its access width. An object of it is a part that has a base id; offsets count from the
-/// object's begin. Memory ids are in every message.
-///
-/// Each area of a request stands on its own. At start of execution an area is refused by its own TM[1,4]:
-/// PUS_FAILURE_ADDRESS (outside the memory or object, or not aligned), PUS_FAILURE_OUT_OF_RANGE (no octets,
-/// or outside the file), PUS_FAILURE_PROTECTED (write-protected or read-only), PUS_FAILURE_DATA_CHECKSUM (its
-/// data differ from their checksum). An unknown memory or object, or a file that cannot be opened, refuses
-/// the request as a whole. The others are performed. What is loaded is read back: a difference, or a file
-/// whose octets differ from their checksum, or an access that fails, ends the request with TM[1,8]
-/// (PUS_FAILURE_VERIFY, or PUS_FAILURE_IO with the status) that names the first such area; all areas without
-/// such a failure are loaded nevertheless.
-///
-/// Loads with data in the request are done at once. Dumps, checks and loads by reference are operations: each
-/// step of the service moves every one on by PUS_MEMORY_SLICE octets, so that a dump larger than a packet
-/// becomes as many TM[6,4] or [6,6] as are needed, in the order of the addresses. An operation waits while
-/// the process takes no report. TC[6,12] ends all dumps, to file too, with TM[1,8] (PUS_FAILURE_ABORTED). A
-/// file dumped to is created, and holds the octets of the areas one behind the other; after a failure it
-/// holds what was read before it.
-///
-/// A memory that is scrubbed is read through again and again, PUS_MEMORY_SLICE octets in each step, by the
-/// port's `scrub`. Write protection and scrubbing outlive a power cut by their records (key: memory id).
+/// A memory is a range of addresses base .. base + size - 1 behind a port. Loads with data in the request are
+/// done at once. Dumps, checks and loads by reference are operations: each step of the service advances every
+/// operation by PUS_MEMORY_SLICE octets.
 ///
 /// Ownership  The caller places memories, their states and operations.
 /// Context    The loop of the process.

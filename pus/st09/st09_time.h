@@ -1,20 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[09] time management: TC[9,1] sets the rate of the spacecraft's time reports, a report every 2^v
-/// seconds; TM[9,2] has the time as CUC, TM[9,3] as CDS, one of the two by the configuration.
-///
-/// They are spacecraft time packets: APID 0, no secondary header, so that neither service nor subtype is in
-/// them. Layout (CCSDS 301.0-B for the times), 18 octets:
-///
-///     primary header (6) | v u8 | time (8) | time reference status u8 | CRC-16 u16
-///     CUC    P-field 0x1F | seconds u32 | fraction u24
-///     CDS    day u16 | ms of the day u32 | us of the ms u16; no P-field, days of TAI since 1958-01-01
+/// ST[09] time management: TC[9,1] sets the rate of the spacecraft's time reports, one every 2^v seconds.
+/// TM[9,2] has the time as CUC, TM[9,3] as CDS; the configuration selects one of the two. Layout and
+/// refusals: docs/services/st09.md.
 ///
 /// A report is sent in the first step at or after each multiple of its period on the clock of the mission,
-/// once however far the clock jumps, in either direction. One that the port refuses is built anew in the next
-/// step, with the time of then. The rate is one lasting record, key 0.
-///
-/// Refusals: PUS_FAILURE_OUT_OF_RANGE (v > 8; detail: octet offset), TM[1,8] PUS_FAILURE_IO (the rate could
-/// not be kept and stays; detail: status).
+/// once, however far the clock jumps. A report that the port refuses is built again in the next step, with
+/// the time of that step. The rate is one lasting record, key 0.
 ///
 /// Ownership  The caller places it.
 /// Context    One loop.

@@ -1,35 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[12] on-board monitoring: parameter monitoring (PMON) and functional monitoring (FMON) definitions. All
-/// 28 messages.
+/// 28 messages. Checks, statuses, events and restrictions: docs/services/st12.md.
 ///
-/// A PMON samples one scalar parameter every `interval` cycles (the minimum sampling interval) and judges:
-///   expected value  (value & mask) == expected, on the value's bits; else "unexpected".
-///   limit           low <= value <= high. Compared exactly; what is not a number is below.
-///   delta           the mean of so many consecutive differences, low <= mean <= high; one verdict for each
-///                   such block. Thresholds have a sign, whatever the value's type: an unsigned value of
-///                   8..64 bits has thresholds of the same width in two's complement.
-/// While its validity condition does not hold, (validity parameter & mask) == expected, or one of both
-/// parameters is not there (its owner's software is not started), its status is "invalid", at once. The
-/// condition of parameter id 0 (mask and value are one octet there) always holds. Otherwise a verdict becomes
-/// its status when it has come `repetition` times in a row. A change of status is a transition: it joins the
-/// list of TM[12,12], which is sent when it is full, or the maximum reporting delay [cycles] after its first
-/// entry; and it raises the event of the limit that is crossed, unless that is 0. The event's auxiliary data,
-/// 16 octets: PMON id u16, parameter id u32, check type u8, status u8, value f64. A status that is set to
-/// "unchecked" because its definition or the function is disabled is no transition. `limit_crossed` is the
-/// limit of the new status, or of the one before it, or zero; with expected values always the expected one.
-///
-/// An FMON is judged whenever one of its PMONs was sampled or disabled: "invalid" while its validity
-/// condition does not hold, else "failed" while at least `minimum` of its PMONs are unexpected or out of
-/// their limits, else "running". When it becomes failed it raises its event, unless that is 0; auxiliary
-/// data, 4 octets: FMON id u16, number of failing PMONs u16.
-///
-/// Rules beyond the standard's text (docs/decisions): only a disabled PMON is modified or deleted, and none
-/// that an FMON names is deleted; a PMON of a protected FMON is neither disabled nor modified. A protected
-/// FMON is neither disabled nor deleted, an enabled one not deleted. All PMONs are deleted only while the
-/// function is disabled and there is no FMON. The PMON function stays enabled while the FMON function is, and
-/// the FMON function starts only with it. New definitions are disabled and unprotected.
-///
-/// Lasting: definitions with their statuses, both functions, the delay; not what was checked.
+/// Definitions with their statuses, both functions and the reporting delay are lasting; results of checks are
+/// not.
 ///
 /// Ownership  The caller places all storage.
 /// Context    The loop of the process.

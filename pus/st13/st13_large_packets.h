@@ -1,25 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[13] large packet transfer: packets longer than PUS_PACKET_MAX, up to PUS_LARGE_MAX, go in parts. The
-/// parts carry the whole packet, headers and checksum included, numbered from 1.
+/// ST[13] large packet transfer: packets longer than PUS_PACKET_MAX, up to PUS_LARGE_MAX, are transferred in
+/// parts. The parts carry the whole packet, headers and checksum included, and are numbered from 1. Transfers
+/// and refusals: docs/services/st13.md.
 ///
-/// Down: a report of any service is built here instead of in the process. One that fits a packet is sent as
-/// such; a longer one goes as TM[13,1], [13,2] ... [13,3] with PUS_LARGE_PART octets each, one after the
-/// other as the port takes them, to the report's destination. Reports follow one another in the order in
-/// which they were posted; while the buffers last none is lost.
-///
-/// Up: TC[13,9], [13,10] ... [13,11] of one source and transaction, with parts of any length but 0, become
-/// one request, which `take` is given once it is whole; the last part's request completes then. The request
-/// must be well-formed and from the source that sends the parts. Refused with TM[1,4]:
-///
-///     PUS_FAILURE_OUT_OF_RANGE   part number, or a part without octets: offset
-///     PUS_FAILURE_UNKNOWN_ID     no such transaction is under way: its id
-///     PUS_FAILURE_TABLE_FULL     all buffers are taken: their number; too long, by its own length field as
-///                                soon as that has come, or by what came: how long it may be
-///     PUS_FAILURE_EMBEDDED       what was put together is no request: its length; is one of this service, or
-///                                of another source: offset of that in it
-///
-/// An uplink that is given up is told in TM[13,16]: 1 no part came in time, 2 a part is missing or came twice
-/// (also if its transaction begins anew: that one goes on), 3 too long, malformed, or not taken in time.
+/// Down: a report of any service is built here instead of in the process. A report that fits a packet is sent
+/// as such. Up: when all parts of a request have arrived, `take` gets the request.
 ///
 /// Ownership  The caller places buffers and lists, which outlive the service. What `take` is given lives
 ///            during the call.

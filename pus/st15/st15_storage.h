@@ -1,51 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[15] on-board storage and retrieval: packet stores, what goes into each of them, and how it comes back.
-/// All 37 messages of the service.
+/// ST[15] on-board storage and retrieval: packet stores, the selection of reports for each of them, and
+/// retrieval. All 37 messages. Stores, retrieval, copies, lasting records and refusals:
+/// docs/services/st15.md.
 ///
-/// A store is circular (when full it gives up its oldest packets) or bounded (it takes no more), has a name
-/// of printable characters, a size, and a virtual channel by which its packets are sent again. It is made by
-/// the configuration or by TC[15,20], then disabled and with nothing selected. Every report on board is shown
-/// by pus_storage_observe; each enabled store whose selection takes it (pus/core/report_selection.h: the
-/// requests 3, 4, 29 .. 34) stores it with the time of that moment. A report that cannot be stored is
-/// counted.
-///
-///     size       multiples of PUS_STORE_BLOCK are used; what is left over is not
-///     time tags  storage times, to 2^-24 s as on the wire; both ends of a range belong to it
-///     TC[15,13]  times are 0 if nothing is stored; percentages are rounded up, so that only an empty store
-///                has 0
-///
-/// Retrieval sends packets exactly as they were, in the order in which they were stored, through a port that
-/// may refuse: what it refuses is sent later. A store has one retrieval at a time:
-///     open           from its start time tag on, and then what comes in, until suspended; the tag becomes
-///     the
-///                    time of the packet sent last, and resumption goes on exactly behind it
-///     by time range  the packets of a range that were there when it began, then it ends by itself
-/// In each step stores of the lowest priority number go first, those of one number take turns, packet by
-/// packet, within the limits of packets and octets of a step. What a circular store gives up before it was
-/// sent is skipped.
-///
-/// N = 0 means all stores to which the request applies; the others are passed over silently. Otherwise each
-/// instruction is refused on its own; the detail is the first four octets of the store's name:
-///     PUS_FAILURE_UNKNOWN_ID    no such store
-///     PUS_FAILURE_EXISTS        15,20: there is one of this name
-///     PUS_FAILURE_DUPLICATE     15,12: named twice
-///     PUS_FAILURE_TABLE_FULL    15,20: no store is left (detail: maximum)
-///     PUS_FAILURE_OUT_OF_RANGE  name, size, type, virtual channel or time tag; a range that ends before it
-///                               begins; a size that what is stored would not fit (detail: octet offset
-///                               behind the instruction)
-///     PUS_FAILURE_STATE         11, 24 .. 28: a retrieval or copy is in progress; 25 .. 27: and while
-///     storage
-///                               is enabled; 9, 15: a retrieval of the other kind, or a range, is in
-///                               progress; 14: not suspended; 21: not all idle; 24: the target is not empty,
-///                               or another copy is in progress
-///     PUS_FAILURE_IO            it could not be kept (detail: status); nothing has changed
-/// TC[15,24] copies packets with their storage times, in slices like a retrieval, and completes when it is
-/// done: TM[1,8] PUS_FAILURE_TABLE_FULL (the target is full; detail: packets copied), PUS_FAILURE_IO. A copy
-/// does not outlive a restart.
-///
-/// Lasting records: key i is the state of store i (with where its retrieval is), key 256 + i its selection.
-/// Retrievals in progress go on after a restart: what was sent since the last checkpoint is then sent again,
-/// nothing is left out. Packets are on their medium after the next sync.
+/// pus_storage_observe is called with every report on board. Each enabled store whose selection
+/// (pus/core/report_selection.h) takes the report stores it with the time of the call. Packets are on their
+/// medium after the next sync.
 ///
 /// Ownership  The caller places everything the configuration points to.
 /// Context    One loop. `send` may not call back.

@@ -1,32 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[18] on-board control procedures: loading, running, holding. All 20 messages. What a procedure is
-/// written in is the engine's business, behind pus/core/procedure_port.h.
+/// ST[18] on-board control procedures: loading, running, holding. All 20 messages. The engine behind
+/// pus/core/procedure_port.h decides the language of a procedure. Loading, running, holding, requests,
+/// observation, refusals: docs/services/st18.md.
 ///
-/// Loading    By request (code with its checksum) or by reference (a whole file). A loaded procedure is
-///            inactive; only such a one is unloaded or activated.
-/// Running    TC[18,3] ends when the procedure does: TM[1,5] for each step, where asked; TM[1,7]; or TM[1,8]
-///            PUS_FAILURE_PROCEDURE with the line of the error, or PUS_FAILURE_ABORTED when it was stopped or
-///            aborted. A program that cannot be begun fails in the same way. Each cycle a running procedure
-///            gets a budget of the engine's units, and one of calls that others notice. What one has used
-///            beyond its budget in a cycle, those behind it have less: all together have budgets *
-///            procedures.
-/// Holding    A procedure is stopped or suspended where a step begins: the next one (step id 0) or the one
-///            named; a held one is stopped at once. It is aborted anywhere. TC[18,14] and [18,15] hold it
-///            where the next step begins. While it is held, its waiting goes on.
-/// Requests   Requests of a procedure carry the on-board user of this process. One it waits for is judged by
-///            its TM[1,x], which the owner shows by pus_procedures_observe; none within the time limit is a failure
-///            (PUS_FAILURE_TIMEOUT). While the port refuses, it is sent in the next cycle.
-/// Observing  Level 1: started, held, resumed, ended, stopped, aborted; 2: also steps; 3: also requests sent
-///            and parameters received. Each raises the observation event; a failure raises the failure event at
-///            every level. Auxiliary data of both, 60 octets: procedure's id 8, what happened u8
-///            (pus_observation_t), step u16, detail u32 (failure: line; request: service << 8 | subtype),
-///            text 45 padded with NUL (failure: what the engine says). An event that the procedure raises
-///            itself has 10 octets: id 8, step u16.
-/// Engine     Runs from the start; while it is stopped nothing is loaded, activated or resumed. Stopping it
-///            aborts all. TC[18,7]: values wait until the procedure takes them; more are refused until then.
-///
-/// In failure notices a procedure's identifier is the first four octets of its id. Lasting: loaded code and
-/// whether the engine runs; no procedure runs after a restart.
+/// Loaded code is lasting, and whether the engine runs; after a restart no procedure runs.
 ///
 /// Ownership  The caller places all storage.
 /// Context    The loop of the process.

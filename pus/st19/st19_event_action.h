@@ -1,24 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[19] event-action, all of it: a request is released when an event occurs, reported or not.
+/// ST[19] event-action, all messages: when an event occurs, reported or not, the request of its definition is
+/// released. Definitions and refusals: docs/services/st19.md.
 ///
-/// A definition has the application process and the event it waits for as its key. It is added disabled;
-/// while it is disabled it may be added again, with another request, and deleted. The request of an enabled
-/// definition is released once for each report (TM[5,1..4]) or notice (TM[129,7]) of its event that is
-/// observed while the function is enabled.
-/// What the port does not take at once waits, in the order of the events, and is dropped (counted) when
-/// function or definition are disabled meanwhile. TC[19,3] disables the function and deletes all definitions,
-/// enabled ones too.
-///
-/// Instructions are refused by themselves: APID or event id out of range, event 0 (OUT_OF_RANGE, offset);
-/// embedded request malformed or longer than PUS_EVENT_ACTION_REQUEST_MAX (EMBEDDED, offset); enabled, where
-/// it may not be (STATE); not there (UNKNOWN_ID); no room (TABLE_FULL: definitions, or blocks); not kept (IO,
-/// status). The identifier in a failure is APID << 16 | event id. Reports go over as many packets and steps
-/// as they need; another one is refused meanwhile (STATE, subtype under way).
+/// The key of a definition is an application process and an event. Requests that the port does not take at
+/// once wait in the order of the events; they are dropped and counted when the function or the definition is
+/// disabled meanwhile.
 ///
 /// Ownership  The caller places all arrays.
 /// Context    One loop.
-/// Time       pus_event_action_observe O(1) in the mean, whatever the number of definitions, and O(request)
-///            where it releases one; a step with nothing waiting O(1).
+/// Time       pus_event_action_observe is O(1) on average, whatever the number of definitions, and O(request)
+///            if it releases one; a step with nothing waiting O(1).
 #ifndef PUS_ST19_ST19_EVENT_ACTION_H
 #define PUS_ST19_ST19_EVENT_ACTION_H
 

@@ -1,31 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[21] request sequencing, all of it: requests that are released one after the other, each followed by its
-/// delay.
+/// ST[21] request sequencing, all messages: requests that are released one after the other, each followed by
+/// its delay. Loading, execution and refusals: docs/services/st21.md.
 ///
-/// A sequence is loaded by request or from a file, whose content is what TC[21,1] has behind the identifier:
-/// N (u8, at least 1), N x {request, delay}. It is loaded whole or not at all. When it is activated its first
-/// request is released with the next step; each delay separates a request from the next one, and the sequence
-/// ends after the last delay. Delays run on `uptime_ns`, the count of cycles as a time, which no correction
-/// of mission time touches. Where the port does not take a request, the sequence waits and its delays run
-/// from when it was taken.
-///
-/// Refused: a name that is not 1..8 printable characters padded with NUL (OUT_OF_RANGE, 0);
-/// loading what is loaded (EXISTS); an embedded request malformed or longer than
-/// PUS_SEQUENCE_REQUEST_MAX (EMBEDDED, offset); a negative delay, a count of 0, octets missing or left over
-/// in a file (OUT_OF_RANGE, offset); no room (TABLE_FULL: sequences, octets of one, or blocks); a file that
-/// is not there (UNKNOWN_ID, 0), locked (STATE, 0), of a path or name that is none (OUT_OF_RANGE, 0), or one
-/// more than can be open (TABLE_FULL, 0); unloading or activating what is under execution, aborting what is
-/// not (STATE), a second report of content meanwhile (STATE); what is not loaded (UNKNOWN_ID). Files that
-/// cannot be read and records that cannot be kept end as PUS_FAILURE_IO with the status. Offsets count from
-/// the begin of the application data, or of the file; the identifier in a failure is the first four octets of
-/// its name.
-///
-/// Loaded sequences outlive a power cut; none is under execution after it.
+/// Delays run on `uptime_ns`, the number of cycles as a time, which is independent of corrections of mission
+/// time. While the port does not take a request, the sequence waits; the next delay starts when the request
+/// is taken. Loaded sequences outlive a power cut; no sequence is under execution after it.
 ///
 /// Ownership  The caller places all arrays.
 /// Context    One loop.
-/// Time       A step with nothing due O(1), whatever is loaded and under execution; PUS_SEQUENCE_RELEASES at
-///            most. Loading is O(octets of the sequence), and reads a file at once.
+/// Time       A step with nothing due is O(1), whatever is loaded and under execution; it releases
+///            PUS_SEQUENCE_RELEASES at most. Loading is O(octets of the sequence), and reads a file at once.
 #ifndef PUS_ST21_ST21_SEQUENCES_H
 #define PUS_ST21_ST21_SEQUENCES_H
 

@@ -1,44 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[23] file management: files, folders and copies below the root of a store. Requests: 1 create, 2 delete,
-/// 3 report the attributes of a file (TM 4), 5 lock, 6 unlock; 7 find files (TM 8); 9 create, 10 delete, 11
-/// rename, 12 summary-report a directory (TM 13); 14 copy, 15 move a file; 16, 17, 18 suspend, resume, abort
-/// copies by id, 19, 20, 21 those that involve a repository path; 22 enable, 24 disable the periodic status
-/// report of copies (TM 23).
+/// ST[23] file management: files, directories and copies below the root of a store. All 21 messages.
+/// Requests, copies, lasting records and refusals: docs/services/st23.md. Paths are those of
+/// pus/core/file_path.h.
 ///
-/// Paths are those of pus/core/file_path.h. Refused with TM[1,4]:
-///
-///     PUS_FAILURE_OUT_OF_RANGE   no path, name, pattern or flag, size beyond size_max, interval 0    offset
-///     PUS_FAILURE_UNKNOWN_ID     no such file or directory: offset; no such operation: its id
-///     PUS_FAILURE_EXISTS         the new name is taken: offset; the operation runs: its id
-///     PUS_FAILURE_STATE          file locked (or not), directory not empty, in use by a copy: offset;
-///                                operation suspended (or not): its id
-///     PUS_FAILURE_TABLE_FULL     no lock, operation or search left: how many there are
-///
-/// Offsets are those of the field in the application data. What the store cannot do for other reasons ends
-/// with TM[1,8] PUS_FAILURE_IO (status).
-///
-/// Files are created empty, with room set aside for their maximum size (0: none). A locked file can be read,
-/// searched and copied, but neither deleted nor moved, nor can a directory it lies in be renamed. A move is a
-/// renaming, at once, in which nothing is replaced.
-///
-/// A copy is made under a name that no request can have, synced, and renamed in the end, so that the target
-/// is whole or not there. Copies take turns, one slice each; `slices` per step. Progress is reported with
-/// TM[1,5] at 25, 50 and 75 % (step id); one that fails is told by TM[1,6] with the step it was in (25 to
-/// 100) before its TM[1,8]. An aborted one ends with TM[1,8] PUS_FAILURE_ABORTED and leaves nothing. The
-/// status report names all copies (0 pending, 1 in progress, 2 on hold), also if there are none.
-///
-/// A search looks at the directory and all below it, one reading of a directory per step; the paths come in
-/// order. Its answers, and those to TC 12, are as many reports as it takes, each whole in itself.
-///
-/// Lasting records: locks, the interval of the status report, and copies under way, of which a power cut
-/// leaves nothing: their requests end unanswered, and the first step removes what they had written. The lock
-/// of a file that is created locked lasts before the file is made, which is never there without it; the first
-/// step drops locks whose files were not made.
+/// Copies take turns, one slice each, `slices` per step. A copy is made under a name that no request can
+/// have, synced, and renamed at the end: the target is complete or absent. A search reads one directory per
+/// step.
 ///
 /// Ownership  The caller places the lists of the configuration, which outlive the service.
 /// Context    One loop.
-/// Time       A request O(locks + copies) and some calls of the store; a step one reading of a directory and
-///            `slices` slices at most, nothing of the store if there is nothing to do.
+/// Time       A request is O(locks + copies) and some calls of the store; a step reads one directory and
+///            moves `slices` slices at most, and does not access the store if there is nothing to do.
 #ifndef PUS_ST23_ST23_FILES_H
 #define PUS_ST23_ST23_FILES_H
 

@@ -1,30 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Faults of a scenario: the lines of the actor `fault`, and what they do to buses and devices.
-///
-/// Script lines (bus: robot, joystick, and their channels B robot-b, joystick-b; node: JOINT1, JOINT2, STICK,
-/// FLIGHT or a node id such as 0x11). Plugs and devices have no channel, all else has.
-///     unplug        <bus> [node]            cut off both channels; without a node all devices of the bus
-///     plug          <bus> [node]            connect again, devices after a power cycle
-///     cut           <bus> [node]            cut off this channel only; power stays
-///     mend          <bus> [node]            connect the channel again
-///     loss          <bus> <probability>     each receiver misses a frame, 0 ends it
-///     corruption    <bus> <probability>     error frame and repetition, 0 ends it
-///     duplication   <bus> <probability>     frame repeated though received, 0 ends it
-///     delay         <bus> <node> <us>       frames of the node are late, 0 ends it
-///     babble        <bus> <node> on|off     sends identifier 0 all the time
-///     sync          <bus> <node> <frames>   the node sends that many SYNCs, as only flight may
-///     stuck         <bus> on|off            the wire is dominant
-///     overflow      <bus> <node> <frames>   the next frames are lost in the controller: its receiver is full
-///     bus-off       <bus> <node>            transmit errors take the controller off the bus
-///     restart       <bus> <node> auto|order|now   bus-off ends by itself, or only by `now`
-///     arbitration   <bus> <node> on|off     the controller reports each arbitration it loses
-///     reset         <bus> <node>            the device starts anew
-///     error         <bus> <node> <code> on|off   device error with its EMCY code, e.g. 0x4310
-///     torque-offset <node> <Nm>             of the joint's torque sensor, on top of its own
-///     temperature   <node> <degC>           of the joint's drive
-///     kill          <process>               SIGKILL, while everybody else waits (sim/app/death.h)
-///     hang          <process>               it does nothing,
-///     resume        <process>               end of hang; it processes what became due
+/// Faults of a scenario: the lines of the actor `fault`, and what they do to buses and devices. The lines are
+/// listed in docs/scenarios.md.
 #ifndef SIM_APP_FAULTS_H
 #define SIM_APP_FAULTS_H
 

@@ -2,17 +2,16 @@
 /// A CAN bus in simulated time: controllers with transmit queues, arbitration by identifier, exact frame
 /// times, acknowledge, error confinement, and seeded faults.
 ///
-/// A node's frames leave in the order of submission; the head of each queue arbitrates. When the bus is idle
-/// and heads are ready, the lowest arbitration field wins; equal identifiers with equal content merge, with
-/// different content destroy each other. A frame arrives at the end of its end-of-frame field, at all nodes
-/// but the sender, and the next may start three bits later. A frame that does not end before the time run to
-/// stays on the wire for the next call.
+/// Frames of a node leave in the order of submission. When the bus is idle and heads of queues are ready, the
+/// lowest arbitration field wins; equal identifiers with equal content merge, with different content they
+/// destroy each other. A frame arrives at the end of its end-of-frame field, at all nodes but the sender; the
+/// next may start three bits later. A frame that ends later than the call stays on the wire.
 ///
 /// Callbacks run inside bus_run_until in order of simulated time (node order at one instant) and may submit
 /// and set wake times, not earlier than the present; on_wake may also plug and unplug its own node. They must
 /// not run or destroy the bus.
 ///
-/// Ownership  bus_create allocates everything, nothing later does; bus_destroy frees it.
+/// Ownership  bus_create allocates everything; bus_destroy frees it.
 /// Context    One task. Results depend on calls and seed only.
 /// Time       About 0.2 us per frame with three nodes.
 #ifndef SIM_BUS_BUS_H

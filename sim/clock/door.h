@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The calendar's door: how a participant that cannot share memory (a script, a program of another byte
-/// order) takes part in stepped time. A local stream socket at a path, lines of text:
+/// The calendar's door: a participant that cannot share memory (a script, a program of another byte order)
+/// takes part in stepped time by a local stream socket at a path, with lines of text:
 ///
 ///     client: join <participant> <local TCP port of its stream, or 0>
 ///     door:   grant <time_ns> <messages> <octets> <port of its stream if it is served, or 0>
 ///     client: done <wake_ns, or never> <octets sent to its stream> <local TCP port of its stream, or 0>
 ///     client: leave                               (instead of done)
 ///
-/// `messages` and `octets` are what was delivered since the last grant: the client takes in exactly that
-/// before it runs. The client sends only while its stream is served. A stream that was served and is not any
-/// more has ended, whatever the socket says: the client closes it, and may name the port of another one. A
-/// client that vanishes, says what is no such line, or keeps silent for longer than the patience, loses its
+/// The client takes in exactly the messages and octets of its grant before it runs, and sends only while its
+/// stream is served. When a stream is no longer served, it has ended, whatever the socket says: the client
+/// closes it. A client that vanishes, sends another line, or is silent for longer than the patience loses its
 /// place; that is counted and never stops or fails the run.
 ///
 /// Ownership  The caller places door_t; it borrows the calendar and the texts given to door_open.

@@ -1,23 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The operator's hand on the joystick: an impedance whose rest point, the intent, follows a script.
+/// The operator's hand on the joystick: an impedance whose rest point, the intent, follows a script. The
+/// lines of the actor `hand` are listed in docs/scenarios.md.
 ///
 /// A hand that only plays positions never reaches the force it wants, so the hand knows the scene: it expects
 /// the torque of contour and spring at the wanted pose and leans against it,
 ///     intent = (wanted joint position - home) / s_p - s_f x expected torque / grip stiffness,
 /// with the wanted position corrected by the arm's own compliance.
-///
-/// Script lines of the actor `hand` (times in s, lengths in m, forces in N):
-///     rest                                   no motion, expects no force any more (a decoupled robot)
-///     grip     <Nm/rad> <Nms/rad>            stiffness and damping of the hand from now on
-///     circle   <rad> <Hz> <ramp> <hold> <down>   joint 1 sine, joint 2 cosine around the present pose
-///     move     <x> <z> <duration>            tip, minimum jerk
-///     press    <force> <speed>               straight down to the contour, then press (1 s)
-///     follow   <x> <duration>                along the contour, keeping the force
-///     hold                                   no motion, force kept
-///     pull     <distance> <duration>         up, past the hook by the distance, against the spring
-///     release  <duration>                    back to 10 mm below the hook
-///     home     <duration>                    tip to the home pose
-///     let_go                                 the hand leaves the stick; the next verb takes it again
 ///
 /// Ownership  hand_load allocates, hand_destroy frees.
 /// Use        hand_step once per plant step, hand_torque in each rotor substep (hand_act fits

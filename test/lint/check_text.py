@@ -9,7 +9,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SKIPPED = {".git", "build", "runs", "__pycache__", ".pytest_cache"}
-FILE_LINES, FUNCTION_LINES = 600, 60
+FILE_LINES, FUNCTION_LINES, CONTRACT_LINES = 600, 60, 15
 
 
 def project_files():
@@ -52,7 +52,7 @@ LABEL_LINE = re.compile(r"^/// " + LABEL + r"(:| {2,})")
 
 
 def contract_breaches(path, lines):
-    """Labels of a contract stand at the beginning of a line, and what belongs to them is indented."""
+    """Labels of a contract stand at the beginning of a line with their text indented; a header's contract is short."""
     is_labelled = False
     for number, line in enumerate(lines, 1):
         label = MID_LABEL.search(line)
@@ -64,6 +64,10 @@ def contract_breaches(path, lines):
         elif is_labelled and is_text and not re.match(r"/// [A-Z][a-z]+ {2,}\S", line):
             yield f"{path}:{number}: the text of a label is not indented"
         is_labelled = is_labelled and line.startswith("/// ")
+    if path.suffix == ".h":
+        length = next((number for number, line in enumerate(lines[1:]) if not line.startswith("///")), 0)
+        if length > CONTRACT_LINES:
+            yield f"{path}:2: contract of {length} lines, {CONTRACT_LINES} allowed: move details to docs/"
 
 
 def breaches(path, words):

@@ -152,6 +152,13 @@ def test_text(tmp_path, monkeypatch, text, complaint):
     assert (not found) if complaint is None else any(complaint in line for line in found), found
 
 
+@pytest.mark.parametrize("lines, complaint", [(15, None), (16, "contract of 16 lines")])
+def test_contracts_are_short(tmp_path, monkeypatch, lines, complaint):
+    text = LICENCE + "/// A line.\n" * lines + "#ifndef A_H\n"
+    found = text_breaches(tmp_path, monkeypatch, "a.h", text)
+    assert (not found) if complaint is None else any(complaint in line for line in found), found
+
+
 def test_long_python_functions_are_found(tmp_path, monkeypatch):
     text = "# SPDX-License-Identifier: Apache-2.0\ndef f():\n" + "    pass\n" * 60
     assert any("function of 61 lines" in line for line in text_breaches(tmp_path, monkeypatch, "a.py", text))

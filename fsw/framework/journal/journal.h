@@ -1,30 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A store of records that outlives power cuts: records by table and key on two media, written as a log.
+/// Media, generations, compaction and damage: docs/framework.md, "Journal".
 ///
-/// A transaction is what was put and erased up to a commit. After a power cut at any write, torn or overtaken
-/// by later ones as it may be, the store holds the last transaction whose commit was acknowledged, or in
-/// whole the one whose commit was under way; never a part of one, and nothing of an earlier life.
-///
-/// A medium begins with a head that names its generation. Each record carries its sequence number, the
-/// checksum of the record before it (the first one that of the head) and its own; the record of a commit
-/// closes a transaction, and one sync makes it count. The generation with the highest number that holds a
-/// commit is the valid one. What lies behind its last commit is cut off when the journal is opened, and a
-/// medium is emptied before a new generation begins on it, so that octets of earlier lives are not there to
-/// be believed.
-///
-/// Compaction copies the live records, in the order in which they were last put, to the other medium under
-/// the next generation. It is done in a commit, after that has counted, when dead octets exceed live ones by
-/// `slack`: so it costs no more than was written since the last one, but all of it at once (live octets
-/// read and written, 3 MB for 10 000 records of 300 octets). A put that finds no room does it too; the new
-/// generation then counts with the commit that follows, and the old one until then.
-///
-/// The medium that is not being written to holds a mark: how far the other medium reached after a successful
-/// commit. If the journal reaches less far when it is opened, it was damaged: `damage` reports it, `keep` may
-/// copy the media unchanged, and the journal continues with the intact records. A transaction torn by a power
-/// cut is not damage. Not detected: damage to only the last transaction if a power cut prevented its mark.
-///
-/// An error of a medium leaves what was committed. A commit that failed is made up for by the next one: all
-/// that had not counted is read back, compared by its checksums, and written again before it is synced.
+/// A transaction is what was put and erased up to a commit. After a power cut at any write, the store holds
+/// the last transaction whose commit was acknowledged, or all of the one whose commit was under way. A commit
+/// that fails leaves what was committed before; the next commit writes the failed one again.
 ///
 /// Ownership  The journal borrows media and slots; they outlive it. One owner per pair of media.
 /// Context    One loop.

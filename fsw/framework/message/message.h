@@ -1,29 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Carries octet blocks between components, in order, with sequence numbers and end-to-end credits.
+/// Carries octet blocks between components, in order, with sequence numbers and end-to-end credits. Frame,
+/// credits, SYNC and lives: docs/framework.md, "Messages".
 ///
-/// An endpoint has an address (the component's id) and a channel to each peer. A sender may have at most
-/// MESSAGE_WINDOW blocks, of MESSAGE_WINDOW_OCTETS together, under way that the receiver has not taken; where
-/// these leave no room for the largest block, message_send says STATUS_FULL and nothing is lost. The last
+/// An endpoint has an address (the component's id) and a channel to each peer. If the window of a channel has
+/// no room for the largest block, message_send returns STATUS_FULL and nothing is lost. The last
 /// MESSAGE_RESERVE blocks and MESSAGE_RESERVE_OCTETS of a window are reserved for message_send;
-/// message_send_plain does not use them. Each peer has its own inbox, which holds a full window of that peer.
-/// So a peer that floods its window, or whose blocks are not taken, does not block other peers. The frame
-/// below is the same over every carrier (a ring of the same program, UDP, TIPC):
-///
-///     magic u16 0x484D | version u8 1 | kind u8 | from u16 | to u16 |
-///     from life u32 | to life u32 (0 unknown) | sequence u32 | taken u32 | payload
-///
-/// kind: 0 data, 1 credit, 2 SYNC, 3 SYNC_ACK. `sequence` is the number of this or the next data frame,
-/// `taken` how many of the peer's the sender has taken.
-///
-/// A SYNC requests both numbers from the peer, and each side adopts the numbers of the other. After this
-/// exchange data passes again in both directions, whatever was lost, forged or damaged before. An endpoint
-/// sends a SYNC if its sends are refused again and again without a frame from the peer, if several frames in
-/// a row are outside of the window, and to a peer that does not know the life of this component.
-///
-/// A life is the start count of a component. If the caller sets the life of a peer (message_set_life), frames
-/// of any other life are dropped; otherwise a higher life in a received frame is adopted. A new life resets
-/// the channel; blocks under way to the earlier life are counted as abandoned. Frames sent to another life of
-/// this component are dropped and counted as stale, so an old peer is never mistaken for the new one.
+/// message_send_plain does not use them. Each peer has its own inbox, which holds a full window of that peer:
+/// a peer that floods its window, or whose blocks are not taken, does not block other peers.
 ///
 /// Ownership  The caller places the endpoint and its places.
 /// Context    One task. Never blocks.

@@ -1,25 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The parameter dictionary: data structures a subsystem shares with the framework, found by their ids.
 ///
-/// Names, ids and layouts are the compiled interface: parameter_definition_t tables of the generated header.
-/// Bounds, settable flags and initial values are configuration: pushed in from the descriptor after
-/// publishing. A parameter is a list of fields in host memory; a scalar or an array is one field at offset 0.
-/// On the wire it is its fields one after the other, big-endian, without padding, always whole.
+/// The parameter_definition_t tables of the generated header are the compiled interface. Bounds, settable
+/// flags and initial values are set after publishing, from the descriptor. On the wire a parameter is its
+/// fields one after the other, big-endian, without padding, always whole.
 ///
 /// Ownership  The caller places entries, bounds and the published storage; all outlive the dictionary.
-/// Context    Any thread: a mutex with priority inheritance guards the content. Its owner updates a published
-///            structure in place between parameter_lock and parameter_unlock. The lock is not recursive: no
-///            other function of this header may be called in between. An entry found before is read without
-///            the lock unless values change meanwhile (docs/decisions/0023).
-/// Time       Finding O(1), by a hash of the id; reading and writing O(size); publishing O(size + count),
-///            because it compares names.
-/// Errors     Each function lists every status. What comes from a wire is refused by status and counted.
-///
-///     static parameter_entry_t  entries[MANIPULATOR_PARAMETER_COUNT];
-///     static parameter_bounds_t bounds[MANIPULATOR_FIELD_COUNT];
-///     status = parameter_init(&dictionary, entries, MANIPULATOR_PARAMETER_COUNT, bounds,
-///                             MANIPULATOR_FIELD_COUNT);
-///     status = parameter_publish(&dictionary, &manipulator_parameters[0], &self->cur_values);
+/// Context    Any thread: a mutex with priority inheritance guards the content. The owner updates a published
+///            structure between parameter_lock and parameter_unlock and calls no other function of this
+///            header in between. An entry found before is read without the lock unless values change
+///            meanwhile (docs/decisions/0023).
+/// Time       Finding O(1), by a hash of the id; reading and writing O(size); publishing O(size + count).
+/// Errors     Each function lists every status. Values from a wire are refused by status and counted.
 #ifndef FSW_FRAMEWORK_PARAMETER_PARAMETER_H
 #define FSW_FRAMEWORK_PARAMETER_PARAMETER_H
 

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Receiver of authenticated telecommands: TC transfer frames (CCSDS 232.0-B) with Space Data Link Security
-/// (CCSDS 355.0-B), AES-256 in Galois/Counter mode. See docs/ground-link-security.md.
-///
-///     primary header (5)   version 0, bypass (Type-BD), spacecraft 1, channel 0, length - 1, number 0
-///     segment header (1)   sequence flags (2 bits): 1 first, 0 middle, 2 last, 3 whole; MAP 0
-///     security header (14) SPI 1 (2), initialization vector (12): zero (4), session (4), count (4)
-///     ciphertext (1..988)  of a part of a telecommand packet, or of a whole one
-///     MAC (16)             over all of the above; the three headers are authenticated, not encrypted
+/// (CCSDS 355.0-B), AES-256 in Galois/Counter mode. Layout of a frame: docs/ground-link-security.md.
 ///
 /// A number (session, count) is accepted once. A session belongs to one connection. The first frame of the
 /// connection has count 0 and a session number higher than any before; the number is written to the disk

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a program places and runs a generic subsystem (see subsystem.h for what a developer writes).
+/// How a program places and runs a generic subsystem (subsystem.h is for the developer of one).
 ///
-///     static component_t component;
 ///     component_init(&component, &config);
 ///     for (;;) {
 ///         wait;
@@ -9,21 +8,12 @@
 ///         wake = component_step(&component, now);
 ///     }
 ///
-/// A configuration may have further loops for services, each with its own rate and priority (<Loop> of the
-/// descriptor): they sample the housekeeping structures that name them, and perform the requests of the
-/// services that they name. Such a request is accepted when it comes and waits in the inbox of its loop, at
-/// most until the loop's next cycle but for the requests before it; TM[1,3] and all that follows come from
-/// there. One for which there is no room is refused with TM[1,4] (PUS_FAILURE_TABLE_FULL, requests waiting).
-/// When the configuration goes, what still waits is performed before it does, in the component's own loop.
-/// component_step runs the loops too, in a fixed order before all else: what stepped time needs.
-/// Where time is real and `has_loop_tasks` is set, each is a task: it calls component_loop_step at the times
-/// that returns, with the priority of component_loop_priority, beside the task that calls component_step.
-/// What such a loop has finished leaves with the next component_step, numbered as any other report.
+/// Further loops of a configuration, for services: docs/framework.md, "Loops of services".
 ///
 /// Ownership  The program places component_t (static; about 120 KiB) and all that the configuration points
 ///            to.
-/// Context    One loop; component_loop_step and component_loop_priority may run in a task of their own for
-///            each loop. None blocks but for short critical sections with priority inheritance.
+/// Context    One loop; component_loop_step and component_loop_priority may run in a task of each loop. They
+///            block only for short critical sections with priority inheritance.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_COMPONENT_H
 #define FSW_FRAMEWORK_SUBSYSTEM_COMPONENT_H
 

@@ -1,22 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[06] of a subsystem (`<Service type="6"/>` of its descriptor): what of its memory the ground can reach.
+/// ST[06] of a subsystem (`<Service type="6"/>` of its descriptor): memory 1 is the storage of the published
+/// parameters, memory 2 the component itself, read-only. The subsystem's callback `memories` adds others;
+/// loads from files and dumps to them (TC[6,19] to [6,22]) need the port to files that the same callback
+/// gives. Layout of both memories: docs/services/st06.md.
 ///
-/// | id | memory | objects |
-/// |---|---|---|
-/// | 1 | storage of the published parameters, in the order of publishing, each from a multiple of 8 on;
-/// octets as the machine has them | base id = parameter id | | 2 | the component itself, read-only: pools,
-/// tables, samples, counters | base id = 0: pool of function tickets, 1: housekeeping samples |
-///
-/// and those that the subsystem's callback `memories` adds. Loads from files and dumps to them (TC[6,19] to
-/// [6,22]) need the port to files that the same callback gives.
-///
-/// Both begin at address 0 and can be read octet by octet. Where no parameter lies, an access fails. A load
-/// into the storage of a parameter changes it without a look at its bounds and whether it is settable; it is
-/// held steady meanwhile, and `parameter_set` of the subsystem is not called. Scrubbing reads each octet, so
-/// that hardware that mends single bits does so.
-///
-/// With it ST[20] takes definitions of parameters by their place in these memories (TC[20,4], [20,5]). The
-/// dictionary does not know them: neither do housekeeping and monitoring.
+/// With this service ST[20] takes definitions of parameters by their place in these memories (TC[20,4],
+/// [20,5]). The dictionary does not know them, so housekeeping and monitoring do not know them either.
 ///
 /// Ownership  The program places it (generated).
 /// Context    The component's own loop.

@@ -1,23 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Services that a subsystem has beside the standard ones (3, 5, 8, 17, 20, 129, 130), because its descriptor
-/// lists them: `<Services><Service type="6" capacity="4"/></Services>`.
+/// Services that a subsystem has in addition to the standard ones (3, 5, 8, 17, 20, 129, 130), because its
+/// descriptor lists them: `<Services><Service type="6" capacity="4"/></Services>`. How to add one:
+/// docs/framework.md, "Optional services".
 ///
-/// The generator makes build/generated/<subsystem>_services.h of these lines: a structure with the storage of
-/// exactly those services and `<subsystem>_add_services`, which puts them into the component. The program of
-/// the subsystem places that structure and names both to member_begin. What no descriptor of a program lists
-/// is not linked to it.
+/// The generator makes build/generated/<subsystem>_services.h of these lines. The program of the subsystem
+/// places the structure in it. A service that no descriptor of a program lists is not linked.
 ///
-/// To offer a further service: write fsw/framework/subsystem/<name>_service.{h,c} with a type
-/// <name>_service_t and a function <name>_service_add(component, service, entries, count, ..) that sets the
-/// service up with what the functions below give and ends with component_add_service; then list it in
-/// gse/generator/services.py, in fsw/framework/descriptor/subsystem_builder.c, in subsystem.xsd and in
-/// docs/descriptors.md.
+/// The `step` of a service is called once per cycle of the component's own loop, after control, housekeeping
+/// and links, also in OFFLINE (idle cycle). Its cycle number counts these steps from 1 and never restarts.
 ///
-/// A service's `step` is called once per cycle of the component's own loop, behind the control, housekeeping
-/// and links of that cycle; in OFFLINE too, where a cycle is the idle one. Its cycle number counts these
-/// steps from 1 and never begins anew.
-///
-/// Context  The component's own loop.
+/// Context    The component's own loop.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_OPTIONAL_SERVICES_H
 #define FSW_FRAMEWORK_SUBSYSTEM_OPTIONAL_SERVICES_H
 

@@ -2,19 +2,16 @@
 /// The generic subsystem: state machine, cyclic step, services and links of one component.
 ///
 /// A specific subsystem is a table of callbacks (subsystem_callbacks_t) and one descriptor. The generic part
-/// answers telecommands, walks through the states, reads and writes links, samples housekeeping and reports
-/// what it is; the callbacks drive the devices.
+/// answers telecommands, walks through the states, reads and writes links and samples housekeeping; the
+/// callbacks drive the devices. One cycle, every samplingTime of the applied configuration:
 ///
-/// One cycle, every samplingTime of the applied configuration (idle_cycle_ns without one):
-///   1. `sense`: take in device data
-///   2. the running entry action, once
-///   3. `control`: the cyclic code of the state
-///   4. `emit`: commands to the devices, SYNC last
-///   5. links are written, housekeeping is sampled
-/// Messages are taken in before a cycle and whenever one arrives.
+///     sense                       take in device data
+///     entry action of the state   once
+///     control                     the cyclic code of the state
+///     emit                        commands to the devices, SYNC last; then write links, sample housekeeping
 ///
-/// Ownership  The program places subsystem_t and everything subsystem_config_t points to; all of it lives as
-///            long as the subsystem.
+/// Ownership  The program places subsystem_t and what subsystem_config_t points to; all outlive the
+///            subsystem.
 /// Context    One task; the callbacks run inside subsystem_step and never block. Time is pushed in.
 /// Errors     Each function lists its statuses.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H

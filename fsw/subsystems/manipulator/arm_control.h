@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Joint control of the arm: from sensors and desired motion to the commands of the drives.
 ///
-/// Each cycle: arm_control_sense takes in the sensors; then either arm_control_hold (actuators are off: the
-/// law is computed for the present pose, so that engaging at any moment is without a step) or
-/// arm_control_step with what is desired. Torque mode closes the loop here; position mode leaves it to the
-/// drive and sends the motor angle and the torque fed forward.
+/// Each cycle calls arm_control_sense, then arm_control_hold (actuators off: the law is computed for the
+/// present pose, so that engaging makes no step) or arm_control_step. Torque mode closes the loop here; in
+/// position mode the drive does, with the motor angle and the torque fed forward.
 ///
 ///     motor target  th_d = q_d + (M a_d + C + g) / K + offset
 ///     feed-forward  u_ff = M a_d + C + g + J a_d + friction(v_d)

@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The calendar of stepped time: grants the processor to one participant at a time, at the simulated time
-/// each asked for, in participant order within one instant. Nothing runs outside its grant.
+/// each asked for, in participant order within one instant. A participant runs only during its grant.
 ///
-/// Time stands in slots of `slot_ns`; a participant asks for its next wake time when it is done. A delivery
-/// (osal_calendar_deliver) wakes the receiver in the current slot if its turn is still to come (its order is
-/// higher than the running one's), else at the start of the next slot. The number of deliveries since its
-/// last grant tells a participant exactly how much to take in before it runs.
+/// Time has slots of `slot_ns`; a participant asks for its next wake time when it is done. A delivery
+/// (osal_calendar_deliver) wakes the receiver in the current slot if its order is higher than that of the
+/// running one, else at the start of the next slot. A participant learns the number of deliveries since its
+/// last grant.
 ///
-/// The storage is plain memory: in shared memory with one process per participant (futex hand-off), or inside
+/// The storage is plain memory: shared memory with one process per participant (futex hand-off), or memory of
 /// one program that calls osal_calendar_next in a loop (image form). Both give the same sequence of grants.
 ///
-/// A participant has lives: each start of its process begins a new life with the next number. A life is first
-/// EXPECTED from a given instant (simulated time stops at that instant until the life has joined), then
-/// JOINED, and at last ended. Start, stop and death are operations of the calendar, so they happen at a
-/// defined simulated time; the processes follow in wall-clock time. Calls in the name of an ended life have
-/// no effect.
+/// Each start of a participant's process begins a new life with the next number. A life is EXPECTED from a
+/// given instant (simulated time stops there until the life has joined), then JOINED, and at last ended.
+/// Start, stop and death happen at a defined simulated time; the processes follow in wall-clock time. Calls
+/// in the name of an ended life have no effect.
 #ifndef OSAL_CALENDAR_H
 #define OSAL_CALENDAR_H
 

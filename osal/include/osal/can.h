@@ -1,22 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A CAN controller as the operating system offers it: classic and FD frames, error frames, two ends.
+/// A CAN controller: classic and FD frames, error frames, two ends. The address of a bus is one of
 ///
-/// A bus is named by an address:
-///     "shm:NAME"            rings in shared memory; needs nothing from the kernel
+///     "shm:NAME"            rings in shared memory, without the kernel
 ///     "can:INTERFACE"       SocketCAN
-///     "can:INTERFACE@NAME"  SocketCAN with a counted hand-over, for stepped time: the kernel may hand a
-///                           frame over after `send` has returned, so each end announces what it has sent in
-///                           the shared memory NAME, and the other takes in exactly that before it finds
-///                           nothing. The ends may stand on different interfaces of one bus.
+///     "can:INTERFACE@NAME"  SocketCAN with a counted hand-over for stepped time: each end announces its
+///                           frames in the shared memory NAME; the other end waits for exactly these
+///
 /// The node end is the flight side's controller; the wire end is for the simulator's bus model, which
 /// arbitrates and delivers. A controller transmits in the order of sending and does not receive its own
-/// frames. Identifiers, flags and error frames are laid out as in Linux SocketCAN (linux/can.h,
-/// linux/can/error.h).
+/// frames. Frames are laid out as in Linux SocketCAN (linux/can.h, linux/can/error.h).
 ///
 /// Ownership  The caller places osal_can_t; it must not be moved while open.
-/// Context    One task per end. Never blocks, but that the counted hand-over waits for a frame that was
-///            announced and is not there yet, and when it opens until none comes that was sent before, at
-///            most OSAL_CAN_PATIENCE_MS.
+/// Context    One task per end. Only the counted hand-over waits, OSAL_CAN_PATIENCE_MS at most.
 /// Time       O(1).
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef OSAL_CAN_H

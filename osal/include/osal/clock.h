@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The clock of a program, and the only place where it waits.
+/// The clock of a program, the only place where it waits. Components get the time from the executive.
 ///
 /// Real: monotonic time from a common origin, absolute sleep, woken early by a socket. Stepped: simulated
-/// time from the calendar. Component code never sees a clock: the executive pushes the time in.
+/// time from the calendar. Granted: for a program that cannot reach the calendar's memory (one of another
+/// byte order); its caller brings the grants and takes its deliveries.
 ///
-/// Stepped time does not escape the calendar: osal_clock_wait, and it alone, waits for simulated time. The
-/// other calls of this layer that may wait (osal_event_wait, osal_doorbell_wait, osal_mutex_lock,
-/// osal_task_join, osal_socket_wait_readable, osal_process_start and osal_process_wait_any, the connects,
-/// files and directories, the console, network namespaces, CAN interfaces, and a counted CAN bus) keep the
-/// grant while they do: simulated time stands still, nobody else is granted, and their time-outs are
-/// wall-clock. So they are for what is under way already, never for what another participant does after its
-/// own grant: that would wait for ever.
-///
-/// A program that cannot reach the calendar's memory (one of another byte order) has a granted clock: stepped
-/// time whose grants somebody brings to it, and takes back what it told of deliveries.
+/// In stepped time only osal_clock_wait waits for simulated time. Other calls of this layer that may wait
+/// (osal_event_wait, osal_doorbell_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_readable,
+/// osal_process_start, osal_process_wait_any, connects, files, directories, console, network namespaces, CAN
+/// interfaces, a counted CAN bus) keep the grant: simulated time stands still, and their time-outs are
+/// wall-clock time. To wait so for a participant that needs a grant is a deadlock.
 ///
 /// Ownership  The caller places osal_clock_t.
 /// Context    The one task that runs the program's loop.

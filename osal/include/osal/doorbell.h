@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Doorbell: any number of tasks, of any process if it lies in shared memory, wait for the next ring.
-///
-/// Unlike an event it is not cleared by who sees it: rings are counted, and a waiter waits for a count other
-/// than the one it has seen. Who reads the count, then looks at what a ring announces, and waits only if
-/// there was nothing, misses no ring:
+/// Doorbell: any number of tasks, of any process if it lies in shared memory, wait for the next ring. Rings
+/// are counted, and a waiter waits for a count other than the one it has seen. A task that reads the count,
+/// then checks for work, and waits only if there was none, misses no ring:
 ///
 ///     const uint32_t seen = osal_doorbell_rings(bell);
 ///     if (!look()) { status = osal_doorbell_wait(bell, seen, timeout_ms); }
 ///
-/// A waiter whose ringer was last seen on another processor looks for OSAL_DOORBELL_LOOK_NS before it sleeps:
-/// to wake a sleeping processor takes as long, and a ring that comes meanwhile enters the kernel on neither
-/// side.
+/// A waiter whose ringer last ran on another processor polls for OSAL_DOORBELL_LOOK_NS before it sleeps:
+/// waking a sleeping processor takes as long, and a ring meanwhile enters the kernel on neither side.
 ///
-/// Context    Any task. Ringing never blocks, and enters the kernel only if somebody waits; a waiter that
-///            died leaves nothing behind but such calls. Waiting is for the executive of a program with a
-///            real clock, never for a component; it escapes the calendar.
+/// Context    Any task. Ringing never blocks, and enters the kernel only if a task waits; a waiter that died
+///            costs only such calls. Waiting is for the executive of a program with a real clock, never for a
+///            component: in stepped time the calendar does not know of it.
 /// Errors     A null argument is a coding error (FSW_ASSERT).
 #ifndef OSAL_DOORBELL_H
 #define OSAL_DOORBELL_H
