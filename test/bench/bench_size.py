@@ -44,7 +44,7 @@ OPTIONAL = {
     "control": re.compile(r"fsw/framework/control/"),
     "resource_governor": re.compile(r"base/(resource|quota)\.c"),
     "sdls": re.compile(r"fsw/framework/sdls/"),
-    "peer_of_subsystems": re.compile(r"pus/(packet_report|st05_occurrence|st130_peer)\.c"),
+    "peer_of_subsystems": re.compile(r"pus/(core/packet_report|st05/st05_occurrence|private/st130_peer)\.c"),
     "takeover_of_channels": re.compile(r"fsw/framework/message/(message_positions|octet_ring_refill)\.c"),
     "whole_mission": re.compile(r"fsw/framework/descriptor/mission_(checks|lookup|rules|whole)\.c"),
 }
@@ -94,7 +94,7 @@ def option_of(source):
 def is_everywhere(source):
     if source.parts[0] in ("base", "fsw"):
         return not NEEDED.match(str(source)) and option_of(source) is None
-    return service_of(source) in EVERYWHERE
+    return service_of(source) in EVERYWHERE and option_of(source) is None
 
 
 def functions(target):
