@@ -8,14 +8,14 @@
 
 #include <string.h>
 
-#define PROGRESS_NS 1000000000ULL      ///< Wall-clock time between lines of progress on a terminal,
-#define PROGRESS_FILE_NS 5000000000ULL ///< and elsewhere.
+#define PROGRESS_NS 1000000000ULL      ///< Wall-clock time between lines of progress on a terminal.
+#define PROGRESS_FILE_NS 5000000000ULL ///< The same if the output is not a terminal.
 #define LEFT_NS 2000000000ULL    ///< Simulated time that a mission goes on without its operator, who left.
 #define STALL_NS 30000000000ULL  ///< Wall-clock time without any progress of simulated time.
 #define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to come up.
-#define ASK_NS 1000000000ULL  ///< Wall-clock time that a process has to end by itself after its last grant,
-#define KILL_NS 2000000000ULL ///< and to end at all.
-#define ABANDONED 1U          ///< As abandon_ns: at once, even before time begins.
+#define ASK_NS 1000000000ULL     ///< Wall-clock time for a process to end by itself after its last grant.
+#define KILL_NS 2000000000ULL    ///< The same until it is killed.
+#define ABANDONED 1U             ///< As abandon_ns: at once, even before time begins.
 
 void launcher_give_up(launcher_t* const launcher, const char* const what, const char* const detail)
 {

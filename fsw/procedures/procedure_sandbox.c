@@ -9,8 +9,8 @@
 #include <string.h>
 
 #define UNPACK_MAX 250      // Values that `unpack` returns.
-#define KEY_PRICE 4U        // Of taking a key from a table, and of comparing two,
-#define TEXT_COMPARED 512U  // where a unit compares so many octets.
+#define KEY_PRICE 4U        // Of taking a key from a table, and of comparing two keys.
+#define TEXT_COMPARED 512U  // Octets that one unit compares.
 #define METATABLE_PRICE 40U // Of copying one.
 #define NUMBER_PRICE 18U    // Of making a number a text.
 #define PIECE_PRICE 2U      // Of a text that is put into another.

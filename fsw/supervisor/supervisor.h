@@ -106,12 +106,11 @@ typedef struct { // What is known of one subsystem.
     presumed_t presumed; ///< See effects.c.
     uint64_t heard_ns;
     uint64_t started_ns;
-    uint64_t
-        interface_hash; ///< Of the descriptor it runs with, as it told last, and whether that is another than
-    uint64_t configuration_hash; ///< the supervisor's.
-    bool is_interface_foreign;
-    bool is_in_doubt; ///< Taken over from the previous supervisor, not reported since.
-    bool is_clogged;  ///< It took nothing of a full window for so long that the ground waits for it no more.
+    uint64_t interface_hash; ///< Of the descriptor it runs with, as it last reported it.
+    uint64_t configuration_hash;
+    bool is_interface_foreign; ///< The interface hash differs from that of the supervisor's descriptor.
+    bool is_in_doubt;          ///< Taken over from the previous supervisor, not reported since.
+    bool is_clogged; ///< It took nothing of a full window for so long that the ground waits for it no more.
     bool are_links_in_doubt; ///< Taken over, and not compared with what it says of them.
     doubt_t doubt;
     struct {

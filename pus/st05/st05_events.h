@@ -37,8 +37,8 @@ typedef struct {
     uint32_t due_ms;     // When as many have passed as may on the average [wraps].
 } pus_event_state_t;
 
-#define PUS_EVENT_BURST 20U        ///< Where nothing else is said: so many at once,
-#define PUS_EVENT_INTERVAL_MS 100U ///< and ten a second.
+#define PUS_EVENT_BURST 20U        ///< Default: reports of an event at once.
+#define PUS_EVENT_INTERVAL_MS 100U ///< Default: time between further reports.
 #define PUS_SUPPRESSED_TELL_NS 1000000000ULL
 #define PUS_SUPPRESSED_AUX 6U ///< Auxiliary data of the event that tells: event u16, count u32.
 

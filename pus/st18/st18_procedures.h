@@ -111,11 +111,11 @@ typedef struct {
     const pus_file_port_t* files;         ///< Null: nothing is loaded by reference.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
     pus_procedure_t* procedures;
-    pus_procedure_run_t* runs;    ///< One for each slot of the engine.
-    uint16_t capacity;            ///< Of `procedures`, 1..16383.
-    uint32_t budget;              ///< Units of the engine a procedure has in a cycle,
-    uint16_t calls;               ///< and steps, events and requests, >= 1; the next one waits a cycle.
-    uint64_t cycle_ns;            ///< [ns], >= 1.
+    pus_procedure_run_t* runs; ///< One for each slot of the engine.
+    uint16_t capacity;         ///< Of `procedures`, 1..16383.
+    uint32_t budget;           ///< Units of the engine for a procedure in a cycle.
+    uint16_t calls;            ///< Steps, events and requests in a cycle, >= 1; the next one waits a cycle.
+    uint64_t cycle_ns;         ///< [ns], >= 1.
     uint32_t verification_cycles; ///< Time limit of a request that is waited for.
     uint16_t observation_event;   ///< 0: none.
     uint16_t failure_event;

@@ -64,8 +64,8 @@ typedef struct {      // A list of items in the model. Offsets are small and not
     uint16_t capacity;
     uint16_t size;   ///< Of an item [octets].
     uint16_t line;   ///< Offset of the line in an item (uint32_t), or 0.
-    uint16_t first;  ///< Offset of the range's begin in the item around (uint16_t),
-    uint16_t number; ///< and of its length (uint16_t), or 0: no range.
+    uint16_t first;  ///< Offset, in the enclosing item, of the first index of the range (uint16_t).
+    uint16_t number; ///< Offset, in that item, of the length of the range (uint16_t), or 0: no range.
 } source_list_t;
 
 typedef struct { // One element that may stand below a parent.

@@ -104,9 +104,9 @@ typedef struct {
     descriptor_severity_t severity;
     uint16_t per_second;  ///< Occurrences reported on average; 0: no limit.
     uint8_t burst;        ///< Occurrences reported at once.
-    uint16_t first_field; ///< Values the raiser gives as auxiliary data; or
+    uint16_t first_field; ///< Auxiliary data passed by the caller that raises the event, or ..
     uint16_t field_count;
-    uint16_t first_reference; ///< parameters to sample into it. Never both.
+    uint16_t first_reference; ///< .. parameters sampled into it. Never both.
     uint16_t reference_count;
     uint32_t octets; ///< Auxiliary data on the wire.
     uint32_t line;

@@ -22,7 +22,5 @@ void component_add_service(component_t* component, const pus_service_t* service,
 pus_parameter_port_t component_parameter_port(component_t* component);
 /// Where records are kept, or null.
 const pus_persistence_t* component_persistence(const component_t* component);
-/// The component's application process is component_process (component.h); events of the descriptor are
-/// raised by subsystem_raise (subsystem.h), device callbacks see subsystem_callbacks_t.
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_OPTIONAL_SERVICES_H

@@ -30,16 +30,16 @@
 
 #define OSAL_CAN_ERROR_TX_TIMEOUT 0x001U       ///< By the driver: a frame did not leave in time.
 #define OSAL_CAN_ERROR_LOST_ARBITRATION 0x002U ///< data[0]: the bit, 0 when not told.
-#define OSAL_CAN_ERROR_CONTROLLER                                                                            \
-    0x004U ///< data[1]: 0x01/0x02 overflow rx/tx, 0x04/0x08 warning, 0x10/0x20 passive, 0x40 active again.
+/// data[1]: 0x01/0x02 overflow rx/tx, 0x04/0x08 warning, 0x10/0x20 passive, 0x40 active again.
+#define OSAL_CAN_ERROR_CONTROLLER 0x004U
 #define OSAL_CAN_ERROR_PROTOCOL 0x008U    ///< data[2]: the violation, data[3]: where in the frame.
 #define OSAL_CAN_ERROR_TRANSCEIVER 0x010U ///< data[4]: which line.
 #define OSAL_CAN_ERROR_NO_ACK 0x020U
 #define OSAL_CAN_ERROR_BUS_OFF 0x040U
 #define OSAL_CAN_ERROR_BUS 0x080U
-#define OSAL_CAN_ERROR_RESTARTED                                                                             \
-    0x100U ///< data[6], data[7] of error frames: transmit and receive error counters.
-#define OSAL_CAN_ERROR_COUNTERS 0x200U ///< These counters are valid, in frames of other classes too.
+#define OSAL_CAN_ERROR_RESTARTED 0x100U
+/// data[6], data[7]: transmit and receive error counters are valid; also in frames of other classes.
+#define OSAL_CAN_ERROR_COUNTERS 0x200U
 
 #define OSAL_CAN_FLAG_BRS 0x01U ///< Bit rate switch.
 #define OSAL_CAN_FLAG_ESI 0x02U ///< Sender was error passive.
