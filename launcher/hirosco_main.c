@@ -106,6 +106,9 @@ static int watch(char* const arguments[], const launch_options_t* const options)
 
 int main(const int argument_count, char* arguments[])
 {
+    if (osal_console_introduce(argument_count, arguments, "hirosco", NULL)) {
+        return 0;
+    }
     const bool is_run   = (argument_count >= 2) && (strcmp(arguments[1], "run") == 0);
     const bool is_guard = (argument_count >= 3) && (strcmp(arguments[1], "guard") == 0);
     const bool is_help  = (argument_count < 2) || (strcmp(arguments[argument_count - 1], "--help") == 0);

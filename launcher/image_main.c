@@ -405,10 +405,15 @@ static void tell_takes(void)
 
 int main(const int argument_count, char* arguments[])
 {
+    static const char usage[] =
+        "usage: --run NAME [--scenario FILE] [--equipment FILE] [--seed N] [--door PATH] "
+        "(started by `hirosco run`)";
     image_options_t options = {.seed = 1U};
+    if (osal_console_introduce(argument_count, arguments, "image", usage)) {
+        return 0;
+    }
     if (!parse(argument_count, arguments, &options)) {
-        (void)complain("usage: --run NAME [--scenario FILE] [--equipment FILE] [--seed N] [--door PATH] "
-                       "(started by `hirosco run`)");
+        (void)complain(usage);
         return 2;
     }
     osal_process_catch_stop();

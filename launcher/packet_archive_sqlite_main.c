@@ -502,11 +502,15 @@ static uint64_t number_of(const char* const words)
 
 int main(const int argument_count, char* arguments[])
 {
+    static const char usage[] = "usage: packet-archive-sqlite follow FOLDER, or merge FOLDER [RECORDS]";
+    if (osal_console_introduce(argument_count, arguments, "packet-archive-sqlite", usage)) {
+        return 0;
+    }
     const bool is_follow = (argument_count == 3) && (strcmp(arguments[1], "follow") == 0);
     const bool is_merge =
         ((argument_count == 3) || (argument_count == 4)) && (strcmp(arguments[1], "merge") == 0);
     if (!is_follow && !is_merge) {
-        (void)complain("usage: packet-archive-sqlite follow FOLDER, or merge FOLDER [RECORDS]", "");
+        (void)complain(usage, "");
         return 2;
     }
     osal_process_catch_stop();

@@ -3,6 +3,7 @@
 
 #include "launcher/launcher_guard.h"
 #include "base/text.h"
+#include "base/version.h"
 #include "osal/include/osal/file.h"
 
 #include <string.h>
@@ -195,7 +196,7 @@ static size_t describe_run(const launcher_t* const launcher, char out_summary[SU
     add_word(&text, "exit_reason", launcher->reason);
     add_bus_frames(&text, launcher);
     add_key(&text, "versions");
-    text_add(&text, "{\"hirosco\": \"0.1.0\", \"compiler\": ");
+    text_add(&text, "{\"hirosco\": \"" HIROSCO_VERSION "\", \"compiler\": ");
     add_string(&text, __VERSION__);
     text_add(&text, "}");
     if ((launcher->guard != NULL) && (launcher->guard->starts > 1U)) {

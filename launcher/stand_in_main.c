@@ -211,14 +211,18 @@ static void tell_loss(const stand_in_t* const self, const osal_process_result_t*
 
 int main(int argument_count, char* arguments[])
 {
+    static const char usage[] = "usage: --run NAME --component INDEX --program PATH --runner PATH "
+                                "(the launcher `hirosco run --foreign SUBSYSTEM` starts it)";
     stand_in_t* const self    = &storage;
     const bool is_well_called = (argument_count == 9) && (strcmp(arguments[1], "--run") == 0) &&
                                 (strcmp(arguments[3], "--component") == 0) &&
                                 (strcmp(arguments[5], "--program") == 0) &&
                                 (strcmp(arguments[7], "--runner") == 0);
+    if (osal_console_introduce(argument_count, arguments, "stand-in", usage)) {
+        return 0;
+    }
     if (!is_well_called) {
-        (void)complain("usage: --run NAME --component INDEX --program PATH --runner PATH ",
-                       "(the launcher `hirosco run --foreign SUBSYSTEM` starts it)");
+        (void)complain(usage, "");
         return 2;
     }
     self->component = 0U;

@@ -186,12 +186,15 @@ static status_t loop(const char* const executable, const program_t* const progra
 int executive_main(const int argument_count, char* const arguments[], const char* const executable,
                    const program_open_t open, const mission_scope_t* const scope)
 {
+    static const char usage[] = "usage: --run NAME --component INDEX (the launcher `hirosco run` starts it)";
+    if (osal_console_introduce(argument_count, arguments, executable, usage)) {
+        return 0;
+    }
     storage.scope             = scope;
     const bool is_well_called = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0);
     const bool is_foreign     = is_well_called && (strcmp(arguments[3], "--stand-in") == 0);
     if (!is_foreign && (!is_well_called || (strcmp(arguments[3], "--component") != 0))) {
-        (void)complain(executable,
-                       "usage: --run NAME --component INDEX (the launcher `hirosco run` starts it)");
+        (void)complain(executable, usage);
         return 2;
     }
     osal_process_catch_stop();

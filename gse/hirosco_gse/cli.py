@@ -14,7 +14,7 @@ import signal
 import sys
 import time
 
-from . import commands, gateway, link, sdls, telemetry
+from . import __version__, commands, gateway, link, sdls, telemetry
 from .commands import UsageError
 from .dictionary import STATES, Dictionary, DictionaryError
 from .script import Script, ScriptError, ScriptFailure, link_entry
@@ -89,6 +89,7 @@ def _parser():
         epilog=_epilog(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action="version", version=f"gse {__version__}")
     parser.add_argument("--host", default=LOOPBACK, help="address of the ground port (default %(default)s)")
     parser.add_argument("--port", type=int, help=f"ground port (default: runs/latest/ground.port, else {DEFAULT_PORT})")
     parser.add_argument("--dictionary", help="mission dictionary (default: that of the run's mission)")

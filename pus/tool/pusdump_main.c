@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// pusdump: for space packets what candump is for frames.
+#include "base/version.h"
 #include "pus/tool/pusdump_input.h"
 
 #include <errno.h>
@@ -26,6 +27,7 @@ static const char usage[] =
     "  --format FORMAT   do not guess the format\n"
     "  --epoch SECONDS   tell packet times from this moment, in seconds since 1958-01-01 TAI\n"
     "  --help            this text\n"
+    "  --version         name and version\n"
     "\n"
     "A malformed packet gets one line that says what is wrong. Exit code: 0 all packets are well-formed, 1 "
     "some are\n"
@@ -128,6 +130,10 @@ int main(const int count, char** const arguments)
     for (int i = 1; i < count; i++) {
         if (strcmp(arguments[i], "--help") == 0) {
             (void)fputs(usage, stdout);
+            return EXIT_GOOD;
+        }
+        if (strcmp(arguments[i], "--version") == 0) {
+            (void)puts("pusdump " HIROSCO_VERSION);
             return EXIT_GOOD;
         }
     }

@@ -552,6 +552,9 @@ int main(int count, char* arguments[])
 {
     options_t options = {
         .simulator = {.seed = 1U}, .is_stepped = true, .end_ns = NO_LIMIT, .door_name = "operator"};
+    if (osal_console_introduce(count, arguments, "simulator", NULL)) {
+        return EXIT_SUCCESS;
+    }
     const int usage           = parse(&options, count, arguments);
     osal_shm_t shm            = {0};
     osal_calendar_t* calendar = NULL;

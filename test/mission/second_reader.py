@@ -71,7 +71,8 @@ def build(place):
     (place / "sim" / "equipment").mkdir()
     (place / "sim" / "equipment" / "shadow.txt").write_text(BENCH, encoding="ascii")
     shutil.copytree(flying.ROOT / "gse", place / "gse", ignore=shutil.ignore_patterns("__pycache__"))
-    (place / "pus").symlink_to(flying.ROOT / "pus")
+    for name in ("base", "pus"):
+        (place / name).symlink_to(flying.ROOT / name)
     _link_all(flying.ROOT / "build", place / "build", ("bin", "generated", "test"))
     shutil.copytree(flying.BIN, place / "build" / "bin")
     _compile(place, descriptor)

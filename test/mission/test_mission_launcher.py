@@ -115,9 +115,19 @@ def test_program_called_by_hand_tells_its_usage(name, words):
     told = done.stdout + done.stderr
     if not (name == "pusdump" and words == ()):  # an empty packet log is well-formed
         assert told.strip(), f"{name} {words} says nothing"
-    if words == ("--help",):
-        assert "usage" in told
-        assert done.returncode in (0, USAGE)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_program_says_its_version_and_its_usage(name):
+    """On standard output, with success; the version is the one of the project's header."""
+    version = re.search(r'HIROSCO_VERSION "([^"]+)"', (flying.ROOT / "base" / "version.h").read_text(encoding="utf-8"))[1]
+    for word in ("--version", "--help"):
+        done = subprocess.run([flying.BIN / name, word], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
+        assert (done.returncode, done.stderr) == (0, ""), f"{name} {word}"
+        if word == "--version":
+            assert done.stdout == f"{name} {version}\n"
+        else:
+            assert done.stdout.startswith("usage: ")
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@
 #include "osal/include/osal/console.h"
 
 #include "base/assertion.h"
+#include "base/version.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -76,6 +77,33 @@ static void test_lines_and_parts_of_lines(void)
     TEST_ASSERT_EQUAL_STRING("to the other\n", output);
 }
 
+static void introduce(int number)
+{
+    static char program[]  = "program";
+    static char version[]  = "--version";
+    static char help[]     = "--help";
+    static char run[]      = "run";
+    char* const asked[][3] = {
+        {program, version, NULL}, {program, help, NULL}, {program, run, NULL}, {program, run, help}};
+    (void)number;
+    bool is_right = osal_console_introduce(2, asked[0], "name", "usage: how");
+    is_right      = osal_console_introduce(2, asked[0], "name", NULL) && is_right;
+    is_right      = osal_console_introduce(2, asked[1], "name", "usage: how") && is_right;
+    is_right      = !osal_console_introduce(2, asked[1], "name", NULL) && is_right;
+    is_right      = !osal_console_introduce(2, asked[2], "name", "usage: how") && is_right;
+    is_right      = !osal_console_introduce(3, asked[3], "name", "usage: how") && is_right;
+    is_right      = !osal_console_introduce(1, asked[3], "name", "usage: how") && is_right;
+    _exit(is_right ? 0 : 1);
+}
+
+static void test_name_version_and_usage_are_said_when_asked_for(void)
+{
+    TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, 1, introduce));
+    TEST_ASSERT_EQUAL_STRING("name " HIROSCO_VERSION "\nname " HIROSCO_VERSION "\nusage: how\n", output);
+    TEST_ASSERT_EQUAL(0, listen_to(STDERR_FILENO, 1, introduce));
+    TEST_ASSERT_EQUAL_STRING("", output);
+}
+
 static void say_many(int number)
 {
     char line[80];
@@ -141,6 +169,7 @@ int main(void)
     (void)signal(SIGPIPE, SIG_IGN);
     UNITY_BEGIN();
     RUN_TEST(test_lines_and_parts_of_lines);
+    RUN_TEST(test_name_version_and_usage_are_said_when_asked_for);
     RUN_TEST(test_lines_of_several_processes_do_not_mix);
     RUN_TEST(test_reader_that_sleeps_does_not_stop_the_caller);
     RUN_TEST(test_failed_assertion_is_one_line_and_the_end);
