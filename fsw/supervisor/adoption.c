@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a supervisor leaves to the next one if it dies, and how that one takes it over: at the end of each
-// step all that others count on is committed to the vitals. Only what was committed happened (effects.c,
-// undo.h, packet_log.h), and frames that arrive later are kept in an annex: whenever a supervisor dies, it is
-// continued without a packet lost or doubled.
+// Takeover by the next supervisor if one dies. At the end of each step all data that others rely on is
+// committed to the vitals. Only committed effects are performed (effects.c, undo.h, packet_log.h), and frames
+// that arrive later are kept in an annex: whenever a supervisor dies, the next one continues without a packet
+// lost or doubled.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -17,7 +17,7 @@ CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(all_counters_have_room, sizeof(supervisor_counters_t) <= (VITALS_COUNTERS * sizeof(uint32_t)));
 
 #define LOG_RING 2U    ///< Of the rings; before it the backlog to ground and released requests.
-#define FIRST_INBOX 4U ///< Behind it the effects, then what waits from each peer.
+#define FIRST_INBOX 4U ///< After it the effects, then the frames of each peer.
 
 static vitals_rings_t rings_of(supervisor_t* const supervisor)
 {
@@ -124,14 +124,14 @@ static void keep_members(const supervisor_t* const supervisor, supervisor_vitals
     }
 }
 
-/// The supervisor itself begins anew, in OFFLINE; all others go on.
+/// The supervisor itself starts again in OFFLINE; all others continue.
 static void take_members(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
 {
     for (uint16_t i = 0U; i < state->member_count; i++) {
         const vitals_member_t* const member = &state->members[i];
         roster_entry_t* const entry         = &supervisor->roster[i];
         entry->restarts                     = member->restarts;
-        entry->deaths                       = member->restarts; // The strictest that can be meant.
+        entry->deaths                       = member->restarts; // The strictest interpretation.
         if (member->apid == SUPERVISOR_APID) {
             continue;
         }
@@ -302,7 +302,7 @@ static void take_plans(supervisor_t* const supervisor, const supervisor_vitals_t
     }
 }
 
-// ---- The whole ----
+// ---- All fields ----
 
 static void keep_channels(const supervisor_t* const supervisor, supervisor_vitals_t* const state)
 {
@@ -371,7 +371,7 @@ static bool is_going_on(const supervisor_t* const supervisor, const pus_token_t*
            (supervisor->shutdown_token.source == token->source);
 }
 
-/// Requests to the supervisor itself that were not over: all but these have an end, which is told.
+/// Keep these requests to the supervisor itself open; end all others and report it.
 static void leave_own(supervisor_t* const supervisor)
 {
     supervisor->left = supervisor->own;
@@ -386,7 +386,7 @@ static void leave_own(supervisor_t* const supervisor)
     }
 }
 
-/// The channels go on in the life they have; then what has arrived after the commit.
+/// Continue the channels in their present life, then take in the frames that arrived after the commit.
 static void take_messages(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
 {
     message_endpoint_t* const endpoint = supervisor->config.endpoint;
@@ -472,9 +472,9 @@ void adoption_begin(supervisor_t* const supervisor)
     }
 }
 
-// ---- What is told, and asked ----
+// ---- Reports and requests after the takeover ----
 
-/// What the supervisor itself had begun for somebody and has not kept: each request ends, with the reason.
+/// Requests that the supervisor itself had started and cannot continue: end each with the reason.
 static uint16_t end_own(supervisor_t* const supervisor)
 {
     const pus_failure_t failure = pus_failure(PUS_FAILURE_RESTARTED, supervisor->lives);
@@ -487,7 +487,7 @@ static uint16_t end_own(supervisor_t* const supervisor)
     return count;
 }
 
-/// The member's word wins: ask each for its state, and for its links if some were taken over.
+/// The report of a member takes precedence: request its state, and its links if some were taken over.
 static void ask_members(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
@@ -504,7 +504,7 @@ static void ask_members(supervisor_t* const supervisor)
             octet_write_u8(&writer, 0U);
             status = pus_tc_send(&supervisor->requester, &writer, NULL);
         }
-        (void)status; // One that cannot take it now tells its status once a second anyway.
+        (void)status; // A subsystem that cannot take it now reports its status once a second anyway.
     }
 }
 
@@ -513,7 +513,7 @@ void adoption_reopen(supervisor_t* const supervisor)
     if (supervisor->vitals_damage != ADOPTION_NOTHING) {
         return;
     }
-    ask_members(supervisor); // In a sequence that they may not follow: these requests can be lost.
+    ask_members(supervisor); // The peers may expect other numbers: these requests can be lost.
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         message_probe(supervisor->config.endpoint, supervisor->mission->subsystems[i].apid);
     }

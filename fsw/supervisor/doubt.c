@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether what is known of a subsystem's state can be relied on. While a subsystem is not heard it may have
-// gone further down by itself; what arrives first when it is heard again may have been sent before. So it is
-// asked, and believed once it has completed that request: its reports come in order.
+// Decides whether the known state of a subsystem is reliable. While the supervisor receives nothing from a
+// subsystem, the subsystem may have changed to a lower state; the first reports after the silence may be
+// older. So the supervisor requests the status, and relies on the state once that request has completed:
+// reports arrive in order.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#define DOUBT_AFTER_NS 1500000000ULL ///< Of silence: a running subsystem tells its status once a second.
+#define DOUBT_AFTER_NS 1500000000ULL ///< Of silence: a running subsystem reports its status once a second.
 #define ASK_AGAIN_NS 1000000000ULL
 
 bool doubt_is_about(const roster_entry_t* const entry)
@@ -30,7 +31,7 @@ static void watch_one(supervisor_t* const supervisor, roster_entry_t* const entr
     const uint64_t now_ns = supervisor->now_ns;
     const bool is_silent  = (now_ns - entry->heard_ns) > DOUBT_AFTER_NS;
     if ((entry->process != PROCESS_RUNNING) || !entry->is_heard) {
-        entry->doubt = DOUBT_NONE; // It begins anew in OFFLINE.
+        entry->doubt = DOUBT_NONE; // It starts again in OFFLINE.
     } else if (is_silent) {
         entry->doubt = DOUBT_SILENT;
     } else if ((entry->doubt == DOUBT_SILENT) ||
@@ -62,7 +63,7 @@ void doubt_verification(supervisor_t* const supervisor, const pus_tm_t* const tm
         return;
     }
     entry->doubt = DOUBT_NONE;
-    if (entry->state == STATE_OFFLINE) { // It has closed its links, and told while nobody heard it.
+    if (entry->state == STATE_OFFLINE) { // It has closed its links, and its reports were lost.
         link_manager_member_lost(supervisor, tm->apid);
     }
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step of the supervisor does to others: frames to subsystems, and orders to their processes. Nothing
-// of it happens before the step is committed, and it is in the commit: a supervisor that dies within a step
-// has done nothing, and the next one does the step again; one that dies later has its effects performed by
-// the next one. Of the one effect that was performed, but not noted, a frame has a sequence number that its
-// receiver knows already, and an order changes nothing the second time.
+// Effects of a step of the supervisor on others: frames to subsystems, and orders to their processes. They
+// are part of the commit and performed after it. If a supervisor dies before the commit, the step had no
+// effect and the next supervisor repeats it; if it dies later, the next one performs the remaining effects.
+// One effect may be performed twice, because it was performed but not noted: the receiver drops a frame with
+// a known sequence number, and a repeated order changes nothing.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -91,7 +91,7 @@ static void carry_out(supervisor_t* const supervisor, const uint8_t* const octet
     entry->presumed = PRESUMED_NOTHING;
     if (order == (uint8_t)ORDER_START) {
         const status_t status = platform->start(platform->context, apid, link_floor, boot_ns);
-        if ((status != STATUS_OK) && (status != STATUS_EXISTS)) { // It exists if that was done already.
+        if ((status != STATUS_OK) && (status != STATUS_EXISTS)) { // Already done by the previous supervisor.
             roster_start_failed(supervisor, entry);
         }
     } else if (order == (uint8_t)ORDER_STOP) {
@@ -103,7 +103,7 @@ static void carry_out(supervisor_t* const supervisor, const uint8_t* const octet
     }
 }
 
-/// A peer that cannot take a frame now gets those behind it later, too.
+/// If a peer cannot take a frame now, its further frames wait as well, to keep their order.
 static bool is_taken(supervisor_t* const supervisor, bool* const is_full, const uint16_t to,
                      const uint8_t* const frame, const size_t size)
 {
@@ -123,7 +123,7 @@ bool effects_perform(supervisor_t* const supervisor)
     (void)memset(is_full, 0, sizeof is_full);
     for (uint32_t i = 0U; i < count; i++) {
         status_t status = octet_ring_take_parts(ring, head, sizeof head, frame, sizeof frame, &size);
-        FSW_ASSERT((status == STATUS_OK) && (size >= sizeof head)); // As they were put.
+        FSW_ASSERT((status == STATUS_OK) && (size >= sizeof head)); // Each entry has a head.
         size -= sizeof head;
         const uint16_t to                 = octets_u16_at(head);
         const roster_entry_t* const entry = roster_find(supervisor, to);

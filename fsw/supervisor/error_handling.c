@@ -4,7 +4,7 @@
 //     1  here, always: HIGH takes the real-time network to ERROR_OPERATIONAL, MEDIUM the subsystem from
 //        OPERATIONAL to SAFE_OPERATIONAL
 //     2  the recovery plan of the mission, or what is built in for HIGH: the network to OFFLINE
-// No plan under way, and nothing that a plan says, switches layer 1 off. LOW and informative events are
+// Layer 1 always reacts, whatever plans are running and whatever they contain. LOW and informative events are
 // logged.
 #include "fsw/supervisor/supervisor_internal.h"
 
@@ -13,14 +13,14 @@
 #include <stddef.h>
 #include <string.h>
 
-#define ORDER_STANDS_NS 1000000000ULL ///< Longest time for which an order without an answer is not repeated.
+#define ORDER_STANDS_NS 1000000000ULL ///< After this time an order without an answer is repeated.
 
 typedef struct { // What happened, and to whom.
     descriptor_severity_t severity;
     uint16_t apid; ///< The subsystem that failed; SUPERVISOR_APID for an event that concerns no other.
     uint16_t event_id;
-    const mission_plan_t* plan; ///< Null: none of the mission.
-    bool is_finding;            ///< Found out by the supervisor: the subsystem has not acted by itself.
+    const mission_plan_t* plan; ///< Null: the mission has none.
+    bool is_finding;            ///< Detected by the supervisor: the subsystem itself has not reacted.
 } failure_t;
 
 void raise_u16(supervisor_t* const supervisor, const uint16_t event_id, const uint16_t first)
@@ -74,7 +74,7 @@ static bool is_ordered(const supervisor_t* const supervisor, const roster_entry_
     return is_open && is_covered(entry->ordered, state);
 }
 
-/// True if a state is one to go down to: a reaction to an error takes nothing up.
+/// True if a state is lower: a reaction to an error never takes a subsystem to a higher state.
 static bool is_downwards(const state_t from, const state_t to)
 {
     const bool is_up_there = (from >= STATE_PRE_OPERATIONAL) && (from <= STATE_OPERATIONAL);
@@ -88,7 +88,7 @@ static bool is_downwards(const state_t from, const state_t to)
     }
 }
 
-/// True if an order has been given. The supervisor itself is taken down by the shutdown only.
+/// True if an order has been given. Only the shutdown takes the supervisor itself to a lower state.
 static bool order_down(supervisor_t* const supervisor, const uint16_t apid, const state_t state,
                        const pus_cause_t cause)
 {
@@ -131,7 +131,7 @@ static plan_run_t run_for(supervisor_t* const supervisor, const failure_t* const
     return run;
 }
 
-/// The reaction to an event of a subsystem ends, or does not begin, for that to another one.
+/// Report that the plan for one event gives way to the plan for another one.
 static void tell_overruled(supervisor_t* const supervisor, const plan_run_t* const run,
                            const plan_run_t* const other)
 {
@@ -183,7 +183,7 @@ static void act(supervisor_t* const supervisor, const plan_run_t* const run,
         } else if (plan_runner_concerns(run, target)) {
             (void)order_down(supervisor, target, (state_t)action->state, PUS_CAUSE_PLAN);
         } else {
-            // Its process died: it begins anew in OFFLINE.
+            // Its process died: it starts again in OFFLINE.
         }
     } else {
         // MISSION_ACTION_LOG: the event itself is in the log.
@@ -220,7 +220,7 @@ static void high(supervisor_t* const supervisor, const failure_t* const failure)
     }
 }
 
-/// The plan first, in this step: where it orders something further down, nothing is ordered twice.
+/// Run the plan before layer 1: if the plan orders a lower state, layer 1 does not order again.
 static void medium(supervisor_t* const supervisor, const failure_t* const failure)
 {
     if ((failure->plan != NULL) && (supervisor->shutdown_step == 0U)) {
@@ -240,7 +240,7 @@ static void lesser(supervisor_t* const supervisor, const failure_t* const failur
     }
 }
 
-/// Once the shutdown has ordered all to OFFLINE, nothing is to stop them on the way.
+/// Once the shutdown has ordered all subsystems to OFFLINE, no reaction may order another state.
 static void react(supervisor_t* const supervisor, const failure_t* const failure)
 {
     if (sequence_is_ending(supervisor)) {
@@ -271,8 +271,8 @@ void error_event(supervisor_t* const supervisor, const pus_event_occurrence_t* c
 
 // ---- Events of the supervisor itself ----
 
-/// What the supervisor itself found out is an event of the supervisor: a plan that names the supervisor, or
-/// else, where a subsystem is concerned, one for any event of that subsystem.
+/// A failure that the supervisor detects is an event of the supervisor. Its plan is one that names the
+/// supervisor, otherwise, if the event concerns a subsystem, one for any event of that subsystem.
 static const mission_plan_t* plan_of_finding(const supervisor_t* const supervisor,
                                              const descriptor_severity_t severity, const uint16_t apid,
                                              const uint16_t event_id)
@@ -296,7 +296,7 @@ static void found(supervisor_t* const supervisor, const descriptor_severity_t se
     react(supervisor, &failure);
 }
 
-/// A process that hung is killed, and so lost: a plan that names only PROCESS_LOST is meant, too.
+/// A process that hangs is killed, and so lost: a plan that names only PROCESS_LOST applies as well.
 void error_member_lost(supervisor_t* const supervisor, const uint16_t apid, const uint16_t event_id)
 {
     const mission_plan_t* const plan =
@@ -356,7 +356,7 @@ void error_own_event(supervisor_t* const supervisor, const pus_tm_t* const tm,
     const own_event_t event = {.event_id = occurrence->event,
                                .severity = occurrence->severity,
                                .subject  = subject_of(supervisor, tm, occurrence->event)};
-    // An informative event takes none: PLAN_STARTED would start plans for ever.
+    // No reaction to informative events: PLAN_STARTED would start plans without end.
     if (is_handled || (event.severity < (uint8_t)PUS_SEVERITY_LOW) || is_noted(supervisor, &event) ||
         !is_worth_a_reaction(supervisor, &event)) {
         return;
@@ -374,7 +374,7 @@ void error_own_events(supervisor_t* const supervisor)
     own_event_t events[SUPERVISOR_OWN_EVENTS];
     const uint16_t count = supervisor->own_event_count;
     (void)memcpy(events, supervisor->own_events, sizeof events);
-    supervisor->own_event_count = 0U; // Those that a reaction raises wait for the next step.
+    supervisor->own_event_count = 0U; // Events raised by a reaction wait for the next step.
     for (uint16_t i = 0U; i < count; i++) {
         found(supervisor, (descriptor_severity_t)events[i].severity, events[i].subject, events[i].event_id);
     }

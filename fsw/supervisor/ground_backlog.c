@@ -8,10 +8,11 @@
 #define OFFSET_SERVICE 7U
 #define VERIFICATION 1U
 
-/// Blocks of each size, and of these for FIRM reports alone.
+/// Blocks of each size, and how many of them are reserved for FIRM reports.
 static const resource_size_t sizes[GROUND_SIZES] = {
     {64U, 768U, 256U}, {256U, 128U, 48U}, {1024U, 16U, 6U}, {PUS_PACKET_MAX, 7U, 3U}};
-/// And those that BULK reports leave besides: while these wait, requests and their answers still have room.
+/// Further blocks that BULK reports do not use: while BULK reports wait, requests and answers still have
+/// room.
 static const uint16_t plain_reserve[GROUND_SIZES] = {320U, 32U, 0U, 0U};
 
 void ground_backlog_init(ground_backlog_t* const backlog)
@@ -56,8 +57,7 @@ static size_t size_index(const size_t size)
     return i;
 }
 
-/// Blocks of the size that a report of the class may still take, beside those it has. It leaves those that
-/// are for other classes alone.
+/// Free blocks of the size that a report of the class may use, without those reserved for other classes.
 static unsigned blocks_left(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size,
                             const unsigned has)
 {
@@ -80,7 +80,7 @@ bool ground_backlog_accepts(const ground_backlog_t* const backlog, const pus_cla
     return has_place(&backlog->lines[class], size) && (blocks_left(backlog, class, size, 0U) > 0U);
 }
 
-/// The block the report waits in, held once more.
+/// The block that contains the report, with one more reference.
 static uint8_t* block_of(ground_backlog_t* const backlog, const uint8_t* const packet, const size_t size,
                          uint8_t* const block)
 {
@@ -102,7 +102,7 @@ status_t ground_backlog_put(ground_backlog_t* const backlog, const uint8_t sourc
                (size > OFFSET_SERVICE) && (size <= PUS_PACKET_MAX));
     const pus_class_t class   = pus_class_of(packet, size);
     ground_line_t* const line = &backlog->lines[class];
-    // The block it lies in is taken already, for whatever class.
+    // Its block is already allocated.
     const bool has_block = blocks_left(backlog, class, size, (block != NULL) ? 1U : 0U) > 0U;
     if (!has_place(line, size) || !has_block) {
         return STATUS_FULL;
@@ -129,7 +129,7 @@ static void offer(const ground_line_t* const line, const uint16_t place, const p
         (ground_report_t){.packet = entry->block, .size = entry->size, .class = class, .place = place};
 }
 
-/// The way is open for FIRM reports only.
+/// Only FIRM reports can be sent.
 static bool next_firm(const ground_backlog_t* const backlog, ground_report_t* const out_report)
 {
     const ground_line_t* const line = &backlog->lines[PUS_CLASS_FIRM];

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way to ground: what `communication` cannot take now waits by class, and what cannot wait is counted.
+// Sending to ground: reports that `communication` cannot take now wait by class; reports without room are
+// dropped and counted.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
 
-#define AWAY_NS 1000000000ULL ///< Where nothing has left for so long, nobody waits for the ground any more.
+#define AWAY_NS 1000000000ULL ///< Without progress for so long, senders stop waiting.
 
-/// What is sent to `communication` while it is dead, or before it is heard in its new life, is lost without a
-/// word.
+/// Packets sent to `communication` while it is dead, or before its first report of a new life, are lost
+/// without notice.
 static bool is_there(const supervisor_t* const supervisor)
 {
     const mission_subsystem_t* const one = mission_find_subsystem(supervisor->mission, COMMUNICATION_APID);

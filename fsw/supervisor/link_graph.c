@@ -74,7 +74,7 @@ uint16_t link_graph_members(const link_graph_t* const graph, const uint16_t apid
     FSW_ASSERT((graph != NULL) && (out_members != NULL));
     uint16_t count = 1U;
     out_members[0] = apid;
-    for (uint16_t next = 0U; next < count; next++) { // Breadth first: members found are looked at in turn.
+    for (uint16_t next = 0U; next < count; next++) { // Breadth-first search.
         for (uint16_t i = 0U; i < graph->count; i++) {
             const link_edge_t* const edge = &graph->edges[i];
             const bool is_out             = (edge->producer_apid == out_members[next]);

@@ -38,7 +38,7 @@ static link_session_t* new_session(supervisor_t* const supervisor, const uint16_
     return NULL;
 }
 
-/// Begun by the supervisor itself: there is no request to answer.
+/// Started by the supervisor itself: there is no request to answer.
 static bool is_own(const link_session_t* const session)
 {
     return session->token.source == 0U;
@@ -109,7 +109,7 @@ static status_t close_member(supervisor_t* const supervisor, const uint16_t apid
     return pus_tc_send(&supervisor->requester, &writer, NULL);
 }
 
-/// The link is neither agreed on nor open any more.
+/// The link is no longer agreed on or open.
 static void drop_link(supervisor_t* const supervisor, const uint16_t link)
 {
     link_edge_t* const accepted = accepted_of(supervisor, link);
@@ -137,7 +137,7 @@ static void close_now(supervisor_t* const supervisor, const uint16_t link)
     supervisor->closings[link - 1U] = 0U;
 }
 
-/// Nothing of the link is to stay behind at either end, but for the one that has nothing (0: both have).
+/// Close the link at both ends, except at the one with this APID, which has nothing to close (0: close both).
 static void forget_link(supervisor_t* const supervisor, const uint16_t link,
                         const pus_link_ends_t* const ends, const uint16_t without)
 {
@@ -150,17 +150,17 @@ static void forget_link(supervisor_t* const supervisor, const uint16_t link,
     }
 }
 
-/// A session that cannot go on: no end stays open, or accepted, alone.
+/// Abort a session: close each end that is open or has accepted.
 static void give_up(supervisor_t* const supervisor, link_session_t* const session, const uint16_t failed,
                     const uint16_t code, const uint32_t detail)
 {
     const bool is_agreed = (accepted_of(supervisor, session->link) != NULL);
     if (session->step == SESSION_CLOSING) {
-        drop_link(supervisor, session->link); // Both have been told.
+        drop_link(supervisor, session->link); // Both ends were asked to close.
     } else if ((session->step != SESSION_ASK_PRODUCER) || is_agreed) {
         forget_link(supervisor, session->link, &session->ends, failed);
     } else {
-        // Nobody has agreed to anything yet.
+        // No end has accepted yet.
     }
     end_session(supervisor, session, code, detail);
 }
@@ -242,7 +242,7 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
     return pus_later();
 }
 
-/// Another epoch for each opening. False, and the session is over: the producer cannot be told.
+/// Open with a new epoch. False: the request to the producer could not be sent, and the session is over.
 static bool begin_opening(supervisor_t* const supervisor, link_session_t* const session,
                           const link_edge_t* const accepted)
 {
@@ -418,7 +418,7 @@ static void member_opened(supervisor_t* const supervisor, link_session_t* const 
     }
 }
 
-/// One end is closed: the other must not stay open, or accepted, alone.
+/// One end is closed: close the other one as well.
 static void member_closed(supervisor_t* const supervisor, const uint16_t link, const uint16_t apid,
                           const pus_link_ends_t* const ends)
 {
@@ -437,7 +437,7 @@ static void member_closed(supervisor_t* const supervisor, const uint16_t link, c
     }
 }
 
-/// An end of a link that was agreed on has told what became of it.
+/// An end of an agreed link has reported its state.
 static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
                         const pus_link_transition_t* const transition, const pus_link_ends_t* const ends)
 {
@@ -450,7 +450,7 @@ static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
         } else if (session != NULL) {
             member_opened(supervisor, session, apid);
         } else {
-            // An end that opened by itself: not of this manager's making.
+            // An end that opened without an order of this manager.
         }
         break;
     case PUS_LINK_STATE_STALE:
@@ -471,7 +471,7 @@ static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
     }
 }
 
-/// Only the two that agreed on a link may say anything about it.
+/// Accept reports about a link only from its two members.
 static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
                            const pus_link_transition_t* const transition)
 {
@@ -489,7 +489,8 @@ static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
     }
 }
 
-/// What a member says of one link, once after the takeover: its word wins, and no end stays open alone.
+/// Status of one link from a member, once after the takeover: it takes precedence, and no end stays open
+/// alone.
 static void compare_link(supervisor_t* const supervisor, const uint16_t apid, const uint16_t link,
                          const bool is_told_open)
 {

@@ -43,7 +43,7 @@ static uint32_t place_of(const mirror_t* const mirror, const uint32_t id)
     return bucket;
 }
 
-/// Size of a parameter's value on the wire; 0 if nobody knows.
+/// Size of a parameter's value on the wire; 0 if unknown.
 static uint16_t size_of(const mirror_t* const mirror, const uint32_t id)
 {
     const uint32_t layout = (id >> LAYOUT_SHIFT) & LAYOUT_MASK;

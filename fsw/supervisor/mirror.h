@@ -79,11 +79,11 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 } mirror_t;
 
 void mirror_init(mirror_t* mirror, const mirror_sizes_t* sizes);
-/// Take over what a report tells: values, or the definition of a structure. Others are passed over.
+/// Take values or the definition of a structure from a report. Other reports are ignored.
 void mirror_observe(mirror_t* mirror, const pus_tm_t* tm);
 /// Learn or replace the definition of a structure: `content` is that of TM[3,10] from the parameters on, N1 x
 /// {id}, NFA x {repetitions, N2 x {id}}, counts u16. `subtype` is that of its reports, 25 or 26. STATUS_OK;
-/// STATUS_INVALID (malformed, or a size that nobody knows), STATUS_EXHAUSTED (no room): it is not known.
+/// STATUS_INVALID (malformed, or of unknown size), STATUS_EXHAUSTED (no room): it is not known.
 status_t mirror_define(mirror_t* mirror, uint16_t apid, uint8_t subtype, uint16_t id,
                        octet_reader_t* content);
 /// Port to the values; valid as long as the mirror.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The operation mode of the mission. Its lasting record {mode, since} is in the journal from the first step
-// to the end of the shutdown. If a supervisor that took over nothing finds it, the flight before was cut off,
-// and nobody knows the state of the spacecraft: the mission begins in its fallback mode.
+// to the end of the shutdown. If a supervisor finds it and has taken over nothing, the previous flight was
+// cut off and the state of the spacecraft is unknown: the mission begins in its fallback mode.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include <string.h>
 
-/// A disk that does not take the record keeps no mode from being entered.
+/// A mode is entered even if the disk does not accept its record.
 static void keep(supervisor_t* const supervisor)
 {
     journal_t* const journal = supervisor->config.journal;

@@ -9,7 +9,7 @@
 #define NS_PER_MS 1000000ULL
 #define ANGLE_BITS 16U
 
-/// Way since the period became this one.
+/// Position relative to the start of the present period.
 static uint64_t way(const uint64_t age_ns, const uint32_t period_ms)
 {
     if (period_ms == 0U) {

@@ -22,9 +22,9 @@
 
 #define PAUSE_FIRST_NS 1000000000ULL
 #define PAUSE_LAST_NS 32000000000ULL
-#define HEALTHY_NS 60000000000ULL ///< After so long without a failure the first pause counts again.
-#define LOOK_NS 1000000000ULL     ///< Between looks whether the file still has its name.
-#define SLOW_NS 1000000000ULL     ///< A disk that needs longer for a write: the ring is in force.
+#define HEALTHY_NS 60000000000ULL ///< After this time without a failure the first pause applies again.
+#define LOOK_NS 1000000000ULL     ///< Between checks that the file still has its name.
+#define SLOW_NS 1000000000ULL     ///< If a write takes longer, the ring is in force.
 
 CAPACITY_CHECK(ring_holds_what_a_mission_may_ask_for,
                PACKET_LOG_RING_OCTETS >= (CAPACITY_RING_RECORDS * (LENGTH_OCTETS + RECORD_SHORT)));
@@ -32,7 +32,7 @@ CAPACITY_CHECK(a_line_fits_behind_a_gap, PACKET_LOG_PIECE > (2U * LINE_MAX_CHARA
 
 // ---- Records ----
 
-/// What a record begins with; its packet follows.
+/// Head of a record; its packet follows.
 static void encode_header(uint8_t out_header[RECORD_HEADER], const uint64_t number, const uint64_t time_ns,
                           const uint8_t direction)
 {
@@ -99,7 +99,7 @@ static status_t open_file(const packet_log_t* const log, osal_file_t* const file
     return STATUS_OK;
 }
 
-/// The whole piece; if it does not fit, nothing of it.
+/// Write the whole piece, or nothing if it does not fit.
 static status_t write_piece(packet_log_t* const log)
 {
     packet_log_job_t* const job = &log->job;
@@ -124,7 +124,7 @@ static void do_job(packet_log_t* const log)
     }
     if (job->kind == PACKET_LOG_WRITE) {
         job->status = write_piece(log);
-    } else { // If it was removed, what is written there is lost.
+    } else { // If it was removed, further writes would be lost.
         job->status = osal_file_is_named(&log->file) ? STATUS_OK : STATUS_NOT_FOUND;
     }
     if (job->status != STATUS_OK) {
@@ -159,7 +159,7 @@ static void drop_oldest(packet_log_t* const log)
     FSW_ASSERT(status == STATUS_OK);
 }
 
-/// From here on the ring is in force; the file may still take what waits.
+/// From now on the ring is in force; the file may still take the waiting records.
 static void stand_in(packet_log_t* const log)
 {
     log->strategy     = PACKET_LOG_RING;
@@ -271,7 +271,7 @@ static void finish_job(packet_log_t* const log)
     } else if (job.kind == PACKET_LOG_OPEN) {
         log->file_first = oldest_number(log);
     } else {
-        // The file goes on.
+        // Continue the file.
     }
 }
 
@@ -384,7 +384,7 @@ static void flush(packet_log_t* const log)
     }
 }
 
-// ---- Records that come ----
+// ---- New records ----
 
 static bool has_room(const packet_log_t* const log, const size_t size)
 {
@@ -400,7 +400,7 @@ static void make_room(packet_log_t* const log, const size_t size)
     } else if (is_full) {
         flush(log);
     } else {
-        // There is room, or the oldest gives it.
+        // There is room, or the oldest record is removed.
     }
     while (!has_room(log, size)) {
         drop_oldest(log);
@@ -526,7 +526,7 @@ void packet_log_abandon(packet_log_t* const log)
     close_file(log);
 }
 
-/// Everything that waits goes into the file of that strategy, if it takes it.
+/// Write all waiting records to the file of that strategy, if possible.
 static void write_rest(packet_log_t* const log, const packet_log_strategy_t strategy)
 {
     log->wanted = strategy;

@@ -21,8 +21,9 @@ static bool is_of(const pending_table_t* const table, const size_t index, const 
            (token->request_id == request_id) && (token->source == source);
 }
 
-/// Where a request goes: to the place of the refused one whose sequence count it has again, so that no report
-/// is taken for that one's; else to a free place, else to that of any refused one. PENDING_MAX: nowhere.
+/// Entry for a request: that of a refused request with the same sequence count (so that no report is
+/// attributed to the old one), otherwise a free one, otherwise that of any refused request. PENDING_MAX:
+/// none.
 static size_t place_for(const pending_table_t* const table, const uint16_t apid,
                         const pus_token_t* const token)
 {
@@ -67,7 +68,7 @@ status_t pending_add(pending_table_t* const table, const uint16_t apid, const pu
     return STATUS_OK;
 }
 
-/// The last report that a request with these flags gets when all goes well.
+/// The last report of a successful request with these flags.
 static uint8_t last_success(const uint8_t ack)
 {
     if ((ack & PUS_ACK_COMPLETION) != 0U) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Requests that have been passed to an addressee and whose verification is not over: when the addressee
-/// dies, or does not even accept what it was asked to acknowledge, each is ended with TM[1,8], so that no
-/// request stays open. A request of several instructions that were all refused has one TM[1,4] for each and
-/// no end of its own. While nothing but refused instructions is known of a request, it is therefore not told
-/// to be lost, and makes room.
+/// Requests that were passed to an addressee and whose verification is not complete. If the addressee dies,
+/// or does not accept a request that requires an acknowledgement, the request ends with TM[1,8], so that none
+/// stays open. A request whose instructions were all refused has one TM[1,4] for each and no further end. As
+/// long as only refused instructions of a request are known, it is not reported as lost, and its entry can be
+/// reused.
 ///
 /// Ownership  The caller places the table.
 /// Context    One loop.
@@ -22,7 +22,7 @@
 
 typedef enum {
     PENDING_ASKED,    ///< No report yet, and one is due.
-    PENDING_ANSWERED, ///< Some report has come; or none is due before the work is done.
+    PENDING_ANSWERED, ///< A report has arrived, or none is due before completion.
     PENDING_REFUSED,  ///< Instructions were refused, and none has started.
     PENDING_STARTED,
 } pending_stage_t;
@@ -48,10 +48,10 @@ void pending_report(pending_table_t* table, uint16_t apid, uint16_t destination,
                     const pus_verification_t* verification);
 /// True if that request of the supervisor to `apid` is in the table.
 bool pending_is_open(const pending_table_t* table, uint16_t apid, uint32_t request_id);
-/// Take one request of `apid` out. False if there is none (left).
+/// Remove one request of `apid`. False: none is left.
 bool pending_take(pending_table_t* table, uint16_t apid, pus_token_t* out_token);
-/// Take one request out that was passed before `since_ns`, asked for its acceptance, and got no report at
-/// all. False if there is none (left).
+/// Remove one request that was passed before `since_ns`, requires a report of acceptance, and got no report.
+/// False: none is left.
 bool pending_take_unanswered(pending_table_t* table, uint64_t since_ns, pus_token_t* out_token);
 
 #endif // FSW_SUPERVISOR_PENDING_TABLE_H

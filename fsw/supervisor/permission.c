@@ -67,8 +67,8 @@ static pus_failure_t check_links(const supervisor_t* const supervisor, const ros
     return pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
-/// MEMBER_ACTIVE: a member of the target's network, other than itself, is in a state. STATE_IN_DOUBT: it may
-/// be, or, where `is_certain` is needed, none is known to be and one may have changed.
+/// MEMBER_ACTIVE: another member of the target's network is in a state. STATE_IN_DOUBT: a member may be in
+/// it; with `is_certain`, no member is known to be, but the state of one is in doubt.
 static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_t apid, const state_t state,
                                    const bool is_certain)
 {
@@ -111,7 +111,7 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
     const state_t wanted         = (state_t)tc->data[0];
     FSW_ASSERT(target != NULL);
     if (((unsigned)wanted >= (unsigned)STATE_COUNT) || (wanted == STATE_ERROR_OPERATIONAL)) {
-        return pus_failure(PUS_FAILURE_NONE, 0U); // The addressee refuses what is none.
+        return pus_failure(PUS_FAILURE_NONE, 0U); // The addressee refuses an invalid one.
     }
     const bool is_up = (wanted > target->state) && (target->state <= STATE_OPERATIONAL);
     if (!is_up) {

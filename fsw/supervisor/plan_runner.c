@@ -108,7 +108,7 @@ plan_verdict_t plan_runner_start(plan_runner_t* const runner, const plan_run_t* 
         add_members(runner, present, wanted);
         return PLAN_JOINED;
     }
-    FSW_ASSERT(present->severity > wanted->severity); // Lesser ones have been overruled.
+    FSW_ASSERT(present->severity > wanted->severity); // Runs of lower severity have ended.
     return PLAN_OUTRANKED;
 }
 

@@ -13,7 +13,7 @@ CAPACITY_CHECK(each_link_has_a_bit, MISSION_LINKS_MAX <= 32U);
 
 // ---- Beginning ----
 
-/// Where a member of the failed network was, if it is to be led back there.
+/// The state to which a member of the failed network is to be returned.
 static void begin_member(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;
@@ -55,7 +55,7 @@ void recommission_begin(supervisor_t* const supervisor, const uint16_t apid)
             supervisor->renewed |= (uint32_t)1U << (edge->link - 1U);
         }
     }
-    // All anew: a link that was being opened when its member died again is not in the graph.
+    // Note all links again: a link that was being opened when its member died again is not in the graph.
     (void)memset(supervisor->renewals, (int)RECOMMISSION_RENEWALS, sizeof supervisor->renewals);
 }
 
@@ -77,8 +77,8 @@ static void tell_end(supervisor_t* const supervisor, roster_entry_t* const entry
                           octets, writer.position);
 }
 
-/// True if permissions and gates let such a request pass now. Missing links, failed partners and states
-/// that are not known may still come; any other refusal ends it.
+/// True if permissions and gates permit such a request now. Missing links, failed partners and unknown states
+/// may still change; any other refusal ends the recommissioning.
 static bool may_pass(supervisor_t* const supervisor, roster_entry_t* const entry, const uint8_t subtype,
                      const uint8_t* const octets, const size_t size)
 {
@@ -120,7 +120,7 @@ static void configure(supervisor_t* const supervisor, roster_entry_t* const entr
                (order_configuration(supervisor, entry->mission->apid, wanted) == STATUS_OK)) {
         entry->recommission.ordered = STATE_PRE_OPERATIONAL;
     } else {
-        // Ordered, or again in the next step.
+        // Ordered; if not, the next step tries again.
     }
 }
 
@@ -129,7 +129,7 @@ static bool is_to_be_open(const supervisor_t* const supervisor, const uint16_t l
     return (supervisor->renewed & ((uint32_t)1U << (link - 1U))) != 0U;
 }
 
-/// True if every link of a member that was open is so again.
+/// True if every link of a member that was open is open again.
 static bool is_linked(supervisor_t* const supervisor, const uint16_t apid)
 {
     for (uint16_t i = 0U; i < supervisor->mission->link_count; i++) {
@@ -149,7 +149,7 @@ static bool has_arrived(const roster_entry_t* const entry)
     return is_still && (entry->state == entry->recommission.target);
 }
 
-/// Up from where it rests, or the end.
+/// Order the next higher state, or end the recommissioning.
 static void walk(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
     if ((entry->state == STATE_PRE_OPERATIONAL) && (entry->phase == PHASE_UNCONFIGURED)) {
@@ -167,11 +167,11 @@ static void walk(supervisor_t* const supervisor, roster_entry_t* const entry)
     } else if ((entry->state == STATE_ERROR_OPERATIONAL) && (entry->phase >= PHASE_SECURED)) {
         order(supervisor, entry, STATE_OFFLINE);
     } else {
-        // On its way.
+        // A transition is under way.
     }
 }
 
-/// True if the member is there, and nobody else leads it.
+/// True if the member is in its state, and no plan or request is moving it.
 static bool is_free(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;
@@ -201,7 +201,7 @@ static void step_member(supervisor_t* const supervisor, roster_entry_t* const en
     if ((entry->state != run->seen) || (entry->phase != run->seen_phase)) {
         const bool is_back = run->is_walking && (run->seen != STATE_COUNT) && (entry->state < run->seen);
         if (is_back) {
-            tell_end(supervisor, entry, PUS_FAILURE_STATE); // Somebody else, or itself, leads it down.
+            tell_end(supervisor, entry, PUS_FAILURE_STATE); // Another cause takes it down.
             return;
         }
         run->seen       = entry->state;

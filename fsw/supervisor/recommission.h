@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Recommissioning: leads a subsystem whose process was started again, and the members of its real-time
-/// network, back to their earlier states. It applies to subsystems that the mission marks
-/// `recommission="true"`. Configuration, links (negotiated again, with new epochs) and states follow as by
-/// telecommand; each step must pass permissions and gates. It waits while a recovery plan has the member. It
-/// stops with an event if a step is refused, if a step takes longer than RECOMMISSION_STEP_NS, or if the
-/// member fails again.
+/// Recommissioning: returns a subsystem whose process was started again, and the members of its real-time
+/// network, to their earlier states. It applies to subsystems that the mission marks `recommission="true"`.
+/// Configuration, links (negotiated again, with new epochs) and states follow as by telecommand; each step
+/// must pass permissions and gates. It waits while a recovery plan has the member. It stops with an event if
+/// a step is refused, if a step takes longer than RECOMMISSION_STEP_NS, or if the member fails again.
 ///
 /// Context  The supervisor's loop; each step.
 #ifndef FSW_SUPERVISOR_RECOMMISSION_H
@@ -35,7 +34,7 @@ struct supervisor;
 
 /// A process died: note the states and links of its network before they are cleared.
 void recommission_begin(struct supervisor* supervisor, uint16_t apid);
-/// Perform the steps that are due for the members that are led back.
+/// Perform the steps that are due for members under recommissioning.
 void recommission_step(struct supervisor* supervisor);
 
 #endif // FSW_SUPERVISOR_RECOMMISSION_H

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known of each subsystem: its process, its state as it last told, its heartbeat, its power.
+// The known data of each subsystem: process, last reported state, heartbeat, power.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -30,7 +30,7 @@ roster_entry_t* roster_find(supervisor_t* const supervisor, const uint16_t apid)
     return NULL;
 }
 
-/// A rest of an orderly life.
+/// A stable state other than ERROR_OPERATIONAL.
 static bool is_rest(const roster_entry_t* const entry)
 {
     const bool is_still = (entry->phase == PHASE_IDLE) || (entry->phase == PHASE_UNCONFIGURED) ||
@@ -40,7 +40,7 @@ static bool is_rest(const roster_entry_t* const entry)
     return is_still && is_one;
 }
 
-/// A state that is none is not believed.
+/// Ignore an invalid state.
 static void keep(supervisor_t* const supervisor, roster_entry_t* const entry, const uint8_t state,
                  const uint8_t phase, const uint16_t configuration)
 {
@@ -71,7 +71,7 @@ static void raise_difference(supervisor_t* const supervisor, const uint16_t even
     (void)subsystem_raise(&supervisor->component, event_id, octets, writer.position);
 }
 
-/// A subsystem may run on another computer, with files of its own. What it runs with is told once for each
+/// A subsystem may run on another computer with its own files. Report its descriptor hashes once for each
 /// change.
 static void compare_descriptors(supervisor_t* const supervisor, roster_entry_t* const entry,
                                 const pus_subsystem_status_t* const status)
@@ -165,7 +165,7 @@ void roster_start(supervisor_t* const supervisor, roster_entry_t* const entry)
     entry->started_ns   = supervisor->now_ns;
 }
 
-/// At once, then after a pause: what dies as soon as it is started does not take the processor from all.
+/// Start at once, then after a pause: a process that dies at every start must not use up the processor.
 static uint64_t pause_ns(const uint8_t deaths)
 {
     return (deaths <= 1U) ? 0U : ((deaths == 2U) ? SHORT_PAUSE_NS : LONG_PAUSE_NS);
@@ -181,15 +181,15 @@ static void start_again(supervisor_t* const supervisor, roster_entry_t* const en
 {
     entry->is_start_due = false;
     if (supervisor->shutdown_step != 0U) {
-        return; // On the way down to the end of the mission nothing is started.
+        return; // No process is started during the shutdown.
     }
     entry->restarts++;
     supervisor->counters.restarts++;
     roster_start(supervisor, entry);
 }
 
-/// Start it again as long as its budget lasts, then fall back. A life that lasted the
-/// period of the mission makes the deaths before it forgotten.
+/// Start it again while its restart budget lasts, then enter the fallback mode. A life as long as the restart
+/// period of the mission resets the count of deaths.
 static void restart(supervisor_t* const supervisor, roster_entry_t* const entry)
 {
     const mission_subsystem_t* const mission = entry->mission;
@@ -215,7 +215,7 @@ static void restart(supervisor_t* const supervisor, roster_entry_t* const entry)
 static void process_lost(supervisor_t* const supervisor, roster_entry_t* const entry, const uint16_t event_id)
 {
     const uint16_t apid = entry->mission->apid;
-    recommission_begin(supervisor, apid); // While states and links are still known.
+    recommission_begin(supervisor, apid); // Before states and links are cleared.
     entry->process       = PROCESS_LOST;
     entry->state         = STATE_OFFLINE;
     entry->phase         = PHASE_IDLE;
@@ -230,8 +230,8 @@ static void process_lost(supervisor_t* const supervisor, roster_entry_t* const e
     restart(supervisor, entry);
 }
 
-/// A process that lives and has not stepped for longer than its mission allows beyond what it promised. No
-/// message has to get through to find it.
+/// A process hangs if it lives and its promised step is later than its mission allows. This check needs no
+/// message.
 static bool is_hung(const supervisor_t* const supervisor, const roster_entry_t* const entry)
 {
     const supervisor_platform_t* const platform = &supervisor->config.platform;
@@ -259,7 +259,7 @@ static void watch_one(supervisor_t* const supervisor, roster_entry_t* const entr
     const uint64_t since_ns = (entry->heard_ns > entry->started_ns) ? entry->heard_ns : entry->started_ns;
     if ((entry->process == PROCESS_RUNNING) && ((supervisor->now_ns - since_ns) > SILENT_NS)) {
         raise_u16(supervisor, SUPERVISOR_EVENT_SUBSYSTEM_SILENT, apid);
-        entry->started_ns = supervisor->now_ns; // Told again only after the same silence.
+        entry->started_ns = supervisor->now_ns; // For a next report after the same time.
         error_member_silent(supervisor, apid);
     }
 }

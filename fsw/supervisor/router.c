@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Routing: every packet between subsystems and ground passes here, is checked, logged and carried on.
+// Routing: every packet between subsystems and ground is checked, logged and forwarded here.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -7,10 +7,10 @@
 #define HOUSEKEEPING_REPORT 25U
 #define DIAGNOSTIC_REPORT 26U
 #define APID_MASK 0x07FFU                // In the first word of a packet.
-#define REQUEST_PATIENCE_NS 100000000ULL ///< A subsystem that lives takes something in more often than that.
+#define REQUEST_PATIENCE_NS 100000000ULL ///< A running subsystem takes in a packet more often than that.
 #define NO_PACKETS_LIMIT (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
 
-/// The ring has taken the place of what is selected, or gives it back: told once each.
+/// Report once that the ring replaces the selected strategy, and once that it no longer does.
 static void tell_log(supervisor_t* const supervisor)
 {
     const packet_log_t* const log         = &supervisor->log;
@@ -46,7 +46,7 @@ void router_flush_log(supervisor_t* const supervisor)
     tell_log(supervisor);
 }
 
-/// Send what may get lost: the endpoint counts it.
+/// Send a packet that may be lost; the endpoint counts losses.
 static void send_now(supervisor_t* const supervisor, const uint16_t apid, const uint8_t* const packet,
                      const size_t size)
 {
@@ -61,7 +61,7 @@ static bool is_ground(const uint16_t user)
 
 // ---- Reports ----
 
-/// Keep up with what a report tells. `is_own` for those of the supervisor itself.
+/// Update the supervisor's data from a report. `is_own`: a report of the supervisor itself.
 static void learn_from(supervisor_t* const supervisor, const pus_tm_t* const tm)
 {
     pus_verification_t verification;
@@ -117,7 +117,7 @@ static bool is_known_user(const supervisor_t* const supervisor, const uint16_t s
 {
     if (!is_ground(source)) {
         return (source == (PUS_USER_ONBOARD | from)) &&
-               (from != COMMUNICATION_APID); // That carries others' only.
+               (from != COMMUNICATION_APID); // It sends packets of others only.
     }
     for (uint16_t i = 0U; i < supervisor->mission->user_count; i++) {
         if ((supervisor->mission->users[i].id == source) && (from == COMMUNICATION_APID)) {
@@ -127,7 +127,7 @@ static bool is_known_user(const supervisor_t* const supervisor, const uint16_t s
     return false;
 }
 
-/// May the request go on? PUS_FAILURE_NONE or why not.
+/// PUS_FAILURE_NONE if the request may pass, else the reason.
 static pus_failure_t judge(supervisor_t* const supervisor, const pus_tc_t* const tc, const uint16_t from)
 {
     if (!is_known_user(supervisor, tc->source, from)) {
@@ -174,7 +174,7 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
     if (decoded != STATUS_OK) {
         supervisor->counters.tc_malformed++;
         const pus_token_t token = pus_token_of(&tc);
-        if (size >= PUS_TC_HEADER_SIZE) { // Its source can be told.
+        if (size >= PUS_TC_HEADER_SIZE) { // Long enough to contain its source.
             pus_verify_rejected(component_process(&supervisor->component), &token, &failure,
                                 supervisor->now_ns);
         }
@@ -209,7 +209,7 @@ void router_route_released(supervisor_t* const supervisor, const uint8_t* const 
     pus_tc_t tc;
     pus_failure_t failure;
     const status_t status =
-        pus_tc_decode(packet, size, &tc, &failure); // Routing checks it once more, and tells.
+        pus_tc_decode(packet, size, &tc, &failure); // Routing checks it again and reports the failure.
     const bool is_from_ground = (status == STATUS_OK) && is_ground(tc.source);
     route_request(supervisor, is_from_ground ? COMMUNICATION_APID : SUPERVISOR_APID, packet, size);
 }
@@ -242,14 +242,14 @@ static uint16_t* taken_of(intake_t* const intake, const uint16_t apid)
     return (entry == NULL) ? NULL : &intake->taken[entry - intake->supervisor->roster];
 }
 
-/// A storm of one subsystem fills its own window, not the step of the supervisor. Of the ground nothing is
-/// taken in while its answers would find no room: it waits in the window, then in the connection.
+/// A storm of one subsystem fills its own window, not the step of the supervisor. No request of the ground is
+/// taken in while there is no room for its answers: it waits in the window, then in the connection.
 static bool admits(void* const context, const uint16_t peer)
 {
     intake_t* const intake            = (intake_t*)context;
     const roster_entry_t* const entry = roster_find(intake->supervisor, peer);
     const uint16_t* const taken       = taken_of(intake, peer);
-    // The first word of a new life: reports wait for it, so it does not wait for them.
+    // The first packet of a new life: reports wait for it, so it must not wait for them.
     const bool is_first = (entry != NULL) && (entry->process == PROCESS_RUNNING) && !entry->is_heard;
     return (taken != NULL) && (*taken < MESSAGE_WINDOW) &&
            ((peer != COMMUNICATION_APID) || is_first ||
@@ -262,9 +262,9 @@ static bool is_peer(void* const context, const uint16_t peer)
     return *(const uint16_t*)context == peer;
 }
 
-/// Whether the ground's next packet is a request for a subsystem that has no room for it now. It waits, and
-/// behind it all that the ground sends, for as long as a subsystem that lives needs to take something in. Who
-/// needs longer is refused its requests at once from then on, until it takes something in.
+/// True if the ground's next packet is a request to a subsystem that has no room for it now. The request
+/// waits, and all later packets of the ground with it, for the time in which a running subsystem takes in a
+/// packet. If that subsystem needs longer, requests to it are refused at once until it takes in a packet.
 static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head, const size_t size)
 {
     const bool is_request       = (size >= PUS_TC_HEADER_SIZE) && pus_packet_is_tc(head, size);
@@ -286,8 +286,8 @@ static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head,
     return !entry->is_clogged;
 }
 
-/// Take the next packet into a block of its size, log and route it, and give the block back: whoever still
-/// needs it holds it, too. Without a block it is handled all the same, but cannot wait. STATUS_OK,
+/// Take the next packet into a block of its size, log and route it, and give the block back: every further
+/// user holds a reference. Without a block the packet is handled all the same, but cannot wait. STATUS_OK,
 /// STATUS_EMPTY, STATUS_BUSY (the ground's, which waits).
 static status_t take_one(supervisor_t* const supervisor, const message_filter_t* const filter,
                          uint16_t* const out_from)
@@ -333,29 +333,29 @@ void router_take_in(supervisor_t* const supervisor)
         intake.is_ground_held = intake.is_ground_held || (status == STATUS_BUSY);
         if (status == STATUS_OK) {
             uint16_t* const taken = taken_of(&intake, from);
-            FSW_ASSERT(taken != NULL); // Only peers send, and each has its place.
+            FSW_ASSERT(taken != NULL); // Only peers send, and each has an entry.
             *taken = (uint16_t)(*taken + 1U);
         }
     }
-    message_take_control(supervisor->config.endpoint); // Of those, too, whose packets wait.
+    message_take_control(supervisor->config.endpoint); // Also from peers whose packets wait.
 }
 
 // ---- What the supervisor sends itself ----
 
-/// The supervisor's status is its heartbeat: every subsystem hears it.
+/// The supervisor's status report is its heartbeat to every subsystem.
 static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const uint16_t apid = supervisor->mission->subsystems[i].apid;
         if ((apid != SUPERVISOR_APID) && (apid != COMMUNICATION_APID) &&
             roster_is_there(&supervisor->roster[i])) {
-            send_now(supervisor, apid, packet, size); // One that cannot take it now hears the next.
+            send_now(supervisor, apid, packet, size); // The next one follows if this is lost.
         }
     }
 }
 
-/// A report that its sender offers again where the ground has no room now. What is due at its time is logged,
-/// and goes without: the heartbeat above all.
+/// True if the sender of a report repeats it when the ground has no room now. Periodic reports are logged and
+/// not repeated, the heartbeat in particular.
 static bool may_wait(const pus_tm_t* const tm)
 {
     const bool is_sampled = (tm->service == PUS_SERVICE_HOUSEKEEPING) &&
@@ -377,7 +377,7 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
         if (!(is_firm ? has_firm_room(supervisor, tc.apid) : router_has_room(supervisor, tc.apid))) {
             return STATUS_FULL; // Not sent, so not logged.
         }
-        router_log(supervisor, packet, size); // The request first, then what it brings about.
+        router_log(supervisor, packet, size); // Log the request before its effects.
         return deliver_request(supervisor, &tc, packet, size);
     }
     pus_tm_t tm;
@@ -418,7 +418,7 @@ status_t order_state(supervisor_t* const supervisor, const uint16_t apid, const 
     octet_write_u8(&writer, (uint8_t)cause);
     pus_token_t token     = {.request_id = 0U};
     const status_t status = pus_tc_send(&supervisor->requester, &writer, &token);
-    FSW_ASSERT(entry != NULL); // Members of the mission are ordered about, nobody else.
+    FSW_ASSERT(entry != NULL); // Only subsystems of the mission get orders.
     entry->is_order_owed    = (status == STATUS_FULL);
     entry->ordered          = target;
     entry->order_cause      = cause;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the supervisor does by itself step by step: bring up what the mission marks `autostart`, and shut the
+// Sequences of the supervisor: bring up the subsystems that the mission marks `autostart`, and shut the
 // mission down with `communication` last.
 #include "fsw/supervisor/supervisor_internal.h"
 
@@ -25,11 +25,11 @@ static bool bring_up(supervisor_t* const supervisor, const roster_entry_t* const
     } else {
         return (entry->state == STATE_OPERATIONAL) && (entry->phase == PHASE_IDLE);
     }
-    (void)status; // What was refused for lack of room is ordered again at the next tick.
+    (void)status; // An order refused for lack of room is repeated at the next tick.
     return false;
 }
 
-/// Without `communication` nobody on the ground could order it up again.
+/// Without `communication` the ground could not bring it up again.
 static bool is_ground_cut_off(supervisor_t* const supervisor)
 {
     const roster_entry_t* const entry = roster_find(supervisor, COMMUNICATION_APID);
@@ -67,7 +67,7 @@ void sequence_autostart(supervisor_t* const supervisor)
 
 enum {
     SHUTDOWN_NONE = 0,
-    SHUTDOWN_TO_SAFE,       ///< Whoever is OPERATIONAL goes to SAFE_OPERATIONAL first, together.
+    SHUTDOWN_TO_SAFE,       ///< First all OPERATIONAL subsystems go to SAFE_OPERATIONAL, together.
     SHUTDOWN_TO_OFFLINE,    ///< All but communication and supervisor.
     SHUTDOWN_COMMUNICATION, ///< The request is answered; communication goes down.
     SHUTDOWN_SELF,
@@ -117,8 +117,8 @@ static void enter_step(supervisor_t* const supervisor, const unsigned step)
         order_group(supervisor, STATE_COUNT, STATE_OFFLINE);
         break;
     case SHUTDOWN_COMMUNICATION:
-        // Whoever is OFFLINE has answered all that reached it before that order. The rest was lost on the
-        // way.
+        // A subsystem in OFFLINE has answered all requests that reached it before that order. The others were
+        // lost.
         roster_end_unanswered(supervisor, passed_ns);
         if (supervisor->has_shutdown_token) {
             pus_verify_completed(component_process(&supervisor->component), &supervisor->shutdown_token,

@@ -103,7 +103,8 @@ const subsystem_callbacks_t* supervisor_callbacks(void)
 
 // ---- Life ----
 
-/// The status of the supervisor is its heartbeat. The subsystem with the least patience hears three of them.
+/// The status of the supervisor is its heartbeat. The subsystem with the shortest time-out gets three of
+/// them.
 static uint64_t heartbeat_interval_ns(const supervisor_t* const supervisor)
 {
     uint64_t interval_ns = COMPONENT_STATUS_INTERVAL_NS;
@@ -162,9 +163,9 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
                                                   &supervisor->log_past, config->mission->log_ring_records);
     if ((status == STATUS_OK) && config->has_log_writer) {
         const status_t started = packet_log_start_writer(&supervisor->log);
-        (void)started; // Without the task the log waits for the disk itself.
+        (void)started; // Without the task the supervisor waits for the disk.
     }
-    onboard_restore(supervisor); // What it has to tell is logged.
+    onboard_restore(supervisor); // Its reports are logged.
     return status;
 }
 
@@ -183,7 +184,7 @@ static void tick(supervisor_t* const supervisor)
     sequence_shutdown(supervisor);
 }
 
-/// What the step has done takes effect. If something of it fails, that is news of the same step.
+/// Perform the effects of the step. If one fails, handle that in the same step.
 static void finish_step(supervisor_t* const supervisor)
 {
     bool is_news = true;

@@ -37,28 +37,28 @@
 #define SUPERVISOR_MODE_RECORD 9U ///< Octets of a mode and the time of its beginning [ns of the run].
 #define SUPERVISOR_OWN_EVENTS 16U ///< Events of its own that wait for the end of the step.
 
-/// How the supervisor reaches processes; the launcher is behind it. Orders come when the step that gave them
-/// is committed; if the supervisor dies at that moment, the next one may give one of them again.
+/// Access to processes, provided by the launcher. Orders are given after the commit of their step; if the
+/// supervisor dies at that moment, the next one may repeat one of them.
 typedef struct {
     void* context;
-    /// Begin a new life of the process, whose first step is `boot_ns` from now. Real-time links that it opens
+    /// Start a new life of the process; its first step is `boot_ns` from now. Real-time links that it opens
     /// have epochs above `link_floor`. STATUS_OK, STATUS_EXISTS (it lives), STATUS_NOT_FOUND.
     status_t (*start)(void* context, uint16_t apid, uint32_t link_floor, uint64_t boot_ns);
     status_t (*stop)(void* context, uint16_t apid); ///< Regular end. STATUS_OK, STATUS_NOT_FOUND.
     status_t (*kill)(void* context, uint16_t apid); ///< End it at once because it hangs. As stop.
     bool (*is_running)(void* context, uint16_t apid);
-    /// When the process has promised to step again, at the latest [ns of the run]; UINT64_MAX: it has not
+    /// Latest time of the next step of the process, as it promised [ns of the run]; UINT64_MAX: it has not
     /// stepped in this life.
     uint64_t (*promise)(void* context, uint16_t apid);
-    bool (*is_stop_requested)(void* context); ///< Somebody asked the program to end (Ctrl-C).
+    bool (*is_stop_requested)(void* context); ///< The program was asked to end (Ctrl-C).
     void (*finished)(void* context);          ///< The mission is shut down; the run may end.
 } supervisor_platform_t;
 
-/// How the supervisor reads what others' descriptors say of their telemetry, once at start.
+/// Access to the descriptors of the subsystems, for their telemetry, once at start.
 typedef struct {
     void* context;
     /// Descriptor of a subsystem, by its index in the mission; until the next call. Statuses of
-    /// descriptor_load_subsystem. Null: nothing is known of others.
+    /// descriptor_load_subsystem. Null: the telemetry of others is unknown.
     status_t (*load)(void* context, uint16_t index, const subsystem_descriptor_t** out_descriptor);
 } supervisor_descriptors_t;
 
@@ -71,7 +71,7 @@ typedef enum { // Process state in TM[131,9].
 typedef enum {
     DOUBT_NONE,
     DOUBT_SILENT, ///< Silent for so long that its state may have changed.
-    DOUBT_ASKED   ///< Heard again; its status was requested.
+    DOUBT_ASKED   ///< Reports arrive again; its status was requested.
 } doubt_t;
 
 typedef enum { // Of a process to which an order was given that is not carried out yet.
@@ -110,8 +110,8 @@ typedef struct { // What is known of one subsystem.
     uint64_t configuration_hash;
     bool is_interface_foreign; ///< The interface hash differs from that of the supervisor's descriptor.
     bool is_in_doubt;          ///< Taken over from the previous supervisor, not reported since.
-    bool is_clogged; ///< It took nothing of a full window for so long that the ground waits for it no more.
-    bool are_links_in_doubt; ///< Taken over, and not compared with what it says of them.
+    bool is_clogged;           ///< Requests to it no longer wait: it has taken nothing for too long.
+    bool are_links_in_doubt;   ///< Taken over, and not yet compared with its report of them.
     doubt_t doubt;
     struct {
         uint32_t request_id; ///< TC[129,4], if DOUBT_ASKED.
@@ -131,7 +131,7 @@ typedef enum {
 typedef struct { // Negotiation, opening or closing of one link under way.
     session_step_t step;
     uint16_t link;
-    uint32_t asked;       ///< Transaction number of who asked.
+    uint32_t asked;       ///< Transaction number of the requester.
     uint32_t transaction; ///< The manager's own, by which members answer.
     uint32_t epoch;
     pus_link_ends_t ends;
@@ -155,8 +155,8 @@ typedef struct {
     const char* log_folder;
     bool has_log_writer; ///< A task of its own waits for the disk of the packet log.
     uint32_t start_count;
-    pus_file_store_t files; ///< Of ST[23] and of who loads by reference.
-    journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: nothing is kept.
+    pus_file_store_t files; ///< Of ST[23] and of services that load by reference.
+    journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: no lasting records.
     component_services_t optional; ///< Services that its descriptor lists.
     const medium_t* store_media;   ///< ONBOARD_STORES of them, for packet stores; null: nothing fits.
     bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, unchanged.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Between the source files of the supervisor; for nobody else.
+/// Shared by the source files of the supervisor; private to them.
 #ifndef FSW_SUPERVISOR_SUPERVISOR_INTERNAL_H
 #define FSW_SUPERVISOR_SUPERVISOR_INTERNAL_H
 
@@ -30,24 +30,24 @@ void router_log(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 /// Port of the supervisor's own reports and requests: log, then deliver. STATUS_OK; STATUS_FULL: there is
 /// no room, nothing was done; the caller sends the packet again.
 status_t router_send(void* context, const uint8_t* packet, size_t size);
-/// Ports of ST[15] and ST[09] to ground; the context is the supervisor. STATUS_OK, STATUS_FULL (the way to
-/// ground is taken, or there is none now: try again later).
+/// Ports of ST[15] and ST[09] to ground; the context is the supervisor. STATUS_OK, STATUS_FULL (no room or no
+/// connection to ground now: try again later).
 status_t router_send_stored(void* context, uint8_t virtual_channel, const uint8_t* packet, size_t size);
 status_t router_send_time(void* context, const uint8_t* packet, size_t size);
 /// True if a request to `apid` would find room in its mailbox now; the supervisor itself always has.
 bool router_has_room(const supervisor_t* supervisor, uint16_t apid);
 /// Route a request that a service on board has released, as one that came from its source.
 void router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
-/// Order to a subsystem of the mission: TC[129,8], with why it is given. Where its mailbox has no room the
-/// order is owed, until another one takes its place or its process dies. Statuses of pus_tc_send.
+/// Order to a subsystem of the mission: TC[129,8], with its cause. If the mailbox has no room, the order is
+/// owed until another one replaces it or the process dies. Statuses of pus_tc_send.
 status_t order_state(supervisor_t* supervisor, uint16_t apid, state_t target, pus_cause_t cause);
-/// Give the orders that are owed, as far as there is room now.
+/// Give the orders that are owed and for which there is room now.
 void order_owed(supervisor_t* supervisor);
 /// Order to a subsystem: TC[129,3].
 status_t order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t configuration);
 
-/// Route a request that came in parts and is whole now, from the user that sent them. STATUS_OK, STATUS_FULL
-/// (no room in the mailbox of its addressee: try again later).
+/// Route a request that was assembled from parts, from the user that sent them. STATUS_OK, STATUS_FULL (no
+/// room in the mailbox of its addressee: try again later).
 status_t router_route_whole(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 
 /// ground_link.c
@@ -68,7 +68,7 @@ void ground_keep(supervisor_t* supervisor);
 void ground_resume(supervisor_t* supervisor);
 /// Raise GROUND_BEHIND, once for each time the ground falls behind.
 void ground_tell(supervisor_t* supervisor);
-/// Bring the published state of the way to ground up to date.
+/// Update the published state of the link to ground.
 void ground_update(supervisor_t* supervisor);
 
 /// roster.c
@@ -77,16 +77,16 @@ void roster_init(supervisor_t* supervisor);
 /// True if its process runs and, if it was started again, has reported since: before its first report in a
 /// new life no packet is sent to it.
 bool roster_is_there(const roster_entry_t* entry);
-/// Order a new life of its process; and what follows if the platform refuses it.
+/// Order a new life of its process, and handle a refusal of the platform.
 void roster_start(supervisor_t* supervisor, roster_entry_t* entry);
 void roster_start_failed(supervisor_t* supervisor, roster_entry_t* entry);
 /// Update the entry from a report that passed.
 void roster_report(supervisor_t* supervisor, const pus_tm_t* tm);
-/// End every request that a subsystem which is gone still owed an answer to.
+/// End every unanswered request to a subsystem whose process ended.
 void roster_end_pending(supervisor_t* supervisor, uint16_t apid);
 /// End every request whose addressee lives and has not even accepted it for `patience_ns`.
 void roster_end_unanswered(supervisor_t* supervisor, uint64_t patience_ns);
-/// Look after processes and heartbeats; once per tick.
+/// Check processes and heartbeats; once per tick.
 void roster_watch(supervisor_t* supervisor);
 /// Electrical power [W] of all subsystems, with one of them in another state.
 uint32_t roster_power_w(const supervisor_t* supervisor, uint16_t apid, state_t state);
@@ -105,10 +105,9 @@ void adoption_tell(supervisor_t* supervisor);
 /// A member reports its state: compare it once with the state that was taken over.
 void adoption_compare(supervisor_t* supervisor, roster_entry_t* entry, uint8_t state, uint16_t configuration);
 
-/// doubt.c
-/// True if the state of a subsystem may differ from the known one; a decision must not rest on it.
+/// doubt.c True if the state of a subsystem may differ from the known one; no decision may depend on it.
 bool doubt_is_about(const roster_entry_t* entry);
-/// Request the status of subsystems that are heard again after a silence; once per tick.
+/// Request the status of subsystems whose reports arrive again after a silence; once per tick.
 void doubt_watch(supervisor_t* supervisor);
 /// End the doubt about a subsystem that has answered.
 void doubt_verification(supervisor_t* supervisor, const pus_tm_t* tm, const pus_verification_t* verification);
@@ -126,7 +125,7 @@ void link_manager_watch(supervisor_t* supervisor);
 /// Next step of opening a link again, with the properties requested last and without a request: negotiate,
 /// then open. True if a step was begun.
 bool link_manager_renew(supervisor_t* supervisor, uint16_t link);
-/// Every edge of a member that is gone: remove it and close the other end.
+/// Remove every edge of a member whose process ended, and close the other end.
 void link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
 
 /// error_handling.c
@@ -138,7 +137,7 @@ void error_own_event(supervisor_t* supervisor, const pus_tm_t* tm, const pus_eve
 void error_own_events(supervisor_t* supervisor);
 /// The process of a member died (event PROCESS_LOST or PROCESS_HUNG); its links are still in the graph.
 void error_member_lost(supervisor_t* supervisor, uint16_t apid, uint16_t event_id);
-/// A member has not been heard for too long.
+/// No report of a member has arrived for too long.
 void error_member_silent(supervisor_t* supervisor, uint16_t apid);
 void error_run_plans(supervisor_t* supervisor);
 /// Raise an event of the supervisor with up to two u16 of auxiliary data.

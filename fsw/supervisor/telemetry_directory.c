@@ -65,7 +65,8 @@ static void learn_parameter(telemetry_directory_t* const directory,
     }
 }
 
-/// Number in brackets at the end of a name; 0 and the whole name if there is none. False: it is no number.
+/// Number in brackets at the end of a name; 0 and the whole name if there are no brackets. False: not a
+/// number.
 static bool split_index(const char* const name, size_t* const out_size, uint32_t* const out_index)
 {
     const size_t size = strcspn(name, "[");

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the descriptors of a mission's subsystems say of their telemetry: sizes of parameters, scalars by
-/// their names, and the housekeeping structures of each configuration. It knows no values: these are in the
-/// mirror.
+/// Telemetry definitions from the descriptors of a mission's subsystems: sizes of parameters, scalars by
+/// their names, and the housekeeping structures of each configuration. Values are in the mirror.
 ///
 /// A scalar is named SUBSYSTEM.PARAMETER or, within a structured parameter, SUBSYSTEM.PARAMETER.FIELD; an
-/// element of an array has its number from 0 behind it: ARM.VALUES.POSITION[1].
+/// element of an array has its index, from 0, in brackets: ARM.VALUES.POSITION[1].
 ///
 /// Ownership  The caller places it.
 /// Context    One loop.
@@ -33,7 +32,7 @@ typedef struct { // Private.
 } telemetry_parameter_t;
 
 typedef struct {   // Private: so many scalars one after the other.
-    uint64_t name; // Hash; two of the same are not expected.
+    uint64_t name; // Hash; collisions are not expected.
     telemetry_scalar_t first;
     uint16_t count;
 } telemetry_field_t;
@@ -55,18 +54,18 @@ typedef struct { // Private, except `full`.
     telemetry_field_t fields[TELEMETRY_FIELDS];
     telemetry_structure_t structures[TELEMETRY_STRUCTURES];
     uint8_t content[TELEMETRY_CONTENT];
-    uint32_t full; ///< What had no room, and is not known.
+    uint32_t full; ///< Definitions dropped because there was no room.
 } telemetry_directory_t;
 
 void telemetry_directory_init(telemetry_directory_t* directory);
-/// Take over a subsystem's telemetry. What has no room is counted.
+/// Add a subsystem's telemetry. Definitions without room are counted.
 void telemetry_directory_learn(telemetry_directory_t* directory, const subsystem_descriptor_t* descriptor);
 /// STATUS_OK, STATUS_NOT_FOUND (no such name, or that of an array or a structure).
 MUST_USE status_t telemetry_directory_find(const telemetry_directory_t* directory, const char* name,
                                            telemetry_scalar_t* out_scalar);
 /// For the mirror; the directory outlives it.
 mirror_sizes_t telemetry_directory_sizes(telemetry_directory_t* directory);
-/// Tell the mirror the housekeeping structures of a subsystem in a configuration.
+/// Define the housekeeping structures of a subsystem in a configuration at the mirror.
 void telemetry_directory_define(const telemetry_directory_t* directory, mirror_t* mirror, uint16_t apid,
                                 uint16_t configuration);
 

@@ -76,7 +76,7 @@ static status_t resize_medium(void* const context, const uint64_t size)
     return place->inner.resize(place->inner.context, size);
 }
 
-/// Take one write back. What fails here, the owner of the medium finds when it reads.
+/// Undo one write. If that fails, the owner of the medium detects it when it reads.
 static void undo(const undo_medium_t* const place, const uint8_t* const block, const size_t block_size)
 {
     const medium_t* const inner = &place->inner;

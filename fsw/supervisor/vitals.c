@@ -44,7 +44,7 @@ static size_t waiting_octets(const supervisor_vitals_t* const state)
     return sum;
 }
 
-/// A changed word always shows; the generation counts as one. Octets of rings: VITALS_OCTETS at most.
+/// Every changed word is detected, also the generation. Octets of rings: VITALS_OCTETS at most.
 static uint64_t sum_of(const vitals_bank_t* const bank, const uint64_t generation)
 {
     const uint64_t sum =
@@ -66,7 +66,7 @@ void vitals_commit(vitals_t* const vitals, supervisor_vitals_t* const state,
     vitals_bank_t* const bank = &vitals->banks[(first <= second) ? 0U : 1U];
     const uint64_t generation = ((first <= second) ? second : first) + 1U;
     size_t place              = 0U;
-    __atomic_store_n(&bank->generation, 0U, __ATOMIC_SEQ_CST); // From here to the end it is nobody's.
+    __atomic_store_n(&bank->generation, 0U, __ATOMIC_SEQ_CST); // Invalid until the end.
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
     for (size_t i = 0U; i < VITALS_RINGS; i++) {
         const octet_ring_t* const ring = rings->list[i];
@@ -169,7 +169,7 @@ static void set_count(const vitals_t* const vitals, vitals_mark_t* const mark, c
     __atomic_store_n(&mark->count, count, __ATOMIC_RELEASE);
 }
 
-/// Octets of the blocks of an annex: whatever is in there, none is outside of it.
+/// Octets of the blocks of an annex; whatever its content, they lie within it.
 static size_t used_of(const vitals_t* const vitals, const vitals_annex_t* const annex)
 {
     const uint64_t used = count_of(vitals, &annex->used);
@@ -242,7 +242,7 @@ uint32_t vitals_performed(const vitals_t* const vitals)
     return (uint32_t)count_of(vitals, &vitals->performed);
 }
 
-// ---- What can be ----
+// ---- Checks ----
 
 static bool is_truth(const uint32_t value)
 {
@@ -275,7 +275,7 @@ static bool is_shutdown_sound(const supervisor_vitals_t* const state)
            is_token_sound(&state->shutdown_token);
 }
 
-/// What was left of a member that is led back, or that is led back if it dies now.
+/// Checks the fields of a recommissioning under way, or of the one that starts if the member dies now.
 static bool is_run_sound(const vitals_member_t* const member, const uint64_t now_ns)
 {
     return (member->rested < (uint8_t)STATE_COUNT) && (member->error_ns <= now_ns) &&
@@ -304,7 +304,7 @@ static bool are_members_sound(const supervisor_vitals_t* const state, const vita
     return true;
 }
 
-/// Links on board are the mission's, by number and by both ends.
+/// A link is one of the mission, by its number and both ends.
 static bool is_edge_sound(const vitals_edge_t* const edge, const vitals_limits_t* const limits)
 {
     const mission_link_t* const link = mission_find_link(

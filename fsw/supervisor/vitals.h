@@ -163,7 +163,7 @@ typedef struct {
     vitals_edge_t accepted[LINK_GRAPH_EDGES];
     vitals_edge_t open[LINK_GRAPH_EDGES]; ///< In the order of opening.
     vitals_session_t sessions[VITALS_SESSIONS];
-    pus_link_properties_t wanted[MISSION_LINKS_MAX]; ///< Whatever they are: the members judge them.
+    pus_link_properties_t wanted[MISSION_LINKS_MAX]; ///< Not checked here: the members check them.
     uint8_t renewals[MISSION_LINKS_MAX];
     vitals_plan_t plans[VITALS_PLANS];
     vitals_request_t passed[PENDING_MAX]; ///< To subsystems.

@@ -13,7 +13,7 @@ static const onboard_binding_t* const bindings[] = {
     &onboard_time,          &onboard_procedures,        &onboard_large_packets};
 #define BINDINGS (sizeof bindings / sizeof bindings[0])
 
-// ---- What values the subsystems report ----
+// ---- Definitions of the values that subsystems report ----
 
 static void learn_telemetry(struct supervisor* const supervisor)
 {
@@ -30,7 +30,7 @@ static void learn_telemetry(struct supervisor* const supervisor)
     }
 }
 
-/// A configuration that is applied has its housekeeping structures as the descriptor says.
+/// When a configuration is applied, its housekeeping structures are those of the descriptor.
 static void follow_configuration(struct supervisor* const supervisor, const uint16_t apid)
 {
     onboard_t* const onboard          = &supervisor->onboard;
@@ -91,7 +91,7 @@ void onboard_tell_refused(struct supervisor* const supervisor, const uint8_t tab
     (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_RECORD_REFUSED, octets, writer.position);
 }
 
-/// One record goes to the service that its table belongs to.
+/// Give one record to the service of its table.
 static void take_back(void* const context, const uint8_t table, const uint32_t key,
                       const uint8_t* const octets, const size_t size)
 {
@@ -146,7 +146,7 @@ status_t onboard_release(void* const context, const uint8_t* const packet, const
     return octet_ring_put(&supervisor->onboard.released, packet, size);
 }
 
-/// True if the first released request may be routed now: nothing can come of waiting, or its addressee has
+/// True if the first released request may be routed now: its addressee has credit or is not running, or has
 /// been without credit for long enough.
 static bool may_go(struct supervisor* const supervisor, const size_t size)
 {
@@ -181,7 +181,7 @@ static void route_released(struct supervisor* const supervisor)
         FSW_ASSERT(status == STATUS_OK);
         router_route_released(supervisor, onboard->packet, size);
     }
-    if (onboard->released.blocks == 0U) { // Nobody waits any more.
+    if (onboard->released.blocks == 0U) { // No request waits.
         (void)memset(onboard->full_since_ns, 0, sizeof onboard->full_since_ns);
     }
 }

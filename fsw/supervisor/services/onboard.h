@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The services of the whole spacecraft: schedules, procedures, stores, files and what else PUS places once
-/// on board and not in each subsystem. The supervisor owns them; each is joined to the rest by a binding, a
-/// file of its own named onboard_<service>.c.
+/// The services of the whole spacecraft: schedules, procedures, stores, files and others that exist once on
+/// board and not in each subsystem. The supervisor owns them; a binding, the file onboard_<service>.c,
+/// connects each of them.
 ///
 /// A request that a service releases (from a schedule, a sequence, a procedure, an event-action) waits in one
-/// queue and is routed like any other in the same step: known user, permission, state. It keeps the source it
-/// was written with. Where its addressee has no credit it waits, and all behind it, for ONBOARD_PATIENCE_NS
-/// at most; then it, and what follows it to the same addressee, is refused with TM[1,10]
-/// (PUS_FAILURE_QUEUE_FULL) as one from the ground would be.
+/// queue and is routed like any other in the same step: known user, permission, state. Its source stays
+/// unchanged. While its addressee has no credit, it waits, and so do all later ones, for ONBOARD_PATIENCE_NS
+/// at most; then it, and later ones to the same addressee, are refused with TM[1,10] (PUS_FAILURE_QUEUE_FULL)
+/// like requests from the ground.
 #ifndef FSW_SUPERVISOR_SERVICES_ONBOARD_H
 #define FSW_SUPERVISOR_SERVICES_ONBOARD_H
 
@@ -32,23 +32,23 @@
 #define ONBOARD_RELEASE_OCTETS 65536U ///< Released requests that wait to be routed.
 #define ONBOARD_PATIENCE_NS 100000000ULL
 #define ONBOARD_NEVER UINT64_MAX
-#define ONBOARD_RETRY_NS 1000000ULL ///< Until a service goes on with what found no room.
+#define ONBOARD_RETRY_NS 1000000ULL ///< Until a service retries what found no room.
 
 struct supervisor;
 
-/// How a service is joined to the supervisor. Null where there is nothing to do.
+/// Functions that connect a service to the supervisor. Null: nothing to do.
 typedef struct {
     uint8_t type; ///< Service type, and the table of its lasting records.
-    /// Begin with nothing kept; the entry for the dispatcher, whose `step` is null.
+    /// Initialise without lasting records; returns the entry for the dispatcher, whose `step` is null.
     pus_service_t (*open)(struct supervisor* supervisor);
-    /// Take a lasting record back. STATUS_OK, or the service's refusal.
+    /// Restore a lasting record. STATUS_OK, or the refusal of the service.
     status_t (*restore)(struct supervisor* supervisor, uint32_t key, const uint8_t* octets, size_t size);
-    /// Begin, when all records are back. STATUS_OK, or what a RECORD_REFUSED event tells.
+    /// Start, after all records are restored. STATUS_OK, or the status for a RECORD_REFUSED event.
     status_t (*start)(struct supervisor* supervisor);
-    /// Run what is due. Returns the time of the next wake [ns of the run], ONBOARD_NEVER if nothing is to
-    /// come.
+    /// Run what is due. Returns the time of the next wake [ns of the run], ONBOARD_NEVER if nothing is
+    /// planned.
     uint64_t (*step)(struct supervisor* supervisor, uint64_t now_ns);
-    /// See a report that passes, the supervisor's own too; may release requests, but not send reports.
+    /// Observe a report, also of the supervisor itself; may release requests, but not send reports.
     void (*observe)(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
 } onboard_binding_t;
 
@@ -79,7 +79,7 @@ typedef struct { // Private to fsw/supervisor.
 
 typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
     pus_persistence_t persistence;                  // Of the journal.
-    uint32_t refused;                               // Records that nobody took back.
+    uint32_t refused;                               // Records that no service has restored.
     uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX]; // While requests wait: no credit since then; 0: had some.
     octet_ring_t released;
     uint8_t release_storage[ONBOARD_RELEASE_OCTETS];
@@ -112,23 +112,24 @@ extern const onboard_binding_t onboard_large_packets;
 
 /// Where services keep their lasting records; null if nothing is kept.
 const pus_persistence_t* onboard_persistence(struct supervisor* supervisor);
-/// Entries that the descriptor grants a service of the whole spacecraft: `most`, for which there is room,
-/// where it says nothing.
+/// Entries that the descriptor grants a service of the whole spacecraft; `most` (the capacity) if it does not
+/// say.
 uint16_t onboard_capacity(const struct supervisor* supervisor, uint8_t type, uint16_t most);
 /// Open all bindings; their services go to `services` (room for ONBOARD_SERVICES). Returns their number.
 size_t onboard_open(struct supervisor* supervisor, pus_service_t* services);
-/// Give all services their lasting records back, then start those that ask for it. A record that is refused
-/// is counted, and told by the event RECORD_REFUSED.
+/// Restore the lasting records of all services, then start the services. A refused record is counted and
+/// reported by the event RECORD_REFUSED.
 void onboard_restore(struct supervisor* supervisor);
-/// Raise an event: a lasting record was not taken back, or not written.
+/// Raise an event: a lasting record was not restored, or not written.
 void onboard_tell_refused(struct supervisor* supervisor, uint8_t table, uint32_t key, status_t status);
 /// In the first step: raise JOURNAL_DAMAGED and enter the fallback mode if lasting records were lost.
 void onboard_tell_damage(struct supervisor* supervisor);
 /// Step all services, then route what they have released. Returns the time of the next wake.
 uint64_t onboard_step(struct supervisor* supervisor, uint64_t now_ns);
-/// Show a report that passes to all services.
+/// Pass a report to all services that observe reports.
 void onboard_observe(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
-/// True if a report to the ground goes there now; what ST[14] holds back is logged and stored all the same.
+/// True if a report is forwarded to the ground now; reports that ST[14] holds back are logged and stored all
+/// the same.
 bool onboard_forwards(struct supervisor* supervisor, const pus_tm_t* tm);
 /// Port (pus_port_t) by which services release requests; the context is the supervisor. STATUS_OK,
 /// STATUS_FULL (try again later).

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joins the on-board connection test of ST[17] to the supervisor: it asks the other application whether it is
-// alive, and waits for its answer.
+// Connects the on-board connection test of ST[17] to the supervisor: sends TC[17,1] to the other application
+// and waits for its answer.
 #include "fsw/supervisor/services/onboard.h"
 
 #include "fsw/supervisor/supervisor_internal.h"

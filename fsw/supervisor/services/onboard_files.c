@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joins ST[23] to the supervisor, and lets other services read and write files by path and name.
+// Connects ST[23] to the supervisor, and lets other services read and write files by path and name.
 #include "fsw/supervisor/services/onboard_files.h"
 
 #include "base/assertion.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
-#define CYCLE_NS 10000000ULL ///< A cycle of the service, whatever wakes the supervisor.
+#define CYCLE_NS 10000000ULL ///< Cycle of the service, independent of the supervisor's wake times.
 
 static const pus_file_store_t* store_of(const supervisor_t* const supervisor)
 {
@@ -14,7 +14,7 @@ static const pus_file_store_t* store_of(const supervisor_t* const supervisor)
 
 // ---- Whole files, for other services ----
 
-/// The path of a file by the names in a request. False: they are none.
+/// The path of a file from the names in a request. False: they are malformed.
 static bool path_of(const pus_file_name_t* const name, pus_file_path_t* const out_path)
 {
     uint8_t octets[2U * (sizeof(uint16_t) + PUS_FILE_PATH_SIZE)];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joins ST[14] to the supervisor: which reports go to ground at once. All others are logged and stored all
-// the same.
+// Connects ST[14] to the supervisor: selects the reports that are forwarded to ground. All reports are logged
+// and stored.
 #include "fsw/supervisor/services/onboard.h"
 
 #include "fsw/supervisor/supervisor_internal.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joins ST[13] to the supervisor: what came in parts is routed like a request that came whole, and reports of
-// its own process that are longer than a packet go in parts.
+// Connects ST[13] to the supervisor: a request that arrived in parts is routed like any other, and reports of
+// its own process that are longer than a packet are sent in parts.
 #include "fsw/supervisor/services/onboard.h"
 
 #include "fsw/supervisor/supervisor_internal.h"

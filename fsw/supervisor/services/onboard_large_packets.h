@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of the large packet transfer of ST[13]. A request to the supervisor itself may be as long as a
-/// length field can tell; one to another subsystem, whose process takes packets, as long as a packet: a
-/// longer one is refused with the first part that tells its length (PUS_FAILURE_TABLE_FULL, PUS_PACKET_MAX).
-/// A report of the supervisor may be as long as a request.
+/// Storage of the large packet transfer of ST[13]. A request to the supervisor itself may have any length
+/// that the length field allows; a request to another subsystem may be as long as a packet: a longer one is
+/// refused with the first part that contains its length (PUS_FAILURE_TABLE_FULL, PUS_PACKET_MAX). A report of
+/// the supervisor may be as long as a request.
 #ifndef FSW_SUPERVISOR_SERVICES_ONBOARD_LARGE_PACKETS_H
 #define FSW_SUPERVISOR_SERVICES_ONBOARD_LARGE_PACKETS_H
 
 #include "pus/st13/st13_large_packets.h"
 
 #define ONBOARD_LARGE_REPORTS 4U                 ///< Under way at once.
-#define ONBOARD_LARGE_UPLINKS 4U                 ///< Requests that are put together at once.
+#define ONBOARD_LARGE_UPLINKS 4U                 ///< Requests that are assembled at once.
 #define ONBOARD_LARGE_PARTS 8U                   ///< Sent in a step at most.
 #define ONBOARD_LARGE_TIMEOUT_NS 120000000000ULL ///< Between two parts of a request.
 

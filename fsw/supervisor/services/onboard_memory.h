@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What ST[06] of the supervisor reaches beside its parameters and itself: a buffer for files on their way
-/// between ground and the file store, and the files themselves.
+/// Further memories of the supervisor's ST[06]: a buffer for the transfer of files between ground and the
+/// file store, and the files themselves.
 ///
 /// The ground loads the buffer piece by piece (TC[6,2]) and dumps it to a file (TC[6,20]); the other way
-/// round it loads the buffer from a file (TC[6,19]) and dumps it (TC[6,5]). It is one for all users.
+/// round it loads the buffer from a file (TC[6,19]) and dumps it (TC[6,5]). All users share it.
 #ifndef FSW_SUPERVISOR_SERVICES_ONBOARD_MEMORY_H
 #define FSW_SUPERVISOR_SERVICES_ONBOARD_MEMORY_H
 

@@ -6,7 +6,7 @@
 
 #define OWN 0x8000U // In a handle: of the supervisor's own parameters.
 
-/// True if the descriptors of the mission tell of a parameter.
+/// True if a descriptor of the mission defines a parameter.
 static bool is_described(supervisor_t* const supervisor, const uint32_t parameter_id)
 {
     const mirror_sizes_t sizes = telemetry_directory_sizes(&supervisor->onboard.directory);
@@ -14,7 +14,7 @@ static bool is_described(supervisor_t* const supervisor, const uint32_t paramete
     return sizes.size_of(sizes.context, parameter_id, &size) == STATUS_OK;
 }
 
-/// A value that was reported is one of now while its subsystem runs, is heard, and has parameters at all.
+/// A reported value is current while its subsystem runs, sends reports, and has parameters.
 static bool is_valid(supervisor_t* const supervisor, const roster_entry_t* const entry,
                      const uint32_t parameter_id)
 {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What ST[12] of the supervisor watches: its own parameters, and those of the subsystems by the values they
-/// reported last. A parameter that no descriptor of the mission has is unknown. One that was not reported
-/// yet or is not reported any more (mirror_is_old) has no value, nor has one whose subsystem does not run, is
-/// OFFLINE or is silent: its check is invalid.
+/// Parameters that ST[12] of the supervisor monitors: its own, and those of the subsystems with their last
+/// reported values. A parameter that no descriptor of the mission defines is unknown. A parameter has no
+/// value, and its check is invalid, if it was not reported yet, is no longer reported (mirror_is_old), or its
+/// subsystem does not run, is OFFLINE or is silent.
 #ifndef FSW_SUPERVISOR_SERVICES_ONBOARD_MONITORING_H
 #define FSW_SUPERVISOR_SERVICES_ONBOARD_MONITORING_H
 

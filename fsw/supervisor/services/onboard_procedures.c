@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joins ST[18] to the supervisor.
+// Connects ST[18] to the supervisor.
 #include "fsw/supervisor/services/onboard.h"
 
 #include "fsw/supervisor/supervisor_internal.h"

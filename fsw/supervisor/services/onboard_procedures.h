@@ -2,15 +2,15 @@
 /// Storage of the on-board control procedures of ST[18], with the engine that runs them. Capacities are those
 /// of this mission class; all of it is static.
 ///
-/// A cycle of procedures is ONBOARD_PROCEDURE_CYCLE_NS, whatever wakes the supervisor: in each of them every
-/// running procedure has a budget of units (procedure_cost.h) and of calls with effects outside of it. So a
-/// procedure that never ends takes a bounded share of the supervisor's time, of the downlink and of the
-/// packet log. All running procedures share their budgets: 16 384 units a cycle, less than 1 ms even for the
-/// most expensive programs known (`make bench ONLY=procedures`).
+/// A cycle of procedures is ONBOARD_PROCEDURE_CYCLE_NS, independent of the supervisor's wake times. In each
+/// cycle every running procedure has a budget of units (procedure_cost.h) and of calls with effects outside
+/// of it. So a procedure that never ends takes a bounded share of the supervisor's time, of the downlink and
+/// of the packet log. All running procedures share their budgets: 16 384 units a cycle, less than 1 ms even
+/// for the most expensive programs known (`make bench ONLY=procedures`).
 ///
-/// A request that a procedure sends is released: routed and checked like one from the ground. Events that a
-/// procedure may raise are those of the supervisor's descriptor with exactly the data that ST[18] gives them
-/// (id of the procedure, step): those by which the supervisor tells what it found itself cannot be feigned.
+/// A request that a procedure sends is released: routed and checked like one from the ground. A procedure may
+/// raise those events of the supervisor's descriptor whose data are exactly what ST[18] gives them (id of the
+/// procedure, step): it cannot imitate the events by which the supervisor reports failures.
 #ifndef FSW_SUPERVISOR_SERVICES_ONBOARD_PROCEDURES_H
 #define FSW_SUPERVISOR_SERVICES_ONBOARD_PROCEDURES_H
 
@@ -24,7 +24,7 @@
 #define ONBOARD_PROCEDURE_BUDGET 2048U               ///< Units of each procedure in a cycle.
 #define ONBOARD_PROCEDURE_CALLS 8U                   ///< Steps, events and requests in a cycle.
 #define ONBOARD_PROCEDURE_CYCLE_NS 10000000ULL
-/// A request that is waited for may run that long: longer than any function of a subsystem.
+/// Time limit of a request that is waited for: longer than any function of a subsystem.
 #define ONBOARD_PROCEDURE_PATIENCE_NS 900000000000ULL
 
 typedef struct { // Private to fsw/supervisor.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joins ST[11], ST[22] and ST[19] to the supervisor: requests that are due by time, by position or by an
+// Connects ST[11], ST[22] and ST[19] to the supervisor: requests that are due by time, by position or by an
 // event.
 #include "fsw/supervisor/services/onboard.h"
 
@@ -21,7 +21,7 @@ static pus_chains_t* chains_of(supervisor_t* const supervisor)
     return &schedules->chains;
 }
 
-/// A restart found it under release: whether it was released nobody knows.
+/// A restart found the request under release: it is unknown whether it was released.
 static void tell_lost(void* const context, const pus_activity_id_t* const id)
 {
     supervisor_t* const supervisor = (supervisor_t*)context;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of what releases requests: the schedules of ST[11] and ST[22], and ST[19]. There is room for
-/// what a descriptor may grant at most; the requests of all three lie in blocks that they share.
+/// Storage of the schedules of ST[11] and ST[22], and of ST[19]. It has room for the most that a descriptor
+/// may grant; all three share the blocks for their requests.
 #ifndef FSW_SUPERVISOR_SERVICES_ONBOARD_SCHEDULES_H
 #define FSW_SUPERVISOR_SERVICES_ONBOARD_SCHEDULES_H
 

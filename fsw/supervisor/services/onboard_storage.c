@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joins ST[15] to the supervisor: every report that passes is shown to the packet stores, and what they give
-// back goes to ground behind what waits for it already. There is no store before one is created.
+// Connects ST[15] to the supervisor: passes every report to the packet stores, and sends retrieved packets to
+// ground after the reports that already wait. There is no store before one is created.
 #include "fsw/supervisor/services/onboard.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
 
-// ---- Where the program has no place for packets, nothing fits ----
+// ---- A program without media for packets: every store is refused ----
 
 static status_t read_nothing(void* const context, const uint64_t offset, uint8_t* const octets,
                              const size_t size)
