@@ -19,9 +19,11 @@
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
 ##   make check      format, warnings and analysers of gcc and clang, MISRA of what changed, complexity, layers,
 ##                   symbols, words, lengths, spelling, links, Python, coverage; what passed once is not looked at again
-##   make check-full check, MISRA of the whole flight side, five minutes of each fuzz target, many deaths in flight
+##   make check-full check, MISRA of the whole flight side, five minutes of each fuzz target, 300 mutants, many deaths in flight
 ##   make coverage   branches the C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises the marks
+##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; which do the C tests notice?
+##                   ONLY=<part of a source's path>  COUNT=20  SEED=1  CHECK=1 fails below 95 % (90 % in a folder)
 ##   make pus-coverage   fly the conformance suite of the packet services and write docs/pus-coverage.md
 ##   make fuzz       run every fuzz target in turn on its kept corpus          ONLY=<part of a name>  SECONDS=20
 ##   make vm         a shell in a micro-VM with vcan and TIPC over this tree; what is written there is forgotten, but
@@ -42,7 +44,7 @@ SHELL         := /bin/sh
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
-OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COVERAGE FOREIGN FORM FUZZ HTTP JOBS JOYSTICK_IF KEY LINKS MEMORY MISSION NAME NODES \
+OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COUNT COVERAGE FOREIGN FORM FUZZ HTTP JOBS JOYSTICK_IF KEY LINKS MEMORY MISSION NAME NODES \
            ONLY OUT PLACE PORT ROBOT_IF S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF STORAGE TIME TOOLS \
            TRANSPORT TSAN UPDATE V
 ifeq ($(MAKELEVEL),0)
@@ -320,6 +322,11 @@ test-hil: build/setup/vm all
 	@$(if $(HIL_TESTS),,$(error no test in test/hil has '$(ONLY)' in its path))HIL_PLACE='$(PLACE)' \
 	    $(VENV) test/support/run_tests.py --jobs $(JOBS) --under test/hil --only '$(ONLY)'
 
+mutants: build/setup/test
+	+@$(MAKE) --no-print-directory -j$(JOBS) ONLY= tests
+	@$(PYTHON) test/mutants/run_mutants.py --jobs $(JOBS) --only '$(ONLY)' $(call option,count,COUNT) $(call option,seed,SEED) \
+	    $(if $(CHECK),--check)
+
 pus-coverage: build/setup/test all
 	@UPDATE_COVERAGE=1 $(VENV) -m pytest -q -p no:cacheprovider --timeout=600 --rootdir=. test/conformance/pus
 
@@ -381,11 +388,11 @@ clean:
 # --- checks ----------------------------------------------------------------------------------------------------------
 CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-misra check-complexity check-layers \
           check-symbols check-text check-spelling check-links check-python coverage
-.PHONY: $(CHECKS) check-misra-all check-fuzz flight-objects tidied coverage-tests
+.PHONY: $(CHECKS) check-misra-all check-mutants check-fuzz mutants flight-objects tidied coverage-tests
 check: build/setup/check
 	+@$(MAKE) --no-print-directory -k $(CHECKS) && echo 'check: all passed'
 check-full: check build/setup/full
-	+@$(MAKE) --no-print-directory -k check-misra-all check-fuzz check-flights && echo 'check-full: all passed'
+	+@$(MAKE) --no-print-directory -k check-misra-all check-fuzz check-mutants check-flights && echo 'check-full: all passed'
 
 check-format: build/setup/check
 	@clang-format --dry-run -Werror $(C_FILES) && echo 'check: format is right'
@@ -433,6 +440,8 @@ check-spelling: build/setup/check
 UNSPELLED := ./build ./runs ./.git ./.ruff_cache ./.pytest_cache ./test/fuzz/corpus ./test/lint/words.txt *.pyc
 check-links:
 	@$(PYTHON) test/lint/check_links.py
+check-mutants:
+	+@$(MAKE) --no-print-directory mutants ONLY= COUNT=300 CHECK=1
 check-fuzz: build/setup/check
 	+@$(MAKE) --no-print-directory fuzz SECONDS=300
 

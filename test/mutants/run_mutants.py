@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Change one place of the flight sources at a time and see whether a C unit test notices (`make mutants`).
+
+Places are drawn by a seed over all lines of base/, pus/, fsw/ and osal/: a comparison, a bound, a sign, a logical operator, a
+condition, a returned value, or a statement that is left out. Each mutant is built in a copy under build/mutants, and those test
+programs run that link the changed file, the nearest first, until one fails. They run in name spaces of their own (processes, /tmp,
+/dev/shm), since a mutant may kill or remove what it does not own. What does not build is drawn anew: the compiler refuses it.
+
+Prints the survivors and the score of each folder. equivalent.txt holds mutants that no test can tell from the original, each with
+its reason; they do not count. --check: exit code 1 below 95 % in all or 90 % in base, pus, fsw or osal.
+
+universalmutator (PyPI) was looked at: its rules know nothing of assertions, of clang-format and of which tests link a file."""
+
+import argparse
+import collections
+import concurrent.futures
+import os
+import pathlib
+import random
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+TREE = ROOT / "build" / "mutants"
+EQUIVALENT = ROOT / "test" / "mutants" / "equivalent.txt"
+FOLDERS = ("base", "pus", "fsw", "osal")
+# Programs and the command line tool are tried in flight only.
+LEFT_OUT = re.compile(r"_main\.c$|_program\.c$|^pus/tool/|^fsw/supervisor/services/")
+COPIED = ("Makefile", "base", "descriptors", "fsw", "gse", "launcher", "osal", "pus", "sim", "test")
+BUILT = ("flags", "obj", "lib", "generated", "setup")
+SECONDS = 60  # Of one test program; a mutant that waits for ever is noticed so.
+TOTAL_PERCENT, FOLDER_PERCENT = 95.0, 90.0
+SWAPS = [(" <= ", " < "), (" < ", " <= "), (" >= ", " > "), (" > ", " >= "), (" == ", " != "), (" != ", " == "),
+         (" && ", " || "), (" || ", " && "), (" + ", " - "), (" - ", " + "), (" += ", " -= "), (" -= ", " += "),
+         (" true;", " false;"), (" false;", " true;"), (" STATUS_OK;", " STATUS_IO;")]
+STATEMENT = re.compile(r"^(\s+)((?:\(void\))?[a-z_][\w.>\[\]()*-]*(?:\(.*\)| [-+|&^]?= .*|\+\+|--);)(.*)$")
+DECLARATION = re.compile(r"^\s+(?:const |static |struct |unsigned |(?:\w+_t|bool|int|char|double|float|size_t)\b(?!\)))")
+BOUND = re.compile(r"(?<![\w.])(\d+)U?L*(?![\w.])")
+
+
+class Mutant:
+    """One change of one line."""
+
+    def __init__(self, path, number, old, new):
+        self.path, self.number, self.old, self.new = path, number, old, new
+        self.folder = path.split("/")[0]
+
+    def __str__(self):
+        return f"{self.path}:{self.number}: {self.old.strip()}  ->  {self.new.strip() or '(nothing)'}"
+
+    def row(self):
+        """As equivalent.txt names it."""
+        return self.path, self.old.strip(), self.new.strip()
+
+
+def code_of(line):
+    """The line with text, characters and comments blanked."""
+    line = re.sub(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])*\'', lambda found: "_" * len(found[0]), line)
+    return re.sub(r"//.*", lambda found: " " * len(found[0]), line)
+
+
+def mutants_of_line(path, number, line):
+    """All changes of a line."""
+    code = code_of(line)
+    if not code.startswith("    ") or "FSW_ASSERT" in code or "/*" in code:
+        return
+    for old, new in SWAPS:
+        for found in re.finditer(re.escape(old), code):
+            yield Mutant(path, number, line, line[: found.start()] + new + line[found.end():])
+    for found in BOUND.finditer(code):
+        yield Mutant(path, number, line, line[: found.start(1)] + str(int(found[1]) + 1) + line[found.end(1):])
+    condition = re.match(r"(\s+(?:\} else )?(?:if|while) )(\(.*\))( \{.*)$", code)
+    if condition:
+        start, end = condition.span(2)
+        yield Mutant(path, number, line, f"{line[:start]}(!{line[start:end]}){line[end:]}")
+    statement = STATEMENT.match(code)
+    if statement and not DECLARATION.match(code) and not re.match(r"\s+(return|break|continue|goto)\b", code):
+        yield Mutant(path, number, line, statement[1] + "{}")
+
+
+def mutants_of(path):
+    """All mutants of a file."""
+    lines = (ROOT / path).read_text(encoding="utf-8").splitlines()
+    body = False  # Within a function: statements are not in the tables of a file.
+    for number, line in enumerate(lines, 1):
+        body = line == "{" or (body and line != "}")
+        if body:
+            yield from mutants_of_line(path, number, line)
+
+
+def drawn(only, seed):
+    """Mutants without end, drawn at random; none twice."""
+    sources = [path.relative_to(ROOT).as_posix() for folder in FOLDERS for path in (ROOT / folder).rglob("*.c")]
+    found = [mutant for path in sorted(sources) if only in path and not LEFT_OUT.search(path) for mutant in mutants_of(path)]
+    random.Random(seed).shuffle(found)
+    return found
+
+
+def symbols(path):
+    """Functions and objects that a program or an object file has and shows."""
+    told = subprocess.run(["nm", "--defined-only", "-g", path], capture_output=True, text=True, check=True).stdout
+    return {line.split()[2] for line in told.splitlines() if len(line.split()) == 3 and line.split()[1] in "TDBR"}
+
+
+class Tests:
+    """Which test programs link a source, the nearest first."""
+
+    def __init__(self):
+        names = [path.relative_to(ROOT).with_suffix("").as_posix() for folder in ("test/unit", "test/contract")
+                 for path in sorted((ROOT / folder).rglob("test_*.c"))]
+        self.symbols = {name: symbols(ROOT / "build" / name) for name in names if (ROOT / "build" / name).exists()}
+
+    def of(self, source):
+        """Names of the programs."""
+        own = symbols(ROOT / "build" / "obj" / pathlib.Path(source).with_suffix(".o"))
+        place, stem = pathlib.Path(source).parent.parts, pathlib.Path(source).stem
+
+        def distance(name):
+            there = pathlib.Path(name).parent.parts[2:]
+            shared = len(os.path.commonprefix([place, there]))
+            return stem not in name, len(place) + len(there) - 2 * shared, name
+
+        return sorted((name for name, has in self.symbols.items() if own and own <= has), key=distance)
+
+
+def make(targets, jobs):
+    """Build targets in the copy; true if all are there."""
+    environment = {key: value for key, value in os.environ.items() if not key.startswith(("MAKE", "MFLAGS"))}
+    run = subprocess.run(["make", "-s", "-k", f"-j{jobs}", *targets], cwd=TREE, env=environment, capture_output=True)
+    return run.returncode == 0
+
+
+def alone():
+    """Command that gives a program name spaces of its own."""
+    enter = ["unshare", "--pid", "--ipc", "--fork", "--kill-child", "--mount", "--mount-proc"]
+    if os.getuid() != 0:
+        enter[1:1] = ["--user", "--map-root-user"]
+    return [*enter, "sh", "-c", 'mount -t tmpfs none /tmp && mount -t tmpfs none /dev/shm && exec "$0"']
+
+
+def passes(name):
+    """Whether a test program of the copy ends well."""
+    def limit():
+        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 30, 1 << 30))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+    try:
+        run = subprocess.run([*alone(), f"build/{name}"], cwd=TREE, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                             stderr=subprocess.DEVNULL, timeout=SECONDS, preexec_fn=limit, check=False)
+        return run.returncode == 0
+    except subprocess.TimeoutExpired:
+        return False
+
+
+class Run:
+    """The copy, and what is known of its tests."""
+
+    def __init__(self, jobs):
+        self.jobs, self.tests, self.sound = jobs, Tests(), {}
+        shutil.rmtree(TREE, ignore_errors=True)
+        (TREE / "build").mkdir(parents=True)
+        for name in COPIED:
+            subprocess.run(["cp", "-a", ROOT / name, TREE / name], check=True)
+        for name in BUILT:
+            subprocess.run(["cp", "-a", ROOT / "build" / name, TREE / "build" / name], check=True)
+        for name in ("third_party", "venv"):
+            (TREE / "build" / name).symlink_to(ROOT / "build" / name)
+
+    def try_all(self, names):
+        """The first program that fails, built `jobs` at a time; None if all pass."""
+        with concurrent.futures.ThreadPoolExecutor(self.jobs) as pool:
+            for begin in range(0, len(names), 2 * self.jobs):
+                some = names[begin:begin + 2 * self.jobs]
+                make([f"build/{name}" for name in some], self.jobs)
+                for name, good in zip(some, pool.map(passes, some)):
+                    if not good and self.is_sound(name):
+                        return name
+        return None
+
+    def is_sound(self, name):
+        """Whether the program passes without a mutant. Asked of those that fail only; its own build is in the main tree."""
+        if name not in self.sound:
+            copy = TREE / "build" / name
+            mutated = copy.with_suffix(".mutated")
+            copy.rename(mutated)
+            shutil.copy2(ROOT / "build" / name, copy)
+            self.sound[name] = passes(name)
+            mutated.replace(copy)
+        return self.sound[name]
+
+    def verdict(self, mutant):
+        """The program that kills it, None if none does, False if it does not build."""
+        source = TREE / mutant.path
+        lines = (ROOT / mutant.path).read_text(encoding="utf-8").splitlines(keepends=True)
+        lines[mutant.number - 1] = mutant.new + "\n"
+        source.write_text("".join(lines), encoding="utf-8")
+        try:
+            if not make([f"build/obj/{mutant.path[:-2]}.o"], self.jobs):
+                return False
+            return self.try_all(self.tests.of(mutant.path))
+        finally:
+            source.write_text((ROOT / mutant.path).read_text(encoding="utf-8"), encoding="utf-8")
+
+
+def read_equivalent():
+    """Rows of equivalent.txt."""
+    rows = [line.split(" | ") for line in EQUIVALENT.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]
+    assert all(len(row) == 4 and row[3] for row in rows), f"{EQUIVALENT}: expected path | line | mutated line | reason"
+    return {tuple(part.strip() for part in row[:3]) for row in rows}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="mutate only sources whose path contains this")
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--check", action="store_true", help="exit code 1 if too many survive")
+    arguments = parser.parse_args()
+    equivalent = read_equivalent()
+    run = Run(arguments.jobs)
+    killed, tried, survivors = collections.Counter(), collections.Counter(), []
+    for mutant in drawn(arguments.only, arguments.seed):
+        if sum(tried.values()) == arguments.count:
+            break
+        began = time.monotonic()
+        verdict = False if mutant.row() in equivalent else run.verdict(mutant)
+        if verdict is False:
+            continue
+        tried[mutant.folder] += 1
+        killed[mutant.folder] += verdict is not None
+        survivors += [mutant] if verdict is None else []
+        print(f"{sum(tried.values()):4} {'survives' if verdict is None else 'killed  '} {mutant}"
+              f"{f'  by {verdict}' if verdict else ''}  {time.monotonic() - began:.0f} s", flush=True)
+    shutil.rmtree(TREE, ignore_errors=True)
+    print("\n".join(["", "survivors:", *map(str, survivors)]) if survivors else "\nno survivor")
+    scores = {name: 100.0 * killed[name] / tried[name] for name in FOLDERS if tried[name]}
+    for name, score in scores.items():
+        print(f"{name:<8} {killed[name]:4} of {tried[name]:4} killed  {score:5.1f} %")
+    total = 100.0 * sum(killed.values()) / max(1, sum(tried.values()))
+    print(f"mutants: {sum(killed.values())} of {sum(tried.values())} killed, {total:.1f} %")
+    is_low = total < TOTAL_PERCENT or any(score < FOLDER_PERCENT for score in scores.values())
+    return 1 if arguments.check and is_low else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
