@@ -148,6 +148,17 @@ void seat_told(seat_t* const seat, const unsigned component, const uint64_t now_
     }
 }
 
+uint64_t seat_promise_ns(const seat_t* const seat, osal_calendar_t* const calendar, const unsigned component)
+{
+    FSW_ASSERT((seat != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
+    const run_beat_t beat = run_block_last_beat(seat->run, component);
+    if ((beat.wake_ns != OSAL_CALENDAR_NEVER) || (calendar == NULL)) {
+        return beat.wake_ns;
+    }
+    const uint64_t begin_ns = osal_calendar_begin_ns(calendar, run_participant(component));
+    return (begin_ns > beat.step_ns) ? begin_ns : OSAL_CALENDAR_NEVER; // In the first life all begin at 0.
+}
+
 void seat_watch_supervisor(const seat_t* const seat, osal_calendar_t* const calendar, const uint64_t now_ns)
 {
     FSW_ASSERT(seat != NULL);
@@ -156,8 +167,7 @@ void seat_watch_supervisor(const seat_t* const seat, osal_calendar_t* const cale
         !run_block_find(seat->run, DESCRIPTOR_SUPERVISOR_APID, &index)) {
         return;
     }
-    const uint64_t promised_ns =
-        run_block_last_beat(seat->run, index).wake_ns; // Never, before its first step.
+    const uint64_t promised_ns = seat_promise_ns(seat, calendar, index);
     const uint64_t patience_ns = (uint64_t)seat->mission->subsystems[index].hang_after_us * NS_PER_US;
     if ((now_ns > promised_ns) && ((now_ns - promised_ns) > patience_ns) &&
         osal_calendar_is_present(calendar, run_participant(index))) {

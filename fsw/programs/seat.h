@@ -97,6 +97,10 @@ void seat_pump(seat_t* seat, uint32_t messages, void (*link_datagram)(void* cont
 void seat_delivered(void* context, uint16_t to);
 /// A message was sent to another component at that time [ns of the run].
 void seat_told(seat_t* seat, unsigned component, uint64_t now_ns);
+/// When another component is to step again, at the latest: what its last step has promised, or, before the
+/// first step of a life, the beginning of that life. OSAL_CALENDAR_NEVER: nobody knows. The calendar may be
+/// null.
+uint64_t seat_promise_ns(const seat_t* seat, osal_calendar_t* calendar, unsigned component);
 /// Kill the supervisor if it is later than its promise by more than the mission allows: it finds who hangs,
 /// and nobody else would find it. Called after each step. Null calendar: not in simulated time, nothing is
 /// done.

@@ -136,7 +136,7 @@ static uint64_t promise_of(void* const context, const uint16_t apid)
     }
     const run_beat_t beat = run_block_last_beat(seat->run, index);
     if (beat.wake_ns == OSAL_CALENDAR_NEVER) {
-        return OSAL_CALENDAR_NEVER; // It begins a life.
+        return seat_promise_ns(seat, seat->clock.calendar, index); // It begins a life.
     }
     const bool is_late     = (seat->clock.mode == OSAL_CLOCK_REAL);
     const uint64_t told_ns = seat->peers[index].told_ns; // What it is told wakes it.

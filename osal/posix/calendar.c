@@ -233,7 +233,7 @@ void osal_calendar_suspend(osal_calendar_t* calendar, unsigned participant)
     FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
     participant_t* const one = &calendar->participants[participant];
     lock(calendar);
-    if (one->state == OSAL_CALENDAR_JOINED) {
+    if ((one->state == OSAL_CALENDAR_JOINED) && (calendar->now_ns >= one->begin_ns)) {
         one->is_suspended = 1U;
         if (calendar->running == participant) {
             __atomic_store_n(&calendar->running, NOBODY, __ATOMIC_RELEASE);
@@ -365,6 +365,16 @@ bool osal_calendar_is_present(const osal_calendar_t* calendar, unsigned particip
     FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
     return __atomic_load_n(&calendar->participants[participant].state, __ATOMIC_ACQUIRE) ==
            (uint32_t)OSAL_CALENDAR_JOINED;
+}
+
+uint64_t osal_calendar_begin_ns(osal_calendar_t* calendar, unsigned participant)
+{
+    FSW_ASSERT((calendar != NULL) && (participant < PARTICIPANTS));
+    const participant_t* const one = &calendar->participants[participant];
+    lock(calendar);
+    const uint64_t begin_ns = (one->state == OSAL_CALENDAR_JOINED) ? one->begin_ns : OSAL_CALENDAR_NEVER;
+    unlock(calendar);
+    return begin_ns;
 }
 
 osal_calendar_presence_t osal_calendar_presence(const osal_calendar_t* calendar, unsigned participant,

@@ -273,6 +273,23 @@ def test_a_supervisor_that_hangs_is_killed_and_comes_back(folder):
         assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
 
 
+@pytest.mark.parametrize("name", ["supervisor", "manipulator", "communication"])
+def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
+    """Killed, and at the instant at which the next life begins, that one hangs: it has promised nothing yet."""
+    folder.mkdir()
+    faults = [f"2.5 fault kill {name}", f"{2.5 + BOOT_S} fault hang {name}"]
+    pings = [f"2.8 operator ping {one}" for one in ("SUPERVISOR", "MANIPULATOR", "COMMUNICATION")]
+    path = flying.write_scenario(folder / "newborn.scn", *faults, *pings, "2.9 operator shutdown")
+    flights = [flying.fly(folder / form, "--scenario", path, "--form", form, "--duration", 20) for form in ("image", "processes")]
+    for flight in flights:
+        assert flight.facts["reproducible"] is True, flight.told()
+        assert flight.facts["simulated_s"] < 2 * END_S
+        assert "FAILED" not in flight.console, flight.told()
+        _assert_log_is_whole(flight)
+        flying.assert_clean(flight)
+    assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
+
+
 def test_death_in_the_image(folder, undisturbed):
     """In one address space the same octets."""
     points = _draw(1, "image")[0]

@@ -75,7 +75,8 @@ void osal_calendar_kill(osal_calendar_t* calendar, unsigned participant, uint32_
 void osal_calendar_succeed(osal_calendar_t* calendar, unsigned participant, uint64_t delay_ns);
 /// The participant gets no grant until it is resumed; its deliveries and its wake time are kept. If it held
 /// the grant, the next participant gets the grant, and later calls of the suspended one have no effect, as
-/// those of an ended life. No effect on a participant that is absent.
+/// those of an ended life. No effect on a participant that is absent, or before the instant at which its life
+/// begins: whether it has joined by then is a matter of wall-clock time.
 void osal_calendar_suspend(osal_calendar_t* calendar, unsigned participant);
 /// End a suspension. If the participant was due in the meantime, it wakes at once.
 void osal_calendar_resume(osal_calendar_t* calendar, unsigned participant);
@@ -107,6 +108,8 @@ uint64_t osal_calendar_now_ns(const osal_calendar_t* calendar);
 /// Presence of a participant and the number of its life; if it is absent, that of its last life (0: none).
 osal_calendar_presence_t osal_calendar_presence(const osal_calendar_t* calendar, unsigned participant,
                                                 uint32_t* out_life);
+/// When the present life of the participant began, or begins; OSAL_CALENDAR_NEVER if it has not joined.
+uint64_t osal_calendar_begin_ns(osal_calendar_t* calendar, unsigned participant);
 /// True if the participant has joined and not ended.
 bool osal_calendar_is_present(const osal_calendar_t* calendar, unsigned participant);
 /// The expected participant for which simulated time is stopped now (PARTICIPANTS_MAX: none).

@@ -173,6 +173,29 @@ static void test_a_suspended_participant_ends_as_any_other(void)
     (void)next_is(SECOND, 1000U); // Not suspended any more.
 }
 
+static void test_a_life_hangs_from_its_beginning_on(void)
+{
+    (void)next_is(FIRST, 0U);
+    TEST_ASSERT_EQUAL_UINT64(OSAL_CALENDAR_NEVER, osal_calendar_begin_ns(calendar, SECOND));
+    osal_calendar_expect(calendar, SECOND, 1U, 1000U);
+    TEST_ASSERT_EQUAL_UINT64(OSAL_CALENDAR_NEVER, osal_calendar_begin_ns(calendar, SECOND));
+    osal_calendar_done(calendar, SECOND, 0U); // It has joined early.
+    TEST_ASSERT_EQUAL_UINT64(1000U, osal_calendar_begin_ns(calendar, SECOND));
+    osal_calendar_suspend(calendar, SECOND); // As if it had not: no effect.
+    osal_calendar_done(calendar, FIRST, 1000U);
+    (void)next_is(FIRST, 1000U);
+    osal_calendar_done(calendar, FIRST, 2000U);
+    (void)next_is(SECOND, 1000U);
+    osal_calendar_kill(calendar, SECOND, OSAL_CALENDAR_ANY_LIFE);
+    osal_calendar_expect(calendar, SECOND, 2U, 2000U);
+    osal_calendar_done(calendar, SECOND, 0U);
+    (void)next_is(FIRST, 2000U);
+    osal_calendar_suspend(calendar, SECOND);
+    osal_calendar_done(calendar, FIRST, 3000U);
+    (void)next_is(FIRST, 3000U); // The other one has had no grant yet.
+    TEST_ASSERT_EQUAL_UINT64(2000U, osal_calendar_begin_ns(calendar, SECOND));
+}
+
 static void test_the_holder_is_told(void)
 {
     uint32_t before = 0U;
@@ -502,6 +525,7 @@ int main(void)
     RUN_TEST(test_a_start_is_taken_back_at_once);
     RUN_TEST(test_what_was_due_in_a_hang_comes_after_it);
     RUN_TEST(test_a_suspended_participant_ends_as_any_other);
+    RUN_TEST(test_a_life_hangs_from_its_beginning_on);
     RUN_TEST(test_the_holder_is_told);
     RUN_TEST(test_a_place_that_is_taken_is_refused);
     RUN_TEST(test_one_place_too_many_is_a_coding_error);
