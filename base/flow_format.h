@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How octets travel on a data flow: where a frame ends, in which order the octets of a number come, how fast
-/// a line is. A descriptor says it of an end node; the flow does it. Zeros are raw octets, most significant
-/// first.
+/// Format of octets on a data flow: framing, byte order, bit rate. The descriptor of an end node defines it;
+/// the flow applies it. All zeros: raw octets, most significant first.
 #ifndef BASE_FLOW_FORMAT_H
 #define BASE_FLOW_FORMAT_H
 
@@ -10,7 +9,7 @@
 typedef enum {
     FLOW_FRAMING_RAW,    ///< No frames: octets as they come. On datagrams and queues: one frame each.
     FLOW_FRAMING_LENGTH, ///< Length of 16 bits in the flow's order, then as many octets.
-    FLOW_FRAMING_SLIP,   ///< RFC 1055: 0xC0 before and behind, escapes inside.
+    FLOW_FRAMING_SLIP,   ///< RFC 1055: 0xC0 before and after, escapes inside.
     FLOW_FRAMING_LINE, ///< Text; each frame ends with a line feed, before which a carriage return may stand.
     FLOW_FRAMINGS
 } flow_framing_t;
@@ -31,7 +30,7 @@ typedef enum {
 typedef struct {
     flow_framing_t framing;
     flow_order_t order;
-    flow_direction_t direction; ///< Of a file; all else goes both ways.
+    flow_direction_t direction; ///< For a file; all others go both ways.
     uint32_t baud;              ///< Of a serial line [bit/s].
 } flow_format_t;
 

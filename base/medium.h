@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The port to one file-like medium with random access: what a journal or a packet store is kept on. A write
-/// may be torn by a power cut and may overtake another; what was written before a `sync` that succeeded is
-/// there afterwards.
+/// The port to one file-like medium with random access, for a journal or a packet store. A power cut may tear
+/// a write, and writes may reach the medium in another order; data written before a successful `sync` is on
+/// the medium after a power cut.
 #ifndef BASE_MEDIUM_H
 #define BASE_MEDIUM_H
 

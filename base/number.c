@@ -34,7 +34,7 @@ static uint8_t hex_digit(const char character)
     return 16U;
 }
 
-/// Behind the spaces that follow a word.
+/// Position after the spaces that follow a word.
 static const char* next_word(const char* text)
 {
     while (*text == ' ') {
@@ -105,7 +105,7 @@ static bool take_digits(const char** const at, decimal_t* const decimal, const b
     return *at != start;
 }
 
-/// Exponent behind 'e': at most four digits, like the schema says.
+/// Exponent after 'e': at most four digits, as in the schema.
 static bool take_exponent(const char** const at, decimal_t* const decimal)
 {
     const bool is_negative = (**at == '-');

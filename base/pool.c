@@ -12,8 +12,9 @@ static inline bool is_held(const pool_t* const pool, const void* const block, ui
     // Comparing unrelated pointers with `<` is undefined (C99 6.5.8), so compare addresses as integers. An
     // address below the storage wraps to a huge offset and is refused.
     const uint64_t offset = (uintptr_t)(const uint8_t*)block - (uintptr_t)pool->storage;
-    // A product in place of a division: exact for the start of a block, since the rounding of the inverse
-    // adds less than the offset, which is less than 2^32. What else it makes an index of has another start.
+    // A product instead of a division: exact for the start of a block, since the rounding of the inverse adds
+    // less than the offset, which is less than 2^32. For any other offset the start of the resulting block
+    // differs from the offset.
     const uint64_t index = (offset * pool->inverse) >> INVERSE_BITS;
     *out_index           = (uint16_t)index;
     return (index < pool->block_count) && (pool->slots[index].start == offset) &&
@@ -56,7 +57,7 @@ void pool_init(pool_t* const pool, uint64_t* const storage, pool_slot_t* const s
     FSW_ASSERT((setup->block_octets >= 1U) && (setup->block_octets <= POOL_BLOCK_OCTETS_MAX));
     FSW_ASSERT((setup->block_count >= 1U) && (setup->block_count < UINT16_MAX));
     FSW_ASSERT(setup->reserve < setup->block_count);
-    // Listed in address order, so that a fresh pool hands out blocks predictably.
+    // Listed in address order, so that a new pool gives out its blocks in a defined order.
     const uint32_t words = (uint32_t)POOL_BLOCK_WORDS(setup->block_octets);
     for (uint16_t i = 0U; i < setup->block_count; i++) {
         const uint16_t next = (uint16_t)((i + 1U) % setup->block_count);

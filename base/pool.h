@@ -26,7 +26,7 @@
 #define POOL_BLOCK_WORDS(octets) (((octets) + 7U) / 8U)
 #define POOL_STORAGE_WORDS(octets, count) (POOL_BLOCK_WORDS(octets) * (count))
 
-/// Thresholds of the paper's warning, used where a descriptor says nothing [percent of all blocks].
+/// Default thresholds of the paper's warning, if a descriptor has none [percent of all blocks].
 #define POOL_WARN_PERCENT 75U
 #define POOL_CLEAR_PERCENT 65U
 
@@ -73,15 +73,15 @@ typedef struct { // All fields are private, except `stats`: read-only, for house
 /// Make all blocks free and clear the counters.
 void pool_init(pool_t* pool, uint64_t* storage, pool_slot_t* slots, const pool_setup_t* setup);
 
-/// Change the thresholds (they come from the descriptor, which may be loaded after the pool was made).
-/// 1 <= clear_percent < warn_percent <= 100. The warning is evaluated anew.
+/// Change the thresholds (they come from the descriptor, which may be loaded after the pool was made). 1 <=
+/// clear_percent < warn_percent <= 100. The warning is evaluated again.
 void pool_set_thresholds(pool_t* pool, uint8_t warn_percent, uint8_t clear_percent);
 
 /// Take one block with one reference: aligned as uint64_t, contents undefined. Leaves the reserve alone.
 /// Null if no block is left: then only `refused` changes.
 MUST_USE void* pool_take(pool_t* pool);
 
-/// As pool_take, but may use the reserve: for what must work when all else is full (commanding).
+/// As pool_take, but may use the reserve: for functions that must work when the pool is full (commanding).
 MUST_USE void* pool_take_reserved(pool_t* pool);
 
 /// One more holder of a taken block. STATUS_OK; STATUS_NOT_OURS if `block` is not a taken block of this pool;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Quota: so many of something that the system lends - sockets, connections, open devices - and no more.
+/// Quota: a limit on the number of system objects in use, such as sockets, connections and open devices.
 /// Counted like the blocks of a pool, with the same warning before anything fails.
 ///
-/// Ownership  The caller places quota_t. It holds nothing but numbers: who takes one gives it back.
+/// Ownership  The caller places quota_t. It contains only numbers: the caller that takes a unit returns it.
 /// Context    One loop.
 /// Time       O(1), never blocks.
 /// Errors     Each function lists its statuses; a limit of 0, or null where it is not allowed, is a coding
@@ -31,9 +31,9 @@ typedef struct { // Private, except `stats`: read-only, for housekeeping telemet
 
 /// None lent. limit >= 1; the thresholds are those of pools (POOL_WARN_PERCENT, POOL_CLEAR_PERCENT).
 void quota_init(quota_t* quota, uint16_t limit);
-/// Null is no quota: nothing is counted, and nothing refused. STATUS_OK, STATUS_EXHAUSTED.
+/// Null: no quota, nothing is counted or refused. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t quota_take(quota_t* quota);
-/// One less is used; of null nothing. Giving back what was never taken is a coding error.
+/// Return one unit; null: no effect. Returning more than was taken is a coding error.
 void quota_give(quota_t* quota);
 /// True once each time the warning has risen since the last call.
 bool quota_poll_warning(quota_t* quota);

@@ -91,7 +91,7 @@ status_t resource_take_reserved(resource_t* const resource, const size_t octets,
     return taken((pool == NULL) ? NULL : pool_take_reserved(pool), pool, out_block);
 }
 
-/// Pool whose storage holds the block; the first one counts a stranger.
+/// Pool whose storage contains the block; for a foreign block the first pool, which counts the error.
 static pool_t* home_of(resource_t* const resource, const void* const block)
 {
     for (uint16_t i = 0U; i < resource->pool_count; i++) {

@@ -52,7 +52,7 @@ MUST_USE status_t resource_retain(resource_t* resource, void* block);
 /// STATUS_OK, STATUS_NOT_OURS; see pool_release.
 MUST_USE status_t resource_release(resource_t* resource, void* block);
 
-/// Index of a pool whose warning has risen since it was last told, or -1.
+/// Index of a pool whose warning has risen since the last call, or -1.
 int resource_poll_warning(resource_t* resource);
 
 #endif // BASE_RESOURCE_H

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Checks of pools and quotas in test builds (RESOURCE_CHECKS, set with SANITIZE=1); flight builds have none
-/// of it. Blocks that are free hold a pattern: who writes to one after its release is found when it is taken
-/// again. And one take of the program, the n-th, can be made to fail, so that a test reaches every refusal.
+/// of it. Free blocks contain a pattern: a write after release is detected when the block is taken again. The
+/// n-th take of the program can be made to fail, so that a test reaches every refusal.
 ///
 /// Context    One task per program: the count is the program's.
 #ifndef BASE_TAKE_CHECK_H
@@ -14,8 +14,8 @@
 #ifdef RESOURCE_CHECKS
 #define TAKES_ARE_CHECKED true
 
-/// Refuse the take of this number, counted from 1 and from now on; 0: none. The first 8 takes of each pool
-/// and quota have numbers, so that all kinds are reached where one of them takes a block for each packet.
+/// Refuse the take of this number, counted from 1 and from now on; 0: none. Only the first 8 takes of each
+/// pool and quota are counted, so that all of them are reached even if one takes a block for each packet.
 void take_check_refuse(uint32_t number);
 /// Number of takes counted since take_check_refuse, or since the start.
 uint32_t take_check_count(void);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The calendar's state changes are plain functions over the structure ("core"), shared by both forms. In the
 // process form they run under a robust lock and the grant is handed directly from participant to participant:
-// the one that is done chooses its successor and wakes it by futex. Nobody spins, nobody stands in between.
+// the participant that is done chooses its successor and wakes it by futex, without spinning and without a
+// central process.
 //
 // A participant may be killed at any instruction. Every change is therefore ordered so that `running`, one
-// word, commits it, and what was written before can be written again: whoever finds the lock of a dead holder
-// goes on from what is there, and osal_calendar_end, called for every death, chooses or wakes the successor
-// once more.
+// word, commits it, and earlier writes can be repeated: the next process that gets the lock of a dead holder
+// continues from the present state, and osal_calendar_end, called for every death, chooses or wakes the
+// successor again.
 #define _GNU_SOURCE
 #include "osal/include/osal/calendar.h"
 
@@ -23,7 +24,7 @@
 
 // --- Process form: lock and hand-over ------------------------------------------------------------------
 
-/// Another process can come after that one: it takes part in a life of its own.
+/// A later process takes part with its own life.
 static bool has_life(const osal_calendar_t* calendar, int32_t process)
 {
     bool is_found = false;
@@ -33,16 +34,16 @@ static bool has_life(const osal_calendar_t* calendar, int32_t process)
     return is_found && (process != 0);
 }
 
-/// Whoever holds the lock, if it is stopped by a signal and may be killed; else 0.
+/// The holder of the lock if it is stopped by a signal and may be killed; else 0.
 static int32_t stopped_inside(const osal_calendar_t* calendar)
 {
     const int32_t process = osal_mutex_holder(&calendar->mutex);
     return (has_life(calendar, process) && (osal_process_state(process) == 'T')) ? process : 0;
 }
 
-/// A holder that died inside leaves a state that can be gone on from: see the top of this file. One that is
-/// stopped inside is made one that died. It is looked at twice: who is continued together with the caller, as
-/// a terminal does it, may come a moment later.
+/// The next process can continue from the state of a holder that died inside: see the top of this file. A
+/// holder that is stopped inside is killed. It is checked twice, because a terminal may continue it together
+/// with the caller, a moment later.
 static void lock(osal_calendar_t* calendar)
 {
     int32_t seen = 0;
@@ -74,7 +75,7 @@ static void wake(osal_calendar_t* calendar, uint32_t participant)
     }
 }
 
-/// Under the lock: if nobody holds the grant, give it. Returns who is to be woken after the unlock.
+/// Under the lock: if the grant is free, give it. Returns the participant to wake after the unlock.
 static uint32_t pass_on(osal_calendar_t* calendar)
 {
     if ((calendar->is_shared != 0U) && (calendar->running == NOBODY)) {
@@ -84,7 +85,7 @@ static uint32_t pass_on(osal_calendar_t* calendar)
     return NOBODY;
 }
 
-/// After a change: give the grant if nobody holds it, and let others in.
+/// After a change: give the grant if it is free, and unlock.
 static void unlock_and_pass_on(osal_calendar_t* calendar)
 {
     const uint32_t next = pass_on(calendar);
@@ -167,7 +168,7 @@ static bool is_of_life(const participant_t* one, uint32_t life)
     return (life == OSAL_CALENDAR_ANY_LIFE) || (one->life == life);
 }
 
-/// End a life, wake who waits as it, and whoever holds the grant then.
+/// End a life, wake the process that waits in it, and the new holder of the grant.
 static void end_life(osal_calendar_t* calendar, unsigned participant, uint32_t life, bool is_kill)
 {
     participant_t* const one = &calendar->participants[participant];
@@ -180,7 +181,7 @@ static void end_life(osal_calendar_t* calendar, unsigned participant, uint32_t l
     const uint32_t running = calendar->running;
     unlock(calendar);
     wake(calendar, participant);
-    // Whoever ended may have died after it handed the grant over and before it woke the new holder.
+    // The process may have died after it passed the grant on and before it woke the new holder.
     if (running != NOBODY) {
         wake(calendar, running);
     }
@@ -272,7 +273,8 @@ bool osal_calendar_is_closed(const osal_calendar_t* calendar)
     return __atomic_load_n(&calendar->is_closed, __ATOMIC_ACQUIRE) != 0U;
 }
 
-/// Who was killed at an instant of simulated time does nothing after it, as if the kernel had been quicker.
+/// A process killed at an instant of simulated time does nothing after it, as if the kernel had killed it at
+/// once.
 static void obey_kill(const osal_calendar_t* calendar, uint32_t participant, uint32_t life)
 {
     if ((life != OSAL_CALENDAR_ANY_LIFE) &&
@@ -407,7 +409,7 @@ void osal_calendar_postpone(osal_calendar_t* calendar, unsigned participant, uin
 unsigned osal_calendar_holder(osal_calendar_t* calendar, uint32_t* out_grants)
 {
     FSW_ASSERT((calendar != NULL) && (out_grants != NULL));
-    lock(calendar); // Who watches the holder comes by here, and finds one that is stopped inside.
+    lock(calendar); // A watchdog calls this, and so detects a holder that is stopped inside.
     const uint32_t running = calendar->running;
     *out_grants            = calendar->grants;
     unlock(calendar);

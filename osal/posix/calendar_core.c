@@ -118,8 +118,8 @@ static uint32_t first_turn(const osal_calendar_t* calendar)
     return chosen;
 }
 
-/// An expected participant at whose beginning time would stand before `chosen` has its turn, or NOBODY.
-/// Orders do not matter: nobody runs at the instant at which a life begins before that life has joined.
+/// An expected participant whose life begins not later than the wake time of `chosen`, or NOBODY. Orders do
+/// not matter: no participant runs at the instant at which a life begins before that life has joined.
 static uint32_t awaited_before(const osal_calendar_t* calendar, uint32_t chosen)
 {
     const uint64_t limit_ns =

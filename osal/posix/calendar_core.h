@@ -21,7 +21,7 @@ typedef struct {
     uint32_t is_new;      ///< Joined, but not yet placed in the order of the present instant.
     uint32_t stream_port;
     uint32_t stream_server; ///< Participant that serves the stream, from 1; 0: no participant does.
-    int32_t process;        ///< That joined last in a life of its own.
+    int32_t process;        ///< Process that joined last in its own life.
     uint32_t life;
     uint64_t begin_ns;      ///< When the life begins; no grant before.
     uint32_t is_begun;      ///< It has had a grant.
@@ -59,8 +59,7 @@ uint64_t calendar_pending_wake_ns(const osal_calendar_t* calendar, uint32_t part
 void calendar_leave(osal_calendar_t* calendar, uint32_t participant);
 /// The stream of the participant has ended: it has none any more, and is woken.
 void calendar_cut_stream(osal_calendar_t* calendar, uint32_t participant);
-/// Wake a participant that is there: at the present instant if its turn is still to come, else in the next
-/// slot.
+/// Wake a joined participant: at the present instant if its turn is still to come, else in the next slot.
 void calendar_rouse(osal_calendar_t* calendar, uint32_t participant);
 /// Hand the grant to the smallest (wake time, order). Leaves `running` at NOBODY if there is none, if an
 /// expected participant has not joined, or if the run is over.

@@ -185,7 +185,7 @@ static status_t receive(osal_can_t* can, osal_can_frame_t* out_frame)
 status_t osal_can_receive(osal_can_t* can, osal_can_frame_t* out_frame)
 {
     FSW_ASSERT((can != NULL) && (out_frame != NULL));
-    for (unsigned i = 0U; i < OSAL_CAN_RING_FRAMES; i++) { // Dropping does not hold us here for ever.
+    for (unsigned i = 0U; i < OSAL_CAN_RING_FRAMES; i++) { // Bounded, even if frames keep arriving.
         const status_t status = receive(can, out_frame);
         if ((status != STATUS_OK) || passes(can, out_frame)) {
             return status;

@@ -92,8 +92,8 @@ static direction_t* direction_of(const osal_can_t* can, bool is_received)
     return ((can->end == OSAL_CAN_NODE) == is_received) ? &counts->to_node : &counts->to_wire;
 }
 
-/// What was sent while this end was not open is not for it, as on a ring, though it may still be on its way.
-/// It would be taken for what is announced later.
+/// Discard frames sent while this end was not open, as on a ring, also those still on their way. Otherwise
+/// they would be taken for frames announced later.
 static void pass_over(osal_can_t* can, direction_t* direction)
 {
     const uint32_t announced = load(&direction->announced);
@@ -157,7 +157,7 @@ status_t can_counted_send(osal_can_t* can, const osal_can_frame_t* frame)
     return status;
 }
 
-/// What was announced is not there yet. STATUS_OK, STATUS_EMPTY (it does not come), STATUS_CLOSED.
+/// Wait for an announced frame. STATUS_OK, STATUS_EMPTY (it does not arrive), STATUS_CLOSED.
 static status_t receive_late(osal_can_t* can, osal_can_frame_t* out_frame, uint32_t due)
 {
     counts_t* const counts  = can->shared;
@@ -173,7 +173,7 @@ static status_t receive_late(osal_can_t* can, osal_can_frame_t* out_frame, uint3
         direction_t* const direction = direction_of(can, true);
         store(&direction->taken, direction->taken + due); // Should they come after all, they are foreign.
     } else {
-        // Closed: the caller opens anew.
+        // Closed: the caller opens it again.
     }
     return status;
 }
@@ -202,7 +202,7 @@ status_t can_counted_receive(osal_can_t* can, osal_can_frame_t* out_frame)
     }
     const bool is_own_report = ((out_frame->id & OSAL_CAN_ERROR) != 0U) && (counts->carries_errors == 0U);
     if (is_own_report) {
-        return STATUS_OK; // A real controller tells of itself.
+        return STATUS_OK; // A real controller reports its own errors.
     }
     if (due > 0U) {
         store(&direction->taken, direction->taken + 1U);

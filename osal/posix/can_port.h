@@ -22,7 +22,7 @@ void can_socket_close(osal_can_t* can);
 status_t can_socket_filter(const osal_can_t* can);
 status_t can_socket_send(osal_can_t* can, const osal_can_frame_t* frame);
 status_t can_socket_receive(osal_can_t* can, osal_can_frame_t* out_frame);
-/// Wait until a frame is there, at most until_ns (monotonic). False: none has come.
+/// Wait until a frame has arrived, at most until_ns (monotonic). False: none has.
 bool can_socket_wait(const osal_can_t* can, uint64_t until_ns);
 
 /// can_counted.c: SocketCAN with a counted hand-over in the shared memory of that name.

@@ -56,8 +56,8 @@ static status_t status_of(int error)
     }
 }
 
-/// FD frames, error frames of all classes, receive time, and the count of frames the kernel had to drop. Its
-/// own frames a controller does not receive: that is how the kernel begins.
+/// FD frames, error frames of all classes, receive time, and the count of frames the kernel had to drop. By
+/// default of the kernel a controller does not receive its own frames.
 static bool configure(int descriptor)
 {
     const int on                    = 1;
@@ -195,7 +195,7 @@ static void read_control(osal_can_t* can, struct msghdr* message, osal_can_frame
             (void)memcpy(&can->kernel_overruns, CMSG_DATA(part), sizeof(can->kernel_overruns));
             can->overruns = can->kernel_overruns;
         } else {
-            // Nothing else was asked for.
+            // No other control data was requested.
         }
     }
     if (out_frame->time_ns == 0U) {

@@ -22,7 +22,7 @@ static struct timespec timespec_of(uint64_t time_ns)
     return (struct timespec){.tv_sec = (time_t)(time_ns / NS_PER_S), .tv_nsec = (long)(time_ns % NS_PER_S)};
 }
 
-/// Keep pages in memory. What is mapped later is locked only where no limit could make that mapping fail.
+/// Keep pages in memory. Later mappings are locked only if no limit could make them fail.
 static bool lock_memory(void)
 {
     struct rlimit limit = {0, 0};

@@ -58,7 +58,7 @@ status_t osal_device_open(osal_device_t* device, const char* path, osal_device_d
     return STATUS_OK;
 }
 
-/// Write without the signal that a FIFO nobody reads any more would raise.
+/// Write without the signal of a FIFO that has lost its reader.
 static ssize_t write_quietly(int descriptor, const uint8_t* octets, size_t size)
 {
     sigset_t pipe_only;

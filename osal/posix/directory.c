@@ -22,8 +22,8 @@ typedef struct {
     char name[OSAL_NAME_SIZE];
 } place_t;
 
-/// Copy the name that a path begins with; what comes behind its slash, or null if it is the last one.
-/// *out_name is "" if it is none.
+/// Copy the first name of a path. Returns the rest after its slash, or null if it is the last one. *out_name
+/// is "" if the name is invalid.
 static const char* next_name(const char* path, char* out_name)
 {
     const char* const slash = strchr(path, '/');
@@ -37,7 +37,7 @@ static const char* next_name(const char* path, char* out_name)
     return (slash != NULL) ? &slash[1] : NULL;
 }
 
-/// Open something in a folder. What is a symbolic link is not there.
+/// Open an entry of a folder. A symbolic link is treated as absent.
 static status_t open_in(int folder, const char* name, int flags, mode_t mode, int* out_descriptor)
 {
     do {
@@ -273,12 +273,13 @@ status_t osal_directory_make_file(const osal_directory_t* root, const char* path
     return settle(&place, status);
 }
 
-/// Rename without replacing what has the new name.
+/// Rename without replacing an existing file.
 static status_t rename_in(const place_t* from, const place_t* to)
 {
     int result = renameat2(from->folder, from->name, to->folder, to->name, RENAME_NOREPLACE);
     if ((result != 0) && ((errno == EINVAL) || (errno == ENOSYS))) {
-        // Where the disk cannot tell: look first. EINVAL may also mean that a folder would lie in itself.
+        // If the disk does not support it: check first. EINVAL may also mean that a folder would be moved
+        // into itself.
         struct stat about;
         if (fstatat(to->folder, to->name, &about, AT_SYMLINK_NOFOLLOW) == 0) {
             return STATUS_EXISTS;

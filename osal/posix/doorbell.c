@@ -23,7 +23,7 @@ void osal_doorbell_create(osal_doorbell_t* bell)
     *bell = (osal_doorbell_t){0U, 0U, 0U};
 }
 
-/// Processor that the caller runs on, from 1; 0 if the system does not tell.
+/// Processor that the caller runs on, from 1; 0 if unknown.
 static uint32_t processor(void)
 {
     const int number = sched_getcpu();

@@ -257,7 +257,7 @@ void osal_file_close(osal_file_t* file)
     file->descriptor = -1;
 }
 
-/// Make one folder; one that is there already will do.
+/// Make one folder, unless it exists.
 static status_t make_folder(const char* path)
 {
     struct stat about;

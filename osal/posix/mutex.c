@@ -11,8 +11,7 @@
 
 #define NS_PER_S 1000000000ULL
 
-// Zeros are a lock that works in this C library, and in others none: the last word tells whether one was
-// made.
+// In this C library zeros are a working lock, in others not: the last word says whether a lock was made.
 #define MARK_WORD (OSAL_MUTEX_WORDS - 1U)
 #define MARK 0x6D757465782E2E2EULL // "mutex..."
 

@@ -25,7 +25,7 @@ static status_t status_of(int error)
         return STATUS_DENIED;
     case ENOSYS:
         return STATUS_UNSUPPORTED;
-    default: // EINVAL: a file that stands for no network namespace.
+    default: // EINVAL: not a file of a network namespace.
         return STATUS_IO;
     }
 }

@@ -173,7 +173,7 @@ static void reap(pid_t id)
     }
 }
 
-/// What the child says of its start: its errno, or 0 when exec closed the pipe without a word.
+/// Result of the child's start: its errno, or 0 when exec closed the pipe.
 static int read_outcome(int pipe_end)
 {
     int error    = 0;
@@ -415,7 +415,7 @@ void osal_process_catch_stop(void)
     (void)sigaction(SIGINT, &action, NULL);
     (void)sigaction(SIGTERM, &action, NULL);
     (void)sigaction(SIGHUP, &action, NULL);
-    (void)signal(SIGXFSZ, SIG_IGN); // A file that may grow no more is told by the write.
+    (void)signal(SIGXFSZ, SIG_IGN); // The write reports a file at its size limit.
 }
 
 unsigned osal_process_stop_count(void)

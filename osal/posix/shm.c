@@ -65,7 +65,7 @@ status_t osal_shm_create(osal_shm_t* shm, const char* name, size_t size)
         return STATUS_INVALID;
     }
     if (size > (SIZE_MAX / 2U)) {
-        return STATUS_EXHAUSTED; // Beyond what a length of a file can say.
+        return STATUS_EXHAUSTED; // Larger than off_t.
     }
     const int descriptor = shm_open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
     if (descriptor < 0) {

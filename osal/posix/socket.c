@@ -21,7 +21,7 @@
 #define LOCAL_PATH_MAX 100U
 #define BACKLOG 16
 #define NS_PER_MS 1000000ULL
-#define LOOKS_SELDOM 127U // One look in so many waits, and one.
+#define LOOKS_SELDOM 127U // Polling in one of up to 128 waits.
 
 static struct sockaddr_in native(osal_address_t address)
 {
@@ -172,7 +172,7 @@ status_t osal_udp_receive(osal_socket_t* sock, osal_address_t* out_from, uint8_t
     ssize_t size = 0;
     do {
         size = socket_receive(sock, &message);
-        // ECONNREFUSED tells of a datagram sent earlier; it says nothing about what waits here.
+        // ECONNREFUSED refers to a datagram sent earlier, not to the received ones.
     } while ((size < 0) && ((errno == EINTR) || (errno == ECONNREFUSED)));
     *out_size = 0U;
     if (size < 0) {
@@ -241,7 +241,7 @@ status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client, osa
     return STATUS_OK;
 }
 
-/// Wait for the outcome of a connection that was begun, however often a signal interrupts.
+/// Wait for the result of a connect, however often a signal interrupts.
 static int outcome_of_connect(int descriptor)
 {
     struct pollfd watched = {.fd = descriptor, .events = POLLOUT};
@@ -413,7 +413,7 @@ status_t osal_local_pair(osal_socket_t* sock, osal_socket_t* out_peer)
 
 // --- Any socket ----------------------------------------------------------------------------------------
 
-/// Look for octets, unless that was in vain lately. As poll: 1 there are, or an error; 0 not yet.
+/// Poll for octets, unless polling was unsuccessful recently. Like poll: 1 octets or an error, 0 none yet.
 static int look_for_octets(osal_socket_t* sock, struct pollfd* watched)
 {
     if (sock->blind > 0U) {

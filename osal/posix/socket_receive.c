@@ -10,7 +10,7 @@
 ssize_t socket_receive(osal_socket_t* sock, struct msghdr* message)
 {
     uint8_t octet = 0U;
-    while (sock->is_held) { // An error tells of a datagram sent earlier, and has left this one.
+    while (sock->is_held) { // The error refers to a datagram sent earlier; this one is unchanged.
         sock->is_held = (recv(sock->descriptor, &octet, sizeof octet, MSG_DONTWAIT) < 0) &&
                         ((errno == EINTR) || (errno == ECONNREFUSED));
     }

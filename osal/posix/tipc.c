@@ -108,7 +108,7 @@ status_t osal_tipc_open(osal_socket_t* sock, osal_tipc_kind_t kind, const osal_t
     if (descriptor < 0) {
         return status_of_open(errno);
     }
-    // A receiver's room grows with the importance of what it is sent.
+    // TIPC gives more important messages more room at the receiver.
     const bool is_ready = (!is_message || (set_option(descriptor, TIPC_DEST_DROPPABLE, 0U) &&
                                            set_option(descriptor, TIPC_IMPORTANCE, TIPC_HIGH_IMPORTANCE))) &&
                           ((name == NULL) || bind_name(descriptor, *name, scope));
@@ -208,7 +208,7 @@ status_t osal_tipc_watch_open(osal_socket_t* sock, uint32_t type)
     subscription.seq.upper = UINT32_MAX;
     subscription.timeout   = (uint32_t)TIPC_WAIT_FOREVER;
     subscription.filter    = TIPC_SUB_PORTS;
-    // The subscription travels with the request for a connection: nobody waits for an answer.
+    // The subscription is sent with the request for a connection: no wait for an answer.
     const ssize_t sent = sendto(descriptor, &subscription, sizeof(subscription), MSG_NOSIGNAL | MSG_DONTWAIT,
                                 generic(&service), (socklen_t)sizeof(service));
     if (sent < 0) {

@@ -49,9 +49,9 @@ typedef struct {
 /// osal_calendar_wait; else one loop uses osal_calendar_next and _done. Null if the system has no lock for
 /// it.
 osal_calendar_t* osal_calendar_create(void* storage, uint64_t slot_ns, bool is_shared);
-/// A process that is stopped by a signal inside one of these calls keeps all others out. One that has a life
-/// and is found so for `patience_ns` of wall-clock time by somebody whom it keeps out is killed (the rest is
-/// as with any death); others are waited for. The beginning is OSAL_CALENDAR_PATIENCE_NS.
+/// A process that is stopped by a signal inside one of these calls keeps all others out. If such a process
+/// has a life and keeps another one out for `patience_ns` of wall-clock time, it is killed and treated like
+/// any death; processes without a life are waited for. The initial value is OSAL_CALENDAR_PATIENCE_NS.
 void osal_calendar_set_patience(osal_calendar_t* calendar, uint64_t patience_ns);
 /// The calendar in storage that another process made. Null if there is none.
 osal_calendar_t* osal_calendar_attach(void* storage);
@@ -71,7 +71,7 @@ void osal_calendar_dismiss(osal_calendar_t* calendar, unsigned participant, uint
 void osal_calendar_kill(osal_calendar_t* calendar, unsigned participant, uint32_t life);
 /// From this call on, when a life of the participant ends, its next life begins `delay_ns` later. Both happen
 /// in one operation, so no other participant gets a grant in between. The next life gets the deliveries that
-/// were not yet reported to the ended one. `delay_ns` 0: no next life begins by itself any more.
+/// were not yet reported to the ended one. `delay_ns` 0: no further life begins automatically.
 void osal_calendar_succeed(osal_calendar_t* calendar, unsigned participant, uint64_t delay_ns);
 /// The participant gets no grant until it is resumed; its deliveries and its wake time are kept. If it held
 /// the grant, the next participant gets the grant, and later calls of the suspended one have no effect, as
@@ -93,12 +93,12 @@ MUST_USE status_t osal_calendar_wait(osal_calendar_t* calendar, unsigned partici
 
 /// Image form: set the running participant's next wake time (first call joins) without blocking.
 void osal_calendar_done(osal_calendar_t* calendar, unsigned participant, uint64_t wake_ns);
-/// Image form: choose and grant the next participant. Returns STATUS_OK, STATUS_EMPTY (nobody wants to wake),
-/// STATUS_BUSY (this expected participant has not joined), STATUS_CLOSED.
+/// Image form: choose and grant the next participant. Returns STATUS_OK, STATUS_EMPTY (no participant wants
+/// to wake), STATUS_BUSY (this expected participant has not joined), STATUS_CLOSED.
 MUST_USE status_t osal_calendar_next(osal_calendar_t* calendar, unsigned* out_participant,
                                      osal_grant_t* out_grant);
 
-/// Tell of a delivery to `receiver` by the running participant `sender`: `messages` whole messages and
+/// Announce a delivery to `receiver` by the running participant `sender`: `messages` whole messages and
 /// `octets` on its stream (both counts saturate), meant for that life of the receiver. No effect if the
 /// receiver is absent or in another life.
 void osal_calendar_deliver(osal_calendar_t* calendar, unsigned sender, unsigned receiver, uint32_t life,
@@ -116,8 +116,7 @@ bool osal_calendar_is_present(const osal_calendar_t* calendar, unsigned particip
 unsigned osal_calendar_awaited(const osal_calendar_t* calendar);
 /// Let an expected life begin later, so time continues without it. No effect on another life or a begun one.
 void osal_calendar_postpone(osal_calendar_t* calendar, unsigned participant, uint32_t life, uint64_t at_ns);
-/// For a watchdog: the holder of the grant (PARTICIPANTS_MAX: nobody) and the number of grants so far
-/// [wraps].
+/// For a watchdog: the holder of the grant (PARTICIPANTS_MAX: none) and the number of grants so far [wraps].
 unsigned osal_calendar_holder(osal_calendar_t* calendar, uint32_t* out_grants);
 
 /// The local TCP port of the stream of a participant that joined through the door (0: none). Another port

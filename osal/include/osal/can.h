@@ -29,7 +29,7 @@
 #define OSAL_CAN_ID_MASK 0x1FFFFFFFU
 
 #define OSAL_CAN_ERROR_TX_TIMEOUT 0x001U       ///< By the driver: a frame did not leave in time.
-#define OSAL_CAN_ERROR_LOST_ARBITRATION 0x002U ///< data[0]: the bit, 0 when not told.
+#define OSAL_CAN_ERROR_LOST_ARBITRATION 0x002U ///< data[0]: the bit, 0 if unknown.
 /// data[1]: 0x01/0x02 overflow rx/tx, 0x04/0x08 warning, 0x10/0x20 passive, 0x40 active again.
 #define OSAL_CAN_ERROR_CONTROLLER 0x004U
 #define OSAL_CAN_ERROR_PROTOCOL 0x008U    ///< data[2]: the violation, data[3]: where in the frame.
@@ -86,9 +86,9 @@ typedef struct { // All fields are private, except the last four: read-only.
 
 typedef struct {      // Of a counted hand-over, both directions [frames, wrap].
     uint32_t frames;  ///< Handed over.
-    uint32_t late;    ///< Of these, not there yet when asked for, but within OSAL_CAN_PATIENCE_MS.
+    uint32_t late;    ///< Of these, received late, but within OSAL_CAN_PATIENCE_MS.
     uint32_t lost;    ///< Announced and not come.
-    uint32_t foreign; ///< Taken in though not announced: somebody else sends on the interface.
+    uint32_t foreign; ///< Received but not announced: another program sends on the interface.
     uint32_t cuts;    ///< Times that an end found its interface down or away [calls].
 } osal_can_hand_over_t;
 
@@ -102,8 +102,8 @@ status_t osal_can_destroy(const char* address);
 /// How the hand-over of a counted bus went so far. Returns STATUS_OK, STATUS_NOT_FOUND (no such counted bus).
 MUST_USE status_t osal_can_hand_over(const char* address, osal_can_hand_over_t* out_counts);
 
-/// Count frames as foreign that somebody outside the run has brought onto the bus by another way. No effect
-/// where nothing is counted.
+/// Count frames as foreign that reached the bus from outside of the run by another way. No effect on a
+/// carrier that does not count.
 void osal_can_add_foreign(osal_can_t* can, uint32_t frames);
 
 /// Open one end. A node end begins with nothing received. Returns STATUS_OK, STATUS_NOT_FOUND (no such bus),
@@ -111,8 +111,8 @@ void osal_can_add_foreign(osal_can_t* can, uint32_t frames);
 /// down), STATUS_UNSUPPORTED (no SocketCAN here, or no CAN interface), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_open(osal_can_t* can, const char* address, osal_can_end_t end);
 void osal_can_close(osal_can_t* can);
-/// Receive only what one of the filters lets through; none: nothing but error frames. As opened, all frames
-/// pass. Returns STATUS_OK, STATUS_INVALID (more than OSAL_CAN_FILTERS_MAX), STATUS_CLOSED, STATUS_IO.
+/// Receive only frames that pass one of the filters; without filters: only error frames. After opening all
+/// frames pass. Returns STATUS_OK, STATUS_INVALID (more than OSAL_CAN_FILTERS_MAX), STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t osal_can_filter(osal_can_t* can, const osal_can_filter_t* filters, size_t count);
 
 /// Queue a frame. Returns STATUS_OK, STATUS_FULL (counted in `refused`), STATUS_INVALID (a length no such

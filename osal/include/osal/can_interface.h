@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The network interfaces that SocketCAN runs over: what they are, and virtual ones made and removed.
+/// The network interfaces of SocketCAN: query their properties, make and remove virtual ones.
 ///
 /// For the program that prepares a run; flight components open a bus by its address (osal/can.h).
 ///
@@ -23,7 +23,7 @@ typedef struct {
     bool is_up;
     bool is_bus_off;                     ///< The controller has left the bus.
     bool carries_fd;                     ///< The mtu is that of CAN FD.
-    uint32_t bit_rate;                   ///< Nominal [bit/s]; 0: none, or the kernel does not tell.
+    uint32_t bit_rate;                   ///< Nominal [bit/s]; 0: none or unknown.
     uint32_t data_bit_rate;              ///< CAN FD data phase [bit/s]; 0: as above.
     char label[OSAL_CAN_LABEL_MAX + 1U]; ///< What osal_can_interface_make was given; cut where longer.
 } osal_can_interface_t;

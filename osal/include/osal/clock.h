@@ -37,7 +37,7 @@ typedef struct {
     bool is_slack_minimal; ///< Wake-ups are not put together with later ones.
 } osal_clock_attributes_t;
 
-typedef struct { ///< What was told of deliveries during a grant, by their receiver. Counts saturate.
+typedef struct { ///< Deliveries announced during a grant, by their receiver. Counts saturate.
     uint32_t lives[OSAL_CALENDAR_PARTICIPANTS_MAX]; ///< Life of each receiver that they are meant for.
     uint32_t messages[OSAL_CALENDAR_PARTICIPANTS_MAX];
     uint32_t octets[OSAL_CALENDAR_PARTICIPANTS_MAX];
@@ -54,8 +54,8 @@ typedef struct { // All fields are private, except `attributes`: read-only.
     osal_clock_attributes_t attributes; ///< What was granted to a real clock.
 } osal_clock_t;
 
-/// Real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Asks for timer slack 1 ns and locked memory
-/// where permitted; what is not permitted is left as it is, and told by `attributes`.
+/// Real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Requests timer slack 1 ns and locked memory;
+/// `attributes` says which of them were permitted.
 void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns);
 /// Stepped clock: that life of `participant` of the calendar.
 void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, unsigned participant,
@@ -64,7 +64,7 @@ void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, uns
 /// Granted clock: stepped time 0, nothing due. Deliveries are noted in `deliveries`, which must outlive it
 /// and is cleared.
 void osal_clock_open_granted(osal_clock_t* clock, osal_deliveries_t* deliveries);
-/// Granted clocks only: the next grant. Clears what was noted of deliveries.
+/// Granted clocks only: the next grant. Clears the noted deliveries.
 void osal_clock_take_grant(osal_clock_t* clock, const osal_grant_t* grant);
 
 /// Monotonic time of the machine [ns]; for origins and measurements, not for flight decisions.
@@ -82,7 +82,7 @@ MUST_USE status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_so
 /// Tell the calendar of deliveries to that life of another participant. Real clock: no effect.
 void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t life, uint32_t messages,
                         uint32_t octets);
-/// Deliveries told with the present grant; 0 for a real clock.
+/// Deliveries announced with the present grant; 0 for a real clock.
 uint32_t osal_clock_messages_due(const osal_clock_t* clock);
 uint32_t osal_clock_octets_due(const osal_clock_t* clock);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Input and output of a device that the system offers as a file: a character device, a FIFO, a file that a
-/// driver fills. Octets in both directions, without waiting; what a partner says in one write may arrive in
-/// pieces. A serial line (serial.h) is opened as one of these.
+/// driver fills. Octets in both directions, without waiting; one write of the partner may arrive in pieces. A
+/// serial line (serial.h) is opened as one of these.
 ///
 /// Ownership  The caller places osal_device_t; closed by osal_device_close.
 /// Context    One task. Never blocks.
@@ -24,7 +24,7 @@ typedef enum {
 
 typedef struct { // Private; descriptor < 0 when closed.
     int descriptor;
-    bool is_file; ///< A regular file has an end, but nobody at the other one.
+    bool is_file; ///< A regular file has no partner.
 } osal_device_t;
 
 /// Closed device, for initialisation.
@@ -33,17 +33,17 @@ typedef struct { // Private; descriptor < 0 when closed.
         -1, false                                                                                            \
     }
 
-/// Open what is there; nothing is made, and a file that is written is appended to. STATUS_OK,
-/// STATUS_NOT_FOUND (also: a FIFO to write to that nobody reads), STATUS_BUSY (somebody else has it),
-/// STATUS_DENIED, STATUS_EXHAUSTED (no descriptor left), STATUS_INVALID (a folder), STATUS_IO.
+/// Open an existing device or file, a file for appending. STATUS_OK, STATUS_NOT_FOUND (also: a FIFO to write
+/// to without a reader), STATUS_BUSY (in use by another program), STATUS_DENIED, STATUS_EXHAUSTED (no
+/// descriptor left), STATUS_INVALID (a folder), STATUS_IO.
 MUST_USE status_t osal_device_open(osal_device_t* device, const char* path,
                                    osal_device_direction_t direction);
-/// As much as the device takes now. STATUS_OK with *out_sent >= 1, STATUS_FULL (it takes nothing now, or a
-/// file has no space), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
+/// Write as much as the device takes now. STATUS_OK with *out_sent >= 1, STATUS_FULL (it takes nothing now,
+/// or a file has no space), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
 MUST_USE status_t osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size,
                                     size_t* out_sent);
-/// What is there. STATUS_OK with *out_size >= 1, STATUS_EMPTY (nothing now; of a file: its end, which may
-/// move), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
+/// Read the available octets. STATUS_OK with *out_size >= 1, STATUS_EMPTY (nothing now; of a file: its end,
+/// which may move), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
 MUST_USE status_t osal_device_read(osal_device_t* device, uint8_t* octets, size_t capacity, size_t* out_size);
 bool osal_device_is_open(const osal_device_t* device);
 void osal_device_close(osal_device_t* device);

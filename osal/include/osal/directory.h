@@ -3,9 +3,8 @@
 ///
 /// A path is names with `/` between them, from the root on; the root itself is "". A name has 1 to
 /// OSAL_NAME_SIZE - 1 octets other than `/` and is neither "." nor "..". Each name is looked up in the folder
-/// before it, and symbolic links are not followed, so that no path leads out, whatever others do to the tree
-/// meanwhile. What is neither a folder nor a regular file (links, devices, pipes, sockets) is not there, but
-/// its name is taken.
+/// before it, and symbolic links are not followed, so no path leaves the tree, whatever other programs do to
+/// it meanwhile. Links, devices, pipes and sockets are treated as absent, but their names cannot be used.
 ///
 /// What a call that changes names has acknowledged is on the disk. STATUS_INVALID: no path.
 ///
@@ -37,21 +36,21 @@ typedef struct {
     bool is_directory;
 } osal_directory_entry_t;
 
-/// Open the root, a folder that is there. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
+/// Open the root, an existing folder. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_open(osal_directory_t* root, const char* path);
 void osal_directory_close(osal_directory_t* root);
 
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_describe(const osal_directory_t* root, const char* path,
                                           osal_directory_about_t* out_about);
-/// Make a folder in one that is there. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID,
-/// STATUS_FULL, STATUS_DENIED, STATUS_IO.
+/// Make a folder in an existing one. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL,
+/// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_make(const osal_directory_t* root, const char* path);
 /// Remove an empty folder. STATUS_OK, STATUS_NOT_FOUND, STATUS_FORBIDDEN (it is not empty), STATUS_INVALID,
 /// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_remove(const osal_directory_t* root, const char* path);
-/// Make an empty file, with room set aside for `room` octets where the disk can do that; else they must be
-/// free now. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL (nothing was made),
+/// Make an empty file, with `room` octets reserved if the disk supports that; otherwise they must be free
+/// now. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL (nothing was made),
 /// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_make_file(const osal_directory_t* root, const char* path, uint64_t room);
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
@@ -70,7 +69,7 @@ MUST_USE status_t osal_directory_list(const osal_directory_t* root, const char* 
 /// STATUS_INVALID, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_read(const osal_directory_t* root, const char* path, uint64_t offset,
                                       uint8_t* octets, size_t size, size_t* out_size);
-/// Write octets into a file that is there. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL,
+/// Write octets into an existing file. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL,
 /// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_write(const osal_directory_t* root, const char* path, uint64_t offset,
                                        const uint8_t* octets, size_t size);

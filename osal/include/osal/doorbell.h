@@ -25,15 +25,15 @@
 typedef struct { // Private; may lie in shared memory. All zeros is a valid doorbell that never rang.
     uint32_t rings;
     uint32_t waiters;
-    uint32_t ringer; // Processor that last woke somebody, from 1; 0 unknown.
+    uint32_t ringer; // Processor of the last ring that woke a waiter, from 1; 0 unknown.
 } osal_doorbell_t;
 
 void osal_doorbell_create(osal_doorbell_t* bell);
-/// Everything written before the ring is seen by who sees the ring.
+/// A task that sees the ring also sees everything written before it.
 void osal_doorbell_ring(osal_doorbell_t* bell);
 /// Rings so far; wraps.
 uint32_t osal_doorbell_rings(const osal_doorbell_t* bell);
-/// Wait until the rings so far are other than `seen`. timeout_ms UINT32_MAX waits for ever. STATUS_OK,
+/// Wait until the number of rings differs from `seen`. timeout_ms UINT32_MAX: no time-out. STATUS_OK,
 /// STATUS_TIMEOUT.
 MUST_USE status_t osal_doorbell_wait(osal_doorbell_t* bell, uint32_t seen, uint32_t timeout_ms);
 

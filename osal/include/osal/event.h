@@ -15,7 +15,7 @@ typedef struct { // Private; may lie in shared memory. All zeros is a valid even
 
 void osal_event_create(osal_event_t* event);
 void osal_event_signal(osal_event_t* event);
-/// Wait and clear. timeout_ms UINT32_MAX waits for ever. STATUS_OK, STATUS_TIMEOUT.
+/// Wait and clear. timeout_ms UINT32_MAX: no time-out. STATUS_OK, STATUS_TIMEOUT.
 MUST_USE status_t osal_event_wait(osal_event_t* event, uint32_t timeout_ms);
 
 #endif // OSAL_EVENT_H

@@ -31,13 +31,13 @@ MUST_USE status_t osal_file_load(const char* path, void* octets, size_t capacity
 MUST_USE status_t osal_file_load_secret(const char* path, void* octets, size_t capacity, size_t* out_size);
 /// Open for reading and writing anywhere; made if missing. Same statuses as create.
 MUST_USE status_t osal_file_update(osal_file_t* file, const char* path);
-/// Force the names of all files in the folder of `path` to the disk: one that was made before is there after
-/// a power cut, though perhaps empty. STATUS_OK, STATUS_IO.
+/// Force the names of all files in the folder of `path` to the disk: after a power cut a file made before
+/// exists, perhaps empty. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_file_sync_names(const char* path);
 /// Read exactly `size` octets from `offset` on. STATUS_OK, STATUS_TRUNCATED (they go beyond the end),
 /// STATUS_IO.
 MUST_USE status_t osal_file_read_at(osal_file_t* file, uint64_t offset, void* octets, size_t size);
-/// Write all from `offset` on; a gap behind the end is filled with zeros. STATUS_OK, STATUS_FULL (no space),
+/// Write all from `offset` on; a gap after the end is filled with zeros. STATUS_OK, STATUS_FULL (no space),
 /// STATUS_IO.
 MUST_USE status_t osal_file_write_at(osal_file_t* file, uint64_t offset, const void* octets, size_t size);
 /// Present size [octets]. STATUS_OK, STATUS_IO.
@@ -50,8 +50,8 @@ MUST_USE status_t osal_file_resize(osal_file_t* file, uint64_t size);
 MUST_USE status_t osal_file_reserve(osal_file_t* file, uint64_t size);
 /// True while the file has a name in the file system. If it was removed, its content is lost on close.
 bool osal_file_is_named(const osal_file_t* file);
-/// Keep others who ask for the same from the file until it is closed. STATUS_OK, STATUS_BUSY (somebody has
-/// it), STATUS_IO.
+/// Lock the file against others that lock it, until it is closed. STATUS_OK, STATUS_BUSY (locked by another),
+/// STATUS_IO.
 MUST_USE status_t osal_file_lock(osal_file_t* file);
 /// Force to the disk. STATUS_OK, STATUS_IO.
 status_t osal_file_sync(osal_file_t* file);
@@ -60,13 +60,13 @@ void osal_file_close(osal_file_t* file);
 MUST_USE status_t osal_directory_create(const char* path);
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 status_t osal_file_remove(const char* path);
-/// Give a file another name on the same disk, in the place of a file that has it already: at any moment the
-/// name stands for one of the two, whole. STATUS_OK (and on the disk), STATUS_NOT_FOUND (file, or folder of
-/// the new name), STATUS_DENIED, STATUS_IO.
+/// Rename a file on the same disk, replacing a file of that name: at any moment the name refers to one of the
+/// two complete files. STATUS_OK (and on the disk), STATUS_NOT_FOUND (file, or folder of the new name),
+/// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_file_rename(const char* path, const char* new_path);
 
-/// Make `path` a symbolic link to `target`, replacing a link that is there. STATUS_OK, STATUS_EXISTS
-/// (something else than a link is there), STATUS_DENIED, STATUS_IO.
+/// Make `path` a symbolic link to `target`, replacing an existing link. STATUS_OK, STATUS_EXISTS (not a
+/// link), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_file_link(const char* target, const char* path);
 /// True if there is a file or folder of that name.
 bool osal_file_exists(const char* path);

@@ -2,8 +2,8 @@
 /// Message queue of the system: whole messages, in the order of sending, kept until they are received. The
 /// creator owns the name; any number of senders may open it.
 ///
-/// A queue whose creator has died stays, with its messages, until somebody removes the name. Removing and
-/// making it anew is how a receiver begins again; a sender that holds the old one is told STATUS_CLOSED.
+/// A queue whose creator has died remains, with its messages, until its name is removed. A receiver restarts
+/// by removing the queue and making it again; a sender with the old one gets STATUS_CLOSED.
 ///
 /// Ownership  The caller places osal_mqueue_t.
 /// Names      '/' and then 1..60 of [A-Za-z0-9._-], but neither "." nor ".." alone.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Mutual exclusion with priority inheritance. Not recursive. Critical sections are short and never wait.
-/// Robust: if a holder dies, the next lock gets it (STATUS_CLOSED told once) and may repair the data.
+/// Robust: if a holder dies, the next lock succeeds (STATUS_CLOSED, once) and its caller may repair the data.
 /// Errors   Coding errors (FSW_ASSERT): locking a mutex that was never created or is destroyed, and unlocking
 ///          a mutex that the caller does not hold.
 #ifndef OSAL_MUTEX_H
@@ -23,7 +23,7 @@ MUST_USE status_t osal_mutex_create(osal_mutex_t* mutex, bool is_shared);
 status_t osal_mutex_lock(osal_mutex_t* mutex);
 /// As osal_mutex_lock, but wait (wall-clock) for `wait_ns` at most: STATUS_TIMEOUT, not locked.
 MUST_USE status_t osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns);
-/// System's number of the task that holds it now; 0: nobody does.
+/// System's number of the task that holds it now; 0: none.
 int32_t osal_mutex_holder(const osal_mutex_t* mutex);
 void osal_mutex_unlock(osal_mutex_t* mutex);
 void osal_mutex_destroy(osal_mutex_t* mutex);

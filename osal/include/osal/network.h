@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Network namespaces: network stacks beside each other on one machine, each as if it were a computer's own.
-/// Who makes and removes them is not the concern here. A socket belongs for ever to the stack in which it was
-/// opened.
+/// Network namespaces: separate network stacks on one machine. The caller makes and removes them. A socket
+/// always belongs to the stack in which it was opened.
 ///
 /// Ownership  The caller places osal_network_t.
 /// Context    One task; only that task changes its stack.
@@ -14,9 +13,9 @@ typedef struct { // Private: the stack to return to.
     int descriptor;
 } osal_network_t;
 
-/// From here on this task, and the processes it starts, use the stack of the namespace that the file `path`
-/// stands for. `home` keeps the way back. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED (no privilege),
-/// STATUS_UNSUPPORTED, STATUS_IO; but for STATUS_OK nothing has changed.
+/// From now on this task, and the processes it starts, use the stack of the namespace of the file `path`.
+/// `home` keeps the previous one. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED (no privilege),
+/// STATUS_UNSUPPORTED, STATUS_IO; on failure nothing has changed.
 MUST_USE status_t osal_network_enter(osal_network_t* home, const char* path);
 /// Back to where osal_network_enter was called. STATUS_OK, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_network_leave(osal_network_t* home);

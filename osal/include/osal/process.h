@@ -29,7 +29,7 @@ typedef struct {
     uint32_t descriptor_limit;   ///< It can open no higher descriptor number; 0: the parent's limit.
     int processor;           ///< Pin to one (where permitted), counted round those we may use; -1: anywhere.
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
-    bool outlives;           ///< Goes on when its parent ends, in a session of its own.
+    bool outlives;           ///< Continues when its parent ends, in its own session.
 } osal_process_start_t;
 
 #define OSAL_SIGNAL_KILL 9 ///< As a result's code: SIGKILL,
@@ -55,8 +55,8 @@ MUST_USE status_t osal_process_start(osal_process_t* process, const osal_process
 /// Octets of memory that an executable needs when it is loaded, without its shared libraries. STATUS_OK,
 /// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_INVALID (no executable of this machine), STATUS_IO.
 MUST_USE status_t osal_process_loaded_size(const char* path, uint64_t* out_octets);
-/// Look without waiting. Parent only; tells of the end once. STATUS_OK, STATUS_NOT_OURS (not a child, or its
-/// end has been told).
+/// Check without waiting. Parent only; reports the end once. STATUS_OK, STATUS_NOT_OURS (not a child, or its
+/// end was reported).
 MUST_USE status_t osal_process_poll(osal_process_t* process, osal_process_result_t* out_result);
 /// Wait (wall-clock) until any of the processes has ended or a stop signal has come, at most timeout_ms.
 /// At most OSAL_PROCESS_WAIT_MAX. STATUS_OK, STATUS_TIMEOUT.
@@ -69,7 +69,7 @@ status_t osal_process_suspend(osal_process_t* process);
 MUST_USE status_t osal_process_look(const osal_process_t* process, osal_process_look_t* out_look);
 /// Watch a process that is not our child by its id. STATUS_OK, STATUS_NOT_FOUND, STATUS_UNSUPPORTED.
 MUST_USE status_t osal_process_watch(osal_process_t* process, int32_t id);
-/// Stop watching; the process itself goes on. For a child, after its end was told, there is no need.
+/// Stop watching; the process itself continues. Not necessary for a child whose end was reported.
 void osal_process_release(osal_process_t* process);
 bool osal_process_is_alive(const osal_process_t* process);
 int32_t osal_process_own_id(void);

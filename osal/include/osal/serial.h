@@ -19,9 +19,9 @@
         9600U, 19200U, 38400U, 57600U, 115200U, 230400U                                                      \
     }
 
-/// Open; what the line has received before is thrown away. The line belongs to this program alone where the
-/// system can do that. STATUS_OK, STATUS_OUT_OF_RANGE (bit rate unknown to this port), STATUS_NOT_FOUND,
-/// STATUS_INVALID (no serial line), STATUS_BUSY, STATUS_DENIED, STATUS_EXHAUSTED, STATUS_IO.
+/// Open; earlier received octets are discarded. If the system supports it, no other program can open the
+/// line. STATUS_OK, STATUS_OUT_OF_RANGE (bit rate unknown to this port), STATUS_NOT_FOUND, STATUS_INVALID
+/// (not a serial line), STATUS_BUSY, STATUS_DENIED, STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_serial_open(osal_device_t* line, const char* path, uint32_t baud);
 
 #endif // OSAL_SERIAL_H

@@ -26,8 +26,8 @@ void osal_shm_close(osal_shm_t* shm);
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED.
 status_t osal_shm_remove(const char* name);
 
-/// Show the name of every shared memory that begins with `prefix` ('/' included) to `visit`, which may remove
-/// it. STATUS_OK; STATUS_UNSUPPORTED where names cannot be listed.
+/// Call `visit` with the name of every shared memory that begins with `prefix` ('/' included); `visit` may
+/// remove it. STATUS_OK; STATUS_UNSUPPORTED where names cannot be listed.
 status_t osal_shm_each(const char* prefix, void (*visit)(void* context, const char* name), void* context);
 
 #endif // OSAL_SHM_H

@@ -15,8 +15,8 @@
 
 typedef struct { // Private; descriptor < 0 when closed.
     int descriptor;
-    uint8_t blind; // Waits that are still to begin without a look.
-    uint8_t pause; // So many there were after the last look in vain.
+    uint8_t blind; // Further waits that skip polling.
+    uint8_t pause; // Waits skipped after the last unsuccessful polling.
     bool is_deferred;
     bool is_held; // The datagram that was received last is still in the socket.
 } osal_socket_t;
@@ -35,14 +35,14 @@ typedef struct {
         -1, 0U, 0U, false, false                                                                             \
     }
 
-/// Bound UDP socket; `receive_bytes` asks the kernel for that much receive buffer (0: leave).
+/// Bound UDP socket; `receive_bytes` requests a receive buffer of that size from the kernel (0: default).
 /// Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_udp_open(osal_socket_t* socket, osal_address_t local, size_t receive_bytes);
 /// A UDP, TCP, TIPC or local socket inherited as descriptor number from the parent process. STATUS_OK,
 /// STATUS_INVALID (no such descriptor, or no socket).
 MUST_USE status_t osal_socket_adopt(osal_socket_t* socket, int descriptor);
-/// STATUS_OK, STATUS_FULL (kernel buffer), STATUS_CLOSED (no way there; a port nobody listens on is not
-/// noticed), STATUS_TOO_LARGE, STATUS_IO.
+/// STATUS_OK, STATUS_FULL (kernel buffer), STATUS_CLOSED (no route; a port without a listener is not
+/// detected), STATUS_TOO_LARGE, STATUS_IO.
 MUST_USE status_t osal_udp_send(osal_socket_t* socket, osal_address_t to, const uint8_t* octets, size_t size);
 /// STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (datagram longer than capacity, dropped), STATUS_IO.
 MUST_USE status_t osal_udp_receive(osal_socket_t* socket, osal_address_t* out_from, uint8_t* octets,
@@ -59,11 +59,11 @@ MUST_USE status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_cl
                                   osal_address_t* out_peer);
 /// Connect; waits for the answer (loopback: at once). STATUS_OK, STATUS_CLOSED (refused), STATUS_IO.
 MUST_USE status_t osal_tcp_connect(osal_socket_t* socket, osal_address_t to);
-/// Begin to connect, without waiting for the answer. STATUS_OK (connected), STATUS_BUSY (ask
-/// osal_tcp_connect_result), STATUS_CLOSED (refused), STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
+/// Start to connect, without waiting. STATUS_OK (connected), STATUS_BUSY (call osal_tcp_connect_result),
+/// STATUS_CLOSED (refused), STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
 MUST_USE status_t osal_tcp_connect_begin(osal_socket_t* socket, osal_address_t to);
-/// The answer. STATUS_OK, STATUS_BUSY (none yet), STATUS_CLOSED (refused, or nobody there), STATUS_IO; the
-/// last two close the socket.
+/// Result of a connect. STATUS_OK, STATUS_BUSY (none yet), STATUS_CLOSED (refused, or no listener),
+/// STATUS_IO; the last two close the socket.
 MUST_USE status_t osal_tcp_connect_result(osal_socket_t* socket);
 /// Send as much as the kernel takes. STATUS_OK with *out_sent >= 1, STATUS_FULL, STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t osal_stream_send(osal_socket_t* socket, const uint8_t* octets, size_t size,
@@ -76,14 +76,14 @@ MUST_USE status_t osal_stream_receive(osal_socket_t* socket, uint8_t* octets, si
 /// Accept with osal_tcp_accept (peer address 0:0). The path stays until removed as a file.
 /// STATUS_OK, STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_local_listen(osal_socket_t* socket, const char* path);
-/// STATUS_OK, STATUS_CLOSED (nobody listens there), STATUS_INVALID (path), STATUS_IO.
+/// STATUS_OK, STATUS_CLOSED (no listener), STATUS_INVALID (path), STATUS_IO.
 MUST_USE status_t osal_local_connect(osal_socket_t* socket, const char* path);
 /// Two ends of one local stream; hand one to a child process. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer);
 
-/// Wait (wall-clock) until readable, at most timeout_ms. Before it sleeps it looks for OSAL_SOCKET_LOOK_NS,
-/// as a doorbell does: to wake a sleeping processor takes longer. Looks in vain are made ever more seldom,
-/// down to one in 128 waits. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
+/// Wait (wall-clock) until readable, at most timeout_ms. Before it sleeps it polls for OSAL_SOCKET_LOOK_NS,
+/// like a doorbell: waking a sleeping processor takes longer. After unsuccessful polling the next waits skip
+/// it, up to 127 of 128. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Local address of a bound socket. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_socket_local_address(const osal_socket_t* socket, osal_address_t* out_local);

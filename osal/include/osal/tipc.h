@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Datagrams over TIPC, the cluster protocol of the kernel: a service is addressed by its name, wherever in
-/// the cluster it lives. What may go wrong on the way is the kernel's to mend between nodes; what a slow
-/// receiver has no room for is returned to the sender (osal_tipc_receive), never dropped without a word.
+/// the cluster it lives. The kernel repairs transmission errors between nodes; a datagram that a slow
+/// receiver has no room for is returned to the sender (osal_tipc_receive), never dropped silently.
 ///
 /// The sockets are those of osal/socket.h: adopted, waited for and closed in the same way. All calls are
 /// non-blocking; interrupted ones are repeated inside.
@@ -32,7 +32,7 @@ typedef enum {
 
 typedef enum {
     OSAL_TIPC_MESSAGE, ///< What cannot be delivered comes back.
-    OSAL_TIPC_SAMPLE   ///< What cannot be delivered at once is worth nothing: dropped.
+    OSAL_TIPC_SAMPLE   ///< Datagrams that cannot be delivered at once are dropped.
 } osal_tipc_kind_t;
 
 typedef struct { // What the kernel's topology service tells: a hint, which may be late.
@@ -45,8 +45,8 @@ typedef struct { // What the kernel's topology service tells: a hint, which may 
 /// memory), STATUS_IO.
 MUST_USE status_t osal_tipc_open(osal_socket_t* socket, osal_tipc_kind_t kind, const osal_tipc_name_t* name,
                                  osal_tipc_scope_t scope);
-/// size >= 1: TIPC passes no empty message. STATUS_OK, STATUS_FULL (the way to its node is congested),
-/// STATUS_CLOSED (nobody has that name now), STATUS_TOO_LARGE, STATUS_IO.
+/// size >= 1: TIPC passes no empty message. STATUS_OK, STATUS_FULL (the connection to its node is congested),
+/// STATUS_CLOSED (no socket has that name now), STATUS_TOO_LARGE, STATUS_IO.
 MUST_USE status_t osal_tipc_send(osal_socket_t* socket, osal_tipc_name_t to, const uint8_t* octets,
                                  size_t size);
 /// *out_from: the sender's identity (osal_tipc_identity). STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (longer
@@ -58,8 +58,8 @@ MUST_USE status_t osal_tipc_receive(osal_socket_t* socket, uint64_t* out_from, u
 /// of its node. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_tipc_identity(const osal_socket_t* socket, uint64_t* out_identity);
 
-/// Be told of the names of one service type that come and go, beginning with those that are there. STATUS_OK,
-/// STATUS_UNSUPPORTED, STATUS_EXHAUSTED, STATUS_IO.
+/// Receive notices of the names of one service type that appear and disappear, beginning with the existing
+/// ones. STATUS_OK, STATUS_UNSUPPORTED, STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_tipc_watch_open(osal_socket_t* socket, uint32_t type);
 /// The next event. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (the topology service has ended the watch),
 /// STATUS_IO.
