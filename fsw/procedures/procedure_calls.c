@@ -50,7 +50,7 @@ void procedure_push_values(lua_State* const state, const uint8_t* const octets, 
     }
 }
 
-/// Goes on where a call was answered; protected like all the procedure does.
+/// Continues after the answer to a call; protected like all code of the procedure.
 static int answered(lua_State* const state, const int status, const lua_KContext context)
 {
     (void)status;

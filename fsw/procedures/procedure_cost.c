@@ -8,7 +8,7 @@
 
 #define OBJECT_HEAD 24U      // Of a text in the interpreter [octets].
 #define NODE_OCTETS 24U      // Of a key and its value in a table.
-#define SHORT_TEXT 40U       // Longer ones are not shared: each is made and hashed anew.
+#define SHORT_TEXT 40U       // Longer ones are not shared: each is made and hashed separately.
 #define OPERATION_MASK 0x7FU // Of an instruction.
 #define OPERANDS_SHIFT 16U   // Of OP_CONCAT: how many values.
 #define OPERANDS_MASK 0xFFU
@@ -29,7 +29,7 @@
 #define COLLECTION_OCTETS 256U // In use.
 #define PRICE_MAX (1U << 20U)  // So that no sum overflows.
 
-/// What the price of an operation depends on, beside its base.
+/// What the price of an operation depends on, in addition to its base.
 typedef enum {
     PLAIN,
     KEY,       // Keys that collide.
@@ -179,7 +179,7 @@ static uint32_t nodes_in(const size_t size)
     return (((size % NODE_OCTETS) == 0U) && ((nodes & (nodes - 1U)) == 0U)) ? (uint32_t)nodes : 0U;
 }
 
-/// A table's list, a stack, a function's list: filled anew, and where keys collide, each is searched for.
+/// A table's list, a stack, a function's list: filled again; keys that collide are searched for one by one.
 static void charge_list(procedure_slot_t* const slot, const size_t size, const uint32_t nodes)
 {
     const uint64_t price = (size / OCTETS_TAKEN) + (((uint64_t)nodes * nodes) / PAIRS_SEARCHED) + OBJECT;

@@ -44,7 +44,8 @@ static void note_stack(procedure_slot_t* const slot, const void* const stack, co
 }
 
 /// Find out where the procedure's stack lies and how large it is. It is the list made with the thread; when
-/// it changes its size, it is made anew, copied and given back. `result` is null where `block` is given back.
+/// its size changes, a new one is allocated, the content copied, and the old one freed. `result` is null
+/// where `block` is given back.
 static void follow_stack(procedure_slot_t* const slot, const void* const block, const size_t before,
                          const void* const result, const size_t after)
 {
@@ -245,7 +246,7 @@ static void run(void* const context, const uint16_t index, const pus_answer_t* c
 
 static void kill(void* const context, const uint16_t index)
 {
-    slot_at(context, index)->is_running = false; // Its memory is begun anew by the next one.
+    slot_at(context, index)->is_running = false; // The next procedure clears its memory.
 }
 
 pus_procedure_port_t procedure_engine_port(procedure_engine_t* const engine)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Memory of one procedure: a binary buddy system on the caller's octets, for an interpreter that tells the
-/// size of a block when it gives it back. Blocks are 32 octets times a power of two and need no header.
+/// Memory of one procedure: a binary buddy system on the caller's octets, for an interpreter that passes the
+/// size of a block when it frees it. Blocks are 32 octets times a power of two and need no header.
 ///
 /// Ownership  The caller places memory and map.
 /// Context    One loop.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Functions of the interpreter's library that neither call back into the procedure nor show addresses. Each
-// is called through `priced`, which charges for what the arguments make it do, at worst, before it is done.
+// is called through `priced`, which first charges for the worst case of the arguments.
 #include "fsw/procedures/procedure_cost.h"
 #include "fsw/procedures/procedure_sandbox.h"
 
@@ -18,7 +18,7 @@
 #define LENGTH_SEARCHES 8U   // For the end of a table.
 #define FLAGS "-+ \0430123456789."
 
-/// What a price has beside its base and the arguments.
+/// Parts of a price in addition to base and arguments.
 typedef enum {
     NOTHING,
     KEY,     // A key is found in a table.

@@ -59,9 +59,9 @@ static int to_text(lua_State* const state)
     return procedure_pay(state, NUMBER_PRICE, make_text, 0);
 }
 
-/// Copy what a metatable (index 2) says into one that nobody else can change: so that no finalizer, closer or
-/// weak table comes in later, and no chain is longer than when it was checked. Index 3 and 4: functions that
-/// lead on to the tables of __index and __newindex, or nil.
+/// Copy the fields of a metatable (index 2) into one that no other code can change: so no finalizer, closer
+/// or weak table is added later, and no chain becomes longer than when it was checked. Index 3 and 4:
+/// functions that lead on to the tables of __index and __newindex, or nil.
 static void copy_metatable(lua_State* const state)
 {
     static const char* const events[] = {"__metatable", "__call", "__concat", "__len", "__eq",   "__lt",
@@ -100,7 +100,7 @@ static int put_metatable(lua_State* const state, const int status, const lua_KCo
     return 1;
 }
 
-/// Finalizers and closers run where no budget holds, and weak tables show when memory is collected.
+/// Finalizers and closers run without a budget, and weak tables show when memory is collected.
 static int set_metatable(lua_State* const state)
 {
     static const char* const refused[] = {"__gc", "__close", "__mode"};
@@ -263,7 +263,7 @@ static int unpack(lua_State* const state)
 
 // `pairs` in the order of the keys.
 
-/// Numbers, then texts, then truth values; -1 for what has no order.
+/// Numbers, then texts, then truth values; -1 for other types, which have no order.
 static int rank_of(lua_State* const state, const int index)
 {
     switch (lua_type(state, index)) {

@@ -169,11 +169,12 @@ static const pus_subtype_t* subtype_of(const pus_service_t* const service, const
     return NULL;
 }
 
-/// Decode a packet, find its service and subtype, and check its shape. The failure's code is PUS_FAILURE_NONE
+/// pus_tc_decode, or its variant for requests longer than a packet.
 typedef status_t (*decode_t)(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
                              pus_failure_t* out_failure);
 
-/// if all is well; else *out_tc is what the packet can be named by.
+/// Decode a packet, find its service and subtype, and check its shape. The failure's code is PUS_FAILURE_NONE
+/// if all is well; otherwise *out_tc has the header fields that identify the packet.
 static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const uint8_t* const packet,
                           const size_t size, const decode_t decode, pus_tc_t* const out_tc,
                           const pus_service_t** const out_service, const pus_subtype_t** const out_subtype)

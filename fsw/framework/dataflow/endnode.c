@@ -17,7 +17,7 @@ status_t endnode_resolve(const flow_resolver_t* const resolver, const endnode_ki
     return (memchr(out_address->address, '\0', ENDNODE_ADDRESS_MAX) != NULL) ? STATUS_OK : STATUS_INVALID;
 }
 
-/// Decimal number up to `limit` at *text; moves behind it. False if there is none or it is too large.
+/// Decimal number up to `limit` at *text; moves past it. False if there is none or it is too large.
 static bool take_number(const char** const text, const uint32_t limit, uint32_t* const out_number)
 {
     const char* digit = *text;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// End nodes of data flows: a logical name of the descriptor, and the address it has in this run.
 ///
-/// A descriptor says `<Endnode type="CAN" bus="robot"/>`; which controller, port or memory that is depends on
-/// the machine and the run, so the program hands every component a resolver. Addresses never enter a packet.
+/// A descriptor says `<Endnode type="CAN" bus="robot"/>`; the machine and the run decide which controller,
+/// port or memory that is, so the program gives every component a resolver. Addresses never enter a packet.
 ///
 ///     CAN  "shm:NAME" or "can:INTERFACE" (osal/can.h)      UDP, TCP  "127.0.0.1:10015"
 ///     SHM  "/NAME" (osal/shm.h)                            MQUEUE    "/NAME" (osal/mqueue.h)
@@ -37,7 +37,7 @@ typedef struct {
     bool is_fd; ///< CAN: process data travels in FD frames with bit rate switch.
 } endnode_address_t;
 
-/// Port to whoever knows the addresses of this run.
+/// Port to the resolver of the addresses of this run.
 typedef struct {
     void* context;
     /// STATUS_OK; STATUS_NOT_FOUND (no such end node in this run).

@@ -10,7 +10,7 @@
 #define CONTROLLER_WARNING 0x0CU
 #define CONTROLLER_PASSIVE 0x30U
 #define CONTROLLER_ACTIVE 0x40U
-// Classes whose frames tell the error counters; drivers of newer kernels say so in others too.
+// Classes whose frames contain the error counters; drivers of newer kernels set them in others too.
 #define HAS_COUNTERS                                                                                         \
     (OSAL_CAN_ERROR_COUNTERS | OSAL_CAN_ERROR_CONTROLLER | OSAL_CAN_ERROR_NO_ACK | OSAL_CAN_ERROR_BUS_OFF |  \
      OSAL_CAN_ERROR_BUS | OSAL_CAN_ERROR_RESTARTED)
@@ -220,7 +220,7 @@ static void take_error_frame(flow_can_t* const flow, const osal_can_frame_t* con
     }
 }
 
-/// Add what the carrier has dropped since; it goes on counting from its last report.
+/// Add the frames that the carrier has dropped since; it counts from its last report on.
 static void count_overruns(flow_can_t* const flow)
 {
     flow->counters.overruns += flow->can.overruns - flow->queue_overruns;

@@ -22,7 +22,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef enum { // Error state of our controller, as its last error frame told.
+typedef enum { // Error state of our controller, from its last error frame.
     FLOW_CAN_ACTIVE,
     FLOW_CAN_WARNING, ///< An error counter has passed 96.
     FLOW_CAN_PASSIVE, ///< An error counter has passed 127.
@@ -73,12 +73,12 @@ typedef struct { // Private, except health, counters and errors: read-only.
     flow_can_errors_t errors;
 } flow_can_t;
 
-/// Closed, counters zero. Once, before anything else.
+/// Closed, counters zero. Call it once, first.
 void flow_can_init(flow_can_t* flow);
-/// Open the bus of that name and throw away what stands in its receive queue. Health starts as ACTIVE.
-/// STATUS_OK, STATUS_EXISTS (open already), STATUS_NOT_FOUND (resolver or bus), STATUS_INVALID (address),
-/// STATUS_CLOSED (the interface is down), STATUS_UNSUPPORTED (no such kind here, or process data in FD frames
-/// on an interface that carries classic ones only), STATUS_DENIED, STATUS_IO.
+/// Open the bus of that name and discard the frames in its receive queue. Health starts as ACTIVE. STATUS_OK,
+/// STATUS_EXISTS (open already), STATUS_NOT_FOUND (resolver or bus), STATUS_INVALID (address), STATUS_CLOSED
+/// (the interface is down), STATUS_UNSUPPORTED (no such kind here, or process data in FD frames on an
+/// interface that carries classic ones only), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t flow_can_open(flow_can_t* flow, const flow_resolver_t* resolver, const char* bus);
 void flow_can_close(flow_can_t* flow);
 /// True from flow_can_open to flow_can_close, also while the interface is away.
@@ -90,8 +90,8 @@ void flow_can_attend(flow_can_t* flow, uint64_t now_ns);
 /// Queue a classic data frame, 0..8 octets, 11-bit identifier.
 /// STATUS_OK, STATUS_FULL, STATUS_INVALID (length, identifier), STATUS_CLOSED.
 status_t flow_can_send(flow_can_t* flow, uint16_t identifier, const uint8_t* octets, uint8_t length);
-/// The same for process data: an FD frame with bit rate switch where the bus has it; 0..8, 12, 16, 20, 24,
-/// 32, 48, 64 octets there, else 0..8. Statuses as flow_can_send.
+/// The same for process data: an FD frame with bit rate switch if the bus supports it; 0..8, 12, 16, 20, 24,
+/// 32, 48, 64 octets then, otherwise 0..8. Statuses as flow_can_send.
 status_t flow_can_send_process_data(flow_can_t* flow, uint16_t identifier, const uint8_t* octets,
                                     uint8_t length);
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data flow of messages through a queue of the system: one receiver, which makes the queue, any senders.
 ///
-/// The receiver of an end node is one component: a queue that stands there when it starts is what its
-/// predecessor left, and is made anew. A sender notices that, and one that starts first waits for its
-/// receiver, with back-off. Call flow_mqueue_step once a cycle, then send or receive.
+/// The receiver of an end node is one component: a queue that exists when it starts was left by its
+/// predecessor, and is replaced. A sender detects that; a sender that starts first waits for its receiver,
+/// with back-off. Call flow_mqueue_step once a cycle, then send or receive.
 ///
 /// Ownership  The caller places flow_mqueue_t; the name, the resolver and the quota outlive it.
 /// Context    One task. Never blocks.
@@ -26,7 +26,7 @@
 typedef struct {
     const char* name;
     bool is_receiver;
-    uint32_t depth;          ///< Messages; the receiver's business.
+    uint32_t depth;          ///< Messages; set by the receiver.
     uint32_t message_octets; ///< Longest message; a sender refuses a queue of shorter ones.
     flow_order_t order;      ///< Of the octets of a number, in records.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
@@ -58,7 +58,7 @@ void flow_mqueue_init(flow_mqueue_t* flow, const flow_mqueue_setup_t* setup, con
 /// STATUS_EXHAUSTED quota or limits of the system; STATUS_EXISTS, STATUS_UNSUPPORTED, STATUS_DENIED,
 /// STATUS_IO).
 status_t flow_mqueue_step(flow_mqueue_t* flow, uint64_t now_ns);
-/// STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no queue, or the receiver begins anew).
+/// STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no queue, or the receiver restarts).
 MUST_USE status_t flow_mqueue_send(flow_mqueue_t* flow, const uint8_t* octets, size_t size);
 /// capacity >= message_octets. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_mqueue_receive(flow_mqueue_t* flow, uint8_t* octets, size_t capacity,

@@ -15,7 +15,7 @@
 #define READ_ATTEMPTS 4U
 
 typedef struct {
-    uint32_t magic; // MAGIC, written last by the creator; ENDED by who closes it or makes the next one.
+    uint32_t magic; // MAGIC, written last by the creator; ENDED, written when it is closed or replaced.
     uint32_t kind;
     uint32_t value_octets;
     uint32_t depth;
@@ -284,7 +284,8 @@ status_t flow_shm_read(flow_shm_t* const flow, void* const out_value)
     if (!flow->is_open || flow->setup.is_writer) {
         return STATUS_CLOSED;
     }
-    const bool was_alive   = is_alive(&flow->shm); // Looked at first: what is written before the end is read.
+    const bool was_alive =
+        is_alive(&flow->shm); // Checked first, so that everything written before the end is read.
     region_t* const region = region_of(flow);
     const status_t status = (flow->setup.shape.kind == FLOW_SHM_LATEST) ? read_latest(flow, region, out_value)
                                                                         : read_queue(flow, region, out_value);

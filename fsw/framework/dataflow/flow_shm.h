@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data flow through shared memory between two components: the latest value, or a queue of values.
 ///
-/// Latest: one writer, any readers; a reader gets the newest whole value, or the word that it got none
-/// because the writer kept overtaking it. Queue: one writer, one reader, nothing lost; a full queue is
-/// refused.
+/// Latest: one writer, any readers; a reader gets the newest complete value, or STATUS_BUSY if the writer
+/// kept overtaking it. Queue: one writer, one reader, nothing lost; a full queue is refused.
 ///
-/// The writer of an end node is one component: memory that stands there when it starts is what its
-/// predecessor left, and is made anew. A reader reads what was left, is then told, and opens the new memory;
-/// one that starts first waits for its writer, both with back-off. Call flow_shm_step once a cycle, then
+/// The writer of an end node is one component: memory that exists when it starts was left by its predecessor,
+/// and is replaced. A reader reads the remaining values, gets STATUS_CLOSED, and opens the new memory; a
+/// reader that starts first waits for its writer, both with back-off. Call flow_shm_step once a cycle, then
 /// write or read.
 ///
 /// Ownership  The caller places flow_shm_t; the name, the resolver and the quota outlive it.
@@ -73,8 +72,8 @@ typedef struct { // Private; read-only for housekeeping: counters, reconnect, fa
 /// Closed. A shape out of its range is a coding error.
 void flow_shm_init(flow_shm_t* flow, const flow_shm_setup_t* setup, const flow_resolver_t* resolver);
 /// Make or open the memory if it is time. STATUS_OK (open), STATUS_CLOSED (`failure` says why:
-/// STATUS_NOT_FOUND resolver, or no writer yet; STATUS_INVALID name, or the writer's shape is another;
-/// STATUS_EXHAUSTED quota or memory; STATUS_EXISTS somebody else makes it at this moment; STATUS_DENIED,
+/// STATUS_NOT_FOUND resolver, or no writer yet; STATUS_INVALID name, or another layout of the writer;
+/// STATUS_EXHAUSTED quota or memory; STATUS_EXISTS another program makes it at this moment; STATUS_DENIED,
 /// STATUS_IO).
 status_t flow_shm_step(flow_shm_t* flow, uint64_t now_ns);
 
@@ -82,7 +81,7 @@ status_t flow_shm_step(flow_shm_t* flow, uint64_t now_ns);
 MUST_USE status_t flow_shm_write(flow_shm_t* flow, const void* value);
 /// LATEST: the newest value not read before. QUEUE: the oldest. STATUS_OK, STATUS_EMPTY (nothing new),
 /// STATUS_BUSY (LATEST: overtaken, try in the next cycle), STATUS_CLOSED (no memory, its writer has closed it
-/// or begins anew, or a writer).
+/// or restarts; or this end is the writer).
 MUST_USE status_t flow_shm_read(flow_shm_t* flow, void* out_value);
 /// One struct as one value, in the flow's byte order. A layout of other than value_octets, or of more than
 /// RECORD_OCTETS_MAX, is a coding error. Statuses of flow_shm_write.
@@ -91,7 +90,7 @@ MUST_USE status_t flow_shm_write_record(flow_shm_t* flow, const record_layout_t*
 /// of flow_shm_read; STATUS_INVALID: it was no such record, and is dropped and counted.
 MUST_USE status_t flow_shm_read_record(flow_shm_t* flow, const record_layout_t* layout, void* out_record);
 bool flow_shm_is_open(const flow_shm_t* flow);
-/// The writer removes the name with it, and its readers are told.
+/// The writer also removes the name, and its readers get STATUS_CLOSED.
 void flow_shm_close(flow_shm_t* flow);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_FLOW_SHM_H

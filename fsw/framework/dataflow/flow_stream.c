@@ -88,7 +88,7 @@ static void settle(flow_stream_t* const flow, const status_t status)
         release(flow);
         reconnect_failed(&flow->reconnect, flow->now_ns);
     } else {
-        // The next step asks for the answer.
+        // The next step checks the result.
     }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data flow of octet streams that we open: a serial line, a TCP server we are client of, a file or I/O
-/// device. Frames go in and out; a partner that vanishes is called again, with back-off, for ever.
+/// Data flow of octet streams that this end opens: a serial line, a TCP connection as client, a file or I/O
+/// device. Frames go in and out; after a loss it reconnects without limit, with back-off.
 ///
 /// Call flow_stream_step once a cycle, then send and receive. Before the first connection and between two of
 /// them both answer STATUS_CLOSED; a frame that was cut by the end of a connection is lost in both
@@ -76,10 +76,10 @@ typedef struct { // Private; read-only for housekeeping: counters, reconnect, as
 
 /// Not connected, counters zero. A wrong kind or missing buffer is a coding error.
 void flow_stream_init(flow_stream_t* flow, const flow_stream_setup_t* setup, const flow_resolver_t* resolver);
-/// Connect if it is time, and hand what is queued to the system. STATUS_OK (connected), STATUS_BUSY (the
+/// Connect if it is time, and pass queued octets to the system. STATUS_OK (connected), STATUS_BUSY (the
 /// partner has not answered), STATUS_CLOSED (not connected; `failure` says why: STATUS_NOT_FOUND resolver or
-/// device, STATUS_INVALID address or device, STATUS_OUT_OF_RANGE bit rate, STATUS_BUSY taken by somebody,
-/// STATUS_CLOSED refused, STATUS_EXHAUSTED quota or descriptors, STATUS_DENIED, STATUS_IO).
+/// device, STATUS_INVALID address or device, STATUS_OUT_OF_RANGE bit rate, STATUS_BUSY in use, STATUS_CLOSED
+/// refused, STATUS_EXHAUSTED quota or descriptors, STATUS_DENIED, STATUS_IO).
 status_t flow_stream_step(flow_stream_t* flow, uint64_t now_ns);
 /// Queue one frame. STATUS_OK, STATUS_FULL, STATUS_INVALID and STATUS_TOO_LARGE as frame_encode,
 /// STATUS_CLOSED.
@@ -95,7 +95,7 @@ MUST_USE status_t flow_stream_send_record(flow_stream_t* flow, const record_layo
 MUST_USE status_t flow_stream_receive_record(flow_stream_t* flow, const record_layout_t* layout,
                                              void* out_record);
 bool flow_stream_is_connected(const flow_stream_t* flow);
-/// End the connection; the next step begins anew.
+/// End the connection; the next step connects again.
 void flow_stream_close(flow_stream_t* flow);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_FLOW_STREAM_H

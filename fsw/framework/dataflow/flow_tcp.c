@@ -171,7 +171,7 @@ typedef enum {
     OFFER_OVER  ///< The connection has ended.
 } offer_t;
 
-/// Let the framer take what it wants.
+/// Pass the octets to the framer.
 static offer_t offer(flow_tcp_t* const flow, const flow_tcp_user_t* const user, const unsigned index)
 {
     flow_tcp_client_t* const client = &flow->clients[index];
@@ -250,7 +250,7 @@ status_t flow_tcp_step(flow_tcp_t* const flow, const flow_tcp_user_t* const user
         return STATUS_CLOSED;
     }
     accept_clients(flow, user);
-    const unsigned first = flow->first; // Who sends without end leaves room for who is behind it.
+    const unsigned first = flow->first; // A client that sends continuously must not block the next ones.
     for (unsigned k = 0U; k < flow->capacity; k++) {
         const unsigned i   = (first + k) % flow->capacity;
         const size_t left  = limit_octets - *out_octets;
@@ -274,7 +274,7 @@ status_t flow_tcp_send(flow_tcp_t* const flow, const unsigned client, const uint
         return status;
     }
     *out_sent = 0U;
-    return STATUS_CLOSED; // Reading sees the end as well, and the next step tells it.
+    return STATUS_CLOSED; // Reading detects the end as well, and the next step reports it.
 }
 
 size_t flow_tcp_sockets(flow_tcp_t* const flow, osal_socket_t** const out_sockets, const size_t capacity)

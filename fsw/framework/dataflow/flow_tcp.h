@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data flow of streams, server side: a listening port and a bounded number of clients.
 ///
-/// What arrives is collected per client and shown to the caller's framer, which takes whole frames off the
-/// front. What is sent goes straight to the kernel, as much as it takes; queues in front of it, and what to
-/// drop when a reader is slow, are the caller's business.
+/// Received octets are collected per client and passed to the caller's framer, which removes complete frames
+/// from the front. Sent octets go directly to the kernel, as many as it takes; the caller queues the others
+/// and decides what to drop if a reader is slow.
 ///
 /// Ownership  The caller places flow_tcp_t, the clients and their buffers; all outlive the flow.
 /// Context    One task, never blocks.
@@ -74,7 +74,7 @@ typedef struct { // Private, except counters: read-only.
     size_t buffer_octets;
     quota_t* quota; // Of sockets; null: not counted.
     flow_tcp_counters_t counters;
-    unsigned first; // Client that the next step begins with: behind the one served last.
+    unsigned first; // First client of the next step: the one after the client served last.
 } flow_tcp_t;
 
 /// Closed, no clients. `buffers` holds capacity x buffer_octets octets; buffer_octets >= the longest frame.
@@ -89,20 +89,20 @@ MUST_USE status_t flow_tcp_open(flow_tcp_t* flow, const flow_resolver_t* resolve
 /// The same with a listening socket inherited from the parent. STATUS_OK, STATUS_EXISTS, STATUS_INVALID,
 /// STATUS_EXHAUSTED.
 MUST_USE status_t flow_tcp_adopt(flow_tcp_t* flow, int descriptor);
-/// End every connection (each told to `user`) and stop listening.
+/// End every connection (each reported to `user`) and stop listening.
 void flow_tcp_close(flow_tcp_t* flow, const flow_tcp_user_t* user);
 /// Address that is listened at. STATUS_OK, STATUS_CLOSED.
 MUST_USE status_t flow_tcp_local_address(const flow_tcp_t* flow, osal_address_t* out_address);
 
-/// Take in new connections, then at most `limit_octets` from the clients in turn, and hand frames to `user`.
-/// *out_octets is what was read. STATUS_OK, STATUS_CLOSED (not listening).
+/// Accept new connections, then read at most `limit_octets` from the clients in turn, and pass frames to
+/// `user`. *out_octets is what was read. STATUS_OK, STATUS_CLOSED (not listening).
 MUST_USE status_t flow_tcp_step(flow_tcp_t* flow, const flow_tcp_user_t* user, size_t limit_octets,
                                 size_t* out_octets);
 /// Send as much as the kernel takes now. STATUS_OK with *out_sent >= 1; STATUS_FULL; STATUS_CLOSED (no such
-/// client, or it ended: told by the next step).
+/// client, or it ended: reported by the next step).
 MUST_USE status_t flow_tcp_send(flow_tcp_t* flow, unsigned client, const uint8_t* octets, size_t size,
                                 size_t* out_sent);
-/// End one connection; told to `user`. No effect on an empty place.
+/// End one connection; reported to `user`. No effect on an empty place.
 void flow_tcp_end(flow_tcp_t* flow, const flow_tcp_user_t* user, unsigned client);
 
 /// Octets received on the present connection [wraps]; 0 for an empty place.

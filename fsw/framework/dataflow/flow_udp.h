@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data flow of datagrams: one bound socket, one peer. A port that cannot be had, or a socket that fails, is
-/// tried again with back-off; a datagram that finds nobody is refused or lost, and the next one goes out all
-/// the same. Call flow_udp_step once a cycle, then send and receive.
+/// Data flow of datagrams: one bound socket, one peer. If the port is in use or the socket fails, the flow
+/// retries with back-off. A datagram without a receiver is refused or lost; the next one is sent all the
+/// same. Call flow_udp_step once a cycle, then send and receive.
 ///
 /// Ownership  The caller places flow_udp_t; names, the resolver and the quota outlive it.
 /// Context    One task, never blocks.
@@ -22,9 +22,9 @@
 
 typedef struct {
     const char* local;       ///< End node that is bound,
-    const char* peer;        ///< and the one that is talked to, and nobody else; both as the resolver says.
+    const char* peer;        ///< The only peer. The resolver gives both addresses.
     flow_order_t order;      ///< Of the octets of a number, in records.
-    size_t receive_octets;   ///< Receive buffer asked of the system; 0: as it is.
+    size_t receive_octets;   ///< Receive buffer requested from the system; 0: default.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
     quota_t* quota; ///< Of open sockets; null: not counted.
@@ -33,8 +33,8 @@ typedef struct {
 typedef struct { // [datagrams, wrap]
     uint32_t sent;
     uint32_t received;
-    uint32_t refused;  ///< Not sent: kernel buffer full, nobody there, too large, closed.
-    uint32_t foreign;  ///< Received from somebody else than the peer, dropped.
+    uint32_t refused;  ///< Not sent: kernel buffer full, no receiver, too large, closed.
+    uint32_t foreign;  ///< Received from another address than the peer's, dropped.
     uint32_t oversize; ///< Received, longer than the caller's buffer, dropped.
     uint32_t unfit;    ///< Received, but no such record.
 } flow_udp_counters_t;

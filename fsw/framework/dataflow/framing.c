@@ -204,7 +204,7 @@ static size_t overhead(const flow_framing_t framing, const uint8_t* const payloa
 static void write_slip(const uint8_t* const payload, const size_t size, uint8_t* const octets)
 {
     size_t position    = 0U;
-    octets[position++] = SLIP_END; // Ends what a disturbance may have begun.
+    octets[position++] = SLIP_END; // Ends a frame that noise may have started.
     for (size_t i = 0U; i < size; i++) {
         if ((payload[i] == SLIP_END) || (payload[i] == SLIP_ESCAPE)) {
             octets[position++] = SLIP_ESCAPE;

@@ -2,8 +2,8 @@
 /// Framing of octet streams: payloads out of octets that come in any pieces, and octets out of payloads.
 ///
 /// The assembler looks at each octet once and keeps what it needs between calls, so that a frame may be cut
-/// anywhere. What is no frame, or is too long for its buffer, is counted and passed over up to the next
-/// frame; garbage never ends a flow.
+/// anywhere. Octets that are no frame, and frames too long for the buffer, are counted and skipped up to the
+/// next frame; invalid octets never end a flow.
 ///
 /// Ownership  The caller places the assembler and its buffer.
 /// Context    One task.
@@ -38,11 +38,11 @@ typedef struct { // Private, except counters: read-only.
     uint8_t prefix;   ///< LENGTH: octets of the length that were seen.
     bool is_skipping; ///< The rest of the present frame is passed over.
     bool is_escaped;  ///< SLIP: the octet before was an escape.
-    bool is_done;     ///< The buffer holds a frame that was handed out.
+    bool is_done;     ///< The buffer contains a frame that was returned.
     frame_counters_t counters;
 } frame_assembler_t;
 
-/// capacity >= 1: longest payload (of RAW: most octets handed out at once).
+/// capacity >= 1: longest payload (of RAW: most octets returned at once).
 void frame_assembler_init(frame_assembler_t* assembler, const flow_format_t* format, uint8_t* buffer,
                           size_t capacity);
 /// Forget the present frame: the stream ended, another begins.
@@ -54,7 +54,8 @@ MUST_USE status_t frame_assembler_feed(frame_assembler_t* assembler, const uint8
                                        size_t* out_taken, size_t* out_size);
 
 /// Frame one payload. STATUS_OK; STATUS_INVALID (LINE: it holds a line end); STATUS_TOO_LARGE (longer than
-/// the framing can tell); STATUS_FULL (the frame does not fit `capacity`). Nothing counts but with STATUS_OK.
+/// the length field of the framing allows); STATUS_FULL (the frame does not fit `capacity`). Only with
+/// STATUS_OK the output is valid.
 MUST_USE status_t frame_encode(const flow_format_t* format, const uint8_t* payload, size_t size,
                                uint8_t* octets, size_t capacity, size_t* out_size);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// When to try again: after a failure a delay that doubles up to a maximum, and begins anew once a connection
-/// has stood as long as the delay before it (one that is accepted and dropped at once counts as a failure).
+/// Time of the next attempt: after a failure a delay that doubles up to a maximum. It restarts when a
+/// connection has lasted as long as the delay before it (one that is accepted and dropped at once counts as a
+/// failure).
 ///
 /// Ownership  The caller places reconnect_t.
 /// Context    One task; time is pushed in.

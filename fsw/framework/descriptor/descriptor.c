@@ -53,7 +53,7 @@ static status_t parse(descriptor_loader_t* const loader, source_t* const source,
     if (status == STATUS_OK) {
         status = xml_finish(&loader->parser);
     }
-    if (status != STATUS_OK) { // What the parser itself found; what a handler found is told already.
+    if (status != STATUS_OK) { // Errors of the parser; errors of handlers are already reported.
         source_fail_as(source, loader->parser.error.line, status, loader->parser.error.message);
     }
     return status;
@@ -112,7 +112,7 @@ static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t
         return STATUS_INVALID;
     }
     const status_t status = descriptor_load_subsystem(loader, loader->path, out_descriptor);
-    if (status == STATUS_NOT_FOUND) { // Told where the mission names it.
+    if (status == STATUS_NOT_FOUND) { // Reported at the line of the mission that names it.
         source_fail_as(&builder->source, subsystem->line, status, "descriptor=\"");
         source_say(&builder->source, "%\" of <Subsystem>: expected a file, found none", subsystem->descriptor,
                    NULL, 0U);
@@ -134,7 +134,7 @@ static status_t load_all(descriptor_loader_t* const loader, mission_builder_t* c
         } else if (builder->scope != NULL) {
             status = load_listed(loader, builder, i, out_own);
         } else {
-            // What others say is not asked for.
+            // The descriptors of others are not needed.
         }
     }
     if ((status == STATUS_OK) && (last < mission->subsystem_count)) {

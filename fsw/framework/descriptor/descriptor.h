@@ -53,12 +53,12 @@ typedef struct mission_scope mission_scope_t;
 extern const mission_scope_t mission_whole;
 
 /// Mission, and the descriptors of its subsystems, one after the other in `out_own` (paths are relative to
-/// the mission's file); at the end that of subsystem `apid` stays there, so that its program reads no file
-/// twice. Scope NULL, as a subsystem needs it: no descriptor but its own is read. Then the mission has no
-/// permissions and no recovery plans, its hashes are 0, and of other subsystems there is only what the
-/// mission's file says: ports at their end of links are 0. APID 1..2046; with a scope also
-/// MISSION_ANY_TARGET: whichever comes last. Statuses of descriptor_load_subsystem; STATUS_INVALID: the
-/// mission has no such subsystem.
+/// the mission's file); at the end `out_own` contains that of subsystem `apid`, so that its program reads no
+/// file twice. Scope NULL, as a subsystem needs it: no descriptor but its own is read. Then the mission has
+/// no permissions and no recovery plans, its hashes are 0, and of other subsystems it contains only the
+/// content of the mission's file: ports at their end of links are 0. APID 1..2046; with a scope also
+/// MISSION_ANY_TARGET: the last one. Statuses of descriptor_load_subsystem; STATUS_INVALID: the mission has
+/// no such subsystem.
 MUST_USE status_t descriptor_load_mission(descriptor_loader_t* loader, const char* path, uint16_t apid,
                                           const mission_scope_t* scope, mission_descriptor_t* out_mission,
                                           subsystem_descriptor_t* out_own);

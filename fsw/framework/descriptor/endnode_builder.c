@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// End nodes of a device: where a data flow goes, and how octets travel on it.
+// End nodes of a device: address and octet format of a data flow.
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
 // Attributes in their order, as bits: bus, redundantBus, node, name, address, port, framing, order,
@@ -29,7 +29,7 @@ static const endnode_rule_t rules[] = {
     [DESCRIPTOR_ENDNODE_FILE]   = {NAME, FRAMING | ORDER | DIRECTION},
 };
 
-/// How octets travel: what is not said is raw, most significant octet first, both ways, 115200 bit/s.
+/// Octet format; defaults: raw, most significant octet first, both ways, 115200 bit/s.
 void endnode_builder_start(source_t* const source)
 {
     static const uint32_t bit_rates[] = {9600U, 19200U, 38400U, 57600U, 115200U, 230400U, 460800U, 921600U};

@@ -10,7 +10,7 @@
 
 typedef struct mission_builder mission_builder_t;
 
-struct mission_scope { // What a reader of the whole mission does beside.
+struct mission_scope { // Further work of a reader of the whole mission.
     /// Handler of elements that only such a reader looks at: power, modes, permissions, plans, buses, ground.
     void (*element)(source_t* source);
     /// A descriptor, read from `path`, has been taken in.

@@ -66,7 +66,7 @@ static void check_lists(source_t* const source)
     }
 }
 
-/// Others than this machine may send telecommands only where a key tells who they are.
+/// Other machines may send telecommands only if the mission has a key.
 static void check_ground(source_t* const source)
 {
     const mission_descriptor_t* const mission = source->item;

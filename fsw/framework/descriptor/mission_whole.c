@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reader of the whole mission does beside: names in permissions and plans, found in the descriptors of
+// Further work of a reader of the whole mission: names in permissions and plans, found in the descriptors of
 // all subsystems, and the mission's hashes.
 #include "base/crc.h"
 #include "fsw/framework/descriptor/mission_builder.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reading of a descriptor's elements: what may stand where, how each attribute is read and where it goes,
-/// lists, strings, hash, and errors. Internal to descriptor/.
+/// Reading of a descriptor's elements: permitted places, conversion and destination of attributes, lists,
+/// strings, hash, and errors. Internal to descriptor/.
 ///
 /// Elements are described by rows: an element becomes an item of a list of the model, or belongs to the item
 /// of the element around it; its attributes are read by their forms into members of that item; what is
@@ -8,10 +8,9 @@
 /// counted in the model and, where the list says so, as a range in the item of the element around.
 ///
 /// The first error is kept, with file and line, and makes every later call a no-op that returns its default;
-/// a handler reads all it needs and its caller looks at `status` once. The canonical text, whose FNV-1a is
-/// the configuration hash, is for each element "<name\n", its attributes sorted by name as "name=value\n",
-/// its children,
-/// ">\n": comments, spaces between elements and the order of attributes do not count.
+/// a handler reads all it needs and its caller checks `status` once. The canonical text, whose FNV-1a is the
+/// configuration hash, is for each element "<name\n", its attributes sorted by name as "name=value\n", its
+/// children, ">\n": comments, spaces between elements and the order of attributes do not count.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H
 

@@ -63,7 +63,7 @@ static status_t append(journal_t* const journal, const journal_record_t* const r
 {
     const medium_t* const medium = active_of(journal);
     if (journal->is_ragged) {
-        // A write that failed may have left octets here, which could make sense behind other ones.
+        // A failed write may have left octets here that could be valid after other ones.
         if (medium->resize(medium->context, journal->tail.offset) != STATUS_OK) {
             return STATUS_IO;
         }
@@ -108,8 +108,8 @@ static status_t copy_live(journal_t* const journal, const medium_t* const medium
     return STATUS_OK;
 }
 
-/// Empty a medium, so that it is empty too if the power is cut now. One octet of it stays: so a medium whose
-/// size is 0 was never used, and needs no sync.
+/// Empty a medium such that it is empty even after a power cut at this moment. One octet of it stays: so a
+/// medium whose size is 0 was never used, and needs no sync.
 static status_t empty_medium(const medium_t* const medium)
 {
     const status_t status = medium->resize(medium->context, 1U);
@@ -122,7 +122,7 @@ static status_t begin_generation(const medium_t* const medium, const uint32_t ge
     return (status == STATUS_OK) ? journal_write_head(medium, generation) : status;
 }
 
-/// Go on from `tail` on a medium whose generation holds no commit yet.
+/// Continue at `tail` on a medium whose generation contains no commit yet.
 static void go_on(journal_t* const journal, const size_t index, const uint32_t generation,
                   const journal_place_t* const tail)
 {
@@ -136,8 +136,8 @@ static void go_on(journal_t* const journal, const size_t index, const uint32_t g
     journal->stats.used       = tail->offset;
 }
 
-/// Go on with the live records on the other medium. The present one must hold the last commit. STATUS_OK;
-/// STATUS_FULL, STATUS_IO: nothing has changed.
+/// Continue with the live records on the other medium. The present one must contain the last commit.
+/// STATUS_OK; STATUS_FULL, STATUS_IO: nothing has changed.
 static status_t compact(journal_t* const journal)
 {
     const size_t other           = 1U - journal->active;
@@ -223,7 +223,8 @@ status_t journal_erase(void* const context, const uint8_t table, const uint32_t 
     return STATUS_OK;
 }
 
-/// Write all that has not counted once more. STATUS_OK; STATUS_IO: or it is not what was written.
+/// Write again everything that is not valid yet. STATUS_OK; STATUS_IO: also if the medium returns other
+/// octets.
 static status_t write_again(journal_t* const journal)
 {
     const medium_t* const medium = active_of(journal);
@@ -243,7 +244,7 @@ static status_t write_again(journal_t* const journal)
     return (status == STATUS_OK) ? STATUS_OK : STATUS_IO;
 }
 
-/// Mark on the other medium how far commits have succeeded. Without a sync: what does not last says nothing.
+/// Mark on the other medium how far commits have succeeded. Without a sync: a lost mark has no meaning.
 static void write_mark(journal_t* const journal)
 {
     const journal_mark_t mark = {.generation = journal->stats.generation, .offset = journal->synced.offset};
@@ -326,7 +327,7 @@ static status_t build_index(journal_t* const journal)
     return STATUS_OK;
 }
 
-/// Cut off what lies behind the tail. STATUS_OK, STATUS_FULL, STATUS_IO.
+/// Cut off what lies after the tail. STATUS_OK, STATUS_FULL, STATUS_IO.
 static status_t cut_tail(journal_t* const journal)
 {
     const medium_t* const medium = active_of(journal);
@@ -340,15 +341,15 @@ static status_t cut_tail(journal_t* const journal)
     return (status == STATUS_OK) ? medium->sync(medium->context) : status;
 }
 
-/// Begin an empty journal. Its head is made sure before anything else is written, so that later a medium
-/// without one is damaged; what an earlier life has left must be sure to be gone before. STATUS_OK,
+/// Begin an empty journal. Its head is synced before anything else is written, so that later a medium without
+/// a head is damaged; before that, the content of an earlier life must be removed and synced. STATUS_OK,
 /// STATUS_FULL, STATUS_IO.
 static status_t begin_journal(journal_t* const journal, const journal_survey_t surveys[2])
 {
     const journal_place_t tail = journal_first_place(1U);
     status_t status            = STATUS_OK;
     go_on(journal, 0U, 1U, &tail);
-    if (surveys[1].size > 0U) { // A mark of an earlier life must not be believed later.
+    if (surveys[1].size > 0U) { // A mark of an earlier life must not be used later.
         status = empty_medium(medium_of(journal, 1U));
     }
     if ((status == STATUS_OK) && (surveys[0].size > 0U)) {
@@ -371,7 +372,7 @@ static size_t valid_of(const journal_survey_t surveys[2])
     return is_second ? 1U : 0U;
 }
 
-/// See what is there. STATUS_OK, STATUS_IO.
+/// Read both media. STATUS_OK, STATUS_IO.
 static status_t look(journal_t* const journal, journal_survey_t surveys[2])
 {
     status_t status = STATUS_OK;
@@ -414,7 +415,7 @@ status_t journal_open(journal_t* const journal, const journal_configuration_t* c
         status = cut_tail(journal);
     }
     if ((status == STATUS_OK) && journal->damage.is_damaged) {
-        write_mark(journal); // It is told once.
+        write_mark(journal); // It is reported once.
     }
     return status;
 }

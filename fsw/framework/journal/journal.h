@@ -42,7 +42,7 @@ typedef struct { // One per slot, placed by the owner. Private.
 } journal_slot_t;
 
 typedef struct {
-    medium_t media[2];     ///< Nobody else writes to them.
+    medium_t media[2];     ///< Only the journal writes to them.
     uint32_t limit;        ///< Largest size of each medium [octets].
     uint32_t slack;        ///< Dead octets more than live ones before a commit compacts [octets].
     journal_slot_t* slots; ///< JOURNAL_SLOTS(capacity).
@@ -60,7 +60,7 @@ typedef struct {
     uint64_t octets;  ///< Octets of the media that are ignored.
 } journal_damage_t;
 
-typedef struct { // Private: where a record lies, and what it must say of itself to be believed.
+typedef struct { // Private: place of a record, and the values it must contain to be valid.
     uint32_t offset;
     uint32_t chain; // Checksum of the record before.
     uint32_t sequence;
@@ -72,7 +72,7 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
     size_t active;          // Which medium is written to.
     bool is_provisional;    // Its generation holds no commit yet.
     bool is_ragged;         // Octets may lie behind `tail`.
-    bool is_suspect;        // What was written behind `synced` may not be there, though a read finds it.
+    bool is_suspect;        // Octets after `synced` may be lost, even if a read returns them.
     bool is_replaying;      // The buffer is lent to the callback.
     uint32_t changes;       // Since the last commit that counted.
     journal_place_t tail;   // Of the next record.
@@ -112,13 +112,13 @@ MUST_USE status_t journal_replay(journal_t* journal, journal_take_t take, void* 
 
 // The functions of a port to records: `context` is the journal.
 
-/// Keep a record in the place of the one before it. STATUS_OK; STATUS_FULL (no slot, or no room on the
-/// medium), STATUS_TOO_LARGE (size > JOURNAL_RECORD_MAX), STATUS_IO: nothing has changed.
+/// Store a record, replacing the previous one with its key. STATUS_OK; STATUS_FULL (no slot, or no room on
+/// the medium), STATUS_TOO_LARGE (size > JOURNAL_RECORD_MAX), STATUS_IO: nothing has changed.
 status_t journal_put(void* context, uint8_t table, uint32_t key, const uint8_t* octets, size_t size);
-/// Forget a record. STATUS_OK; STATUS_NOT_FOUND, STATUS_IO: nothing has changed. It never lacks room.
+/// Erase a record. STATUS_OK; STATUS_NOT_FOUND, STATUS_IO: nothing has changed. There is always room for it.
 status_t journal_erase(void* context, uint8_t table, uint32_t key);
-/// Make all puts and erasures since the last commit last. STATUS_OK (at once if there were none), STATUS_IO:
-/// nothing since the last commit is sure to last; the next commit tries again with all of it.
+/// Commit all puts and erasures since the last commit. STATUS_OK (at once if there were none), STATUS_IO: no
+/// change since the last commit is certain to last; the next commit tries again with all of them.
 status_t journal_commit(void* context);
 
 #endif // FSW_FRAMEWORK_JOURNAL_JOURNAL_H

@@ -83,7 +83,7 @@ status_t journal_assess(const medium_t media[2], const journal_survey_t surveys[
     }
     journal_damage_t damage = {.is_damaged = is_cut(surveys, &valid)};
     for (size_t i = 0U; i < 2U; i++) {
-        // Without its mark or head, a medium beside the valid one holds what that has replaced.
+        // The other medium, without mark or head, contains the generation that the valid one has replaced.
         const journal_survey_t* const survey = &surveys[i];
         const bool is_newer                  = survey->has_head && (survey->generation > valid.generation);
         if (!survey->has_mark && (!valid.is_there || (i == last) || is_newer)) {
@@ -91,7 +91,7 @@ status_t journal_assess(const medium_t media[2], const journal_survey_t surveys[
             if (find_orphans(&media[i], survey, &orphans, buffer) != STATUS_OK) {
                 return STATUS_IO;
             }
-            // The head of a journal is made sure before anything else is written.
+            // The head of a journal is synced before anything else is written.
             const bool is_headless = !survey->has_head && (survey->size > JOURNAL_HEAD_SIZE);
             damage.is_damaged      = damage.is_damaged || orphans.was_acknowledged || is_headless;
             damage.records += orphans.records;

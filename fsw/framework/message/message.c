@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#define FIRST_PROBE 4U         ///< Refusals in a row after which a peer is asked what it has taken.
+#define FIRST_PROBE 4U         ///< Refusals in a row after which the endpoint sends a SYNC to the peer.
 #define STRAYS_MAX 3U          ///< Frames outside of the window in a row after which SYNC is sent.
 #define SYNC_SPACING 1024U     ///< Strays or refusals between two SYNCs, at most.
 #define LOST_AT_ONCE_MAX 4096U ///< A larger gap is no loss: one of both numbers was forged or damaged.
@@ -97,8 +97,8 @@ static void credit_up_to(message_channel_t* const channel, const uint32_t taken)
     }
 }
 
-/// Say where both directions stand, and ask the same: after a loss of whole windows nobody else would say a
-/// word, and what was forged or damaged may have led either side away from the other's numbers.
+/// Send both sequence numbers and request those of the peer: after a loss of whole windows no other frame
+/// would follow, and forged or damaged frames may have changed the numbers of either side.
 static void sync(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     if (send_frame(endpoint, channel, MESSAGE_SYNC, NULL, 0U) == STATUS_OK) {
@@ -107,8 +107,8 @@ static void sync(message_endpoint_t* const endpoint, message_channel_t* const ch
     }
 }
 
-/// The more refusals without credit from the peer, the rarer, down to one in SYNC_SPACING: what asks must not
-/// fill the way that is to be freed, and finds out soon when it is free.
+/// The more refusals without credit from the peer, the rarer the SYNCs, down to one in SYNC_SPACING: they
+/// must not fill the connection that is congested, but must soon detect when it is free.
 static void refused_for_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     endpoint->counters.no_credit++;
@@ -153,7 +153,7 @@ uint32_t message_credit_plain(const message_endpoint_t* const endpoint, const ui
     return credit_to(endpoint, peer, MESSAGE_RESERVE, MESSAGE_RESERVE_OCTETS);
 }
 
-/// Send where the window leaves so many blocks and octets.
+/// Send if the window then has this many blocks and octets left.
 static status_t send_leaving(message_endpoint_t* const endpoint, const uint16_t to,
                              const uint8_t* const octets, const size_t size, const uint32_t reserve,
                              const uint32_t reserve_octets)
@@ -293,8 +293,9 @@ static void in_step(message_channel_t* const channel)
     channel->sync_at = STRAYS_MAX;
 }
 
-/// What answers a SYNC comes from a peer that lives now: if that is an earlier life than was believed, the
-/// later one was forged or damaged. Its numbers have nothing to do with ours: another exchange tells both.
+/// An answer to a SYNC comes from the present life of the peer: if it is an earlier life than the known one,
+/// the later one came from a forged or damaged frame. Its numbers are unrelated to ours: another exchange
+/// gives both.
 static void correct_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
                          const message_frame_t* const frame)
 {
@@ -331,7 +332,8 @@ static void answer(message_endpoint_t* const endpoint, message_channel_t* const 
                    const message_frame_t* const frame)
 {
     if (frame->kind == MESSAGE_SYNC) {
-        (void)send_frame(endpoint, channel, MESSAGE_SYNC_ACK, NULL, 0U); // If refused, the peer asks again.
+        (void)send_frame(endpoint, channel, MESSAGE_SYNC_ACK, NULL,
+                         0U); // If refused, the peer sends SYNC again.
     }
 }
 
@@ -398,7 +400,7 @@ static void catch_up(message_channel_t* const channel)
     }
 }
 
-/// Both sides say where they stand; nothing that was sent before is on its way any more.
+/// Both sides have exchanged their numbers; no earlier frame is under way.
 static void resync(message_endpoint_t* const endpoint, message_channel_t* const channel,
                    const message_frame_t* const frame)
 {
@@ -439,7 +441,7 @@ static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t
     }
     if (is_claim_good) {
         in_step(channel);
-    } else { // More than was sent, or less than was told before: the block is good nevertheless.
+    } else { // More than was sent, or less than before: the block is valid nevertheless.
         out_of_step(endpoint, channel);
     }
     endpoint->counters.lost += ahead;
@@ -457,7 +459,7 @@ static void return_credit(message_endpoint_t* const endpoint, message_channel_t*
     }
 }
 
-/// Take note of what a frame tells. True if it carries a block for the caller.
+/// Update the channel from a frame. True if the frame carries a block for the caller.
 static bool is_block(message_endpoint_t* const endpoint, message_channel_t* const channel,
                      const message_frame_t* const frame)
 {
@@ -491,7 +493,7 @@ static void judge_all_of(message_endpoint_t* const endpoint, message_channel_t* 
     if (!waits) {
         catch_up(channel);
     }
-    if (credit_of(channel, 0U, 0U) > 0U) { // A word without credit does not tell that nothing was lost.
+    if (credit_of(channel, 0U, 0U) > 0U) { // A frame without credit does not prove that nothing was lost.
         channel->refusals = 0U;
     }
 }
@@ -520,7 +522,7 @@ void message_take_control(message_endpoint_t* const endpoint)
     return_all_credit(endpoint);
 }
 
-/// The channel whose oldest block came first; null if there is none.
+/// The channel whose oldest block arrived first; null if there is none.
 static message_channel_t* next_channel(message_endpoint_t* const endpoint,
                                        const message_filter_t* const filter)
 {

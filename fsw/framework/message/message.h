@@ -35,8 +35,8 @@
 /// Inboxes that hold full windows of `peers` channels: each block takes its frame and four octets more.
 #define MESSAGE_INBOX_OCTETS(peers) ((peers) * (MESSAGE_WINDOW_OCTETS + (MESSAGE_WINDOW * 4U)))
 
-/// How a frame reaches a peer: STATUS_OK, STATUS_FULL (try again), anything else: nobody there now. Only a
-/// frame that was taken counts as sent.
+/// How a frame reaches a peer: STATUS_OK, STATUS_FULL (try again), anything else: the peer cannot be reached
+/// now. Only a frame that was taken counts as sent.
 typedef struct {
     void* context;
     status_t (*send)(void* context, uint16_t to, const uint8_t* frame, size_t size);
@@ -74,10 +74,10 @@ typedef struct { // Private.
     uint32_t credited;              // Of these, taken by the peer.
     uint32_t expected;              // Next sequence number from the peer.
     uint32_t taken;                 // Data frames taken here by the caller, lost ones included.
-    uint32_t told;                  // `taken` as last told to the peer.
+    uint32_t told;                  // `taken` as last sent to the peer.
     uint32_t refusals;              // Sends refused for lack of credit since the peer was last heard.
     uint32_t under_way;             // Octets of frames that were sent and not credited.
-    uint32_t untold;                // Octets of frames taken since the peer was last told.
+    uint32_t untold;                // Octets of frames taken since credit was last sent.
     uint16_t sizes[MESSAGE_WINDOW]; // Of the frames under way, by their number.
 } message_channel_t;
 

@@ -101,7 +101,7 @@ static void remove_first(message_inbox_t* const inbox)
     size_t size           = 0U;
     const size_t before   = inbox->blocks.used;
     const status_t status = octet_ring_take(&inbox->blocks, &none, 0U, &size);
-    (void)status; // It does not fit into nothing: it is gone.
+    (void)status; // Capacity 0: the block is removed without a copy.
     const size_t gone = before - inbox->blocks.used;
     if (inbox->place >= gone) {
         inbox->place -= gone;

@@ -32,8 +32,8 @@ bool message_position(const message_endpoint_t* endpoint, size_t index, message_
 /// True if the fields of a position do not contradict each other.
 bool message_position_is_sound(const message_position_t* position);
 /// Continue the channel at `position`, which must be sound. If message_set_life has set another life of the
-/// peer, the channel begins anew in that life; the blocks of the earlier life that wait can still be taken.
-/// No effect if the endpoint does not have that peer.
+/// peer, the channel restarts in that life; the blocks of the earlier life that wait can still be taken. No
+/// effect if the endpoint does not have that peer.
 void message_resume(message_endpoint_t* endpoint, const message_position_t* position);
 /// The blocks that wait in the inbox of the channel with that index. All of them must have been checked,
 /// which is true when message_receive has just returned STATUS_EMPTY or left blocks to wait. Refill it before
@@ -43,7 +43,7 @@ octet_ring_t* message_waiting(message_endpoint_t* endpoint, size_t index);
 void message_clock(const message_endpoint_t* endpoint, uint32_t* out_life, uint32_t* out_stamp);
 void message_resume_clock(message_endpoint_t* endpoint, uint32_t life, uint32_t stamp);
 
-/// Give frames to `outlet` instead of the carrier. The caller hands them to message_forward later, in their
+/// Give frames to `outlet` instead of the carrier. The caller passes them to message_forward later, in their
 /// order; until then they count as sent.
 void message_divert(message_endpoint_t* endpoint, message_carrier_t outlet);
 /// STATUS_OK; STATUS_FULL: try again; any other: the carrier cannot reach the peer, which will find the frame

@@ -34,7 +34,7 @@ MUST_USE status_t octet_ring_put_parts(octet_ring_t* ring, const uint8_t* head, 
 /// Take the oldest block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (it does not fit `capacity`; dropped).
 MUST_USE status_t octet_ring_take(octet_ring_t* ring, uint8_t* octets, size_t capacity, size_t* out_size);
 /// The same in two parts: the first `head_size` octets of the block, or all it has, go to `head`, the rest to
-/// `octets`. *out_size counts both; it is told, and the head is there, also when the rest does not fit.
+/// `octets`. *out_size counts both; it and the head are set also if the rest does not fit.
 MUST_USE status_t octet_ring_take_parts(octet_ring_t* ring, uint8_t* head, size_t head_size, uint8_t* octets,
                                         size_t capacity, size_t* out_size);
 /// Copy the beginning of the oldest block, `capacity` octets at most, and leave it where it is; *out_size is

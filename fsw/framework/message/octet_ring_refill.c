@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who comes back from a copy of its rings needs this: the supervisor.
+// Separate, because only a restarted supervisor needs it, to restore its rings from a copy.
 #include "base/assertion.h"
 #include "fsw/framework/message/octet_ring.h"
 

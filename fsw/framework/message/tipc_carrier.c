@@ -58,7 +58,7 @@ status_t tipc_carrier_pump(tipc_carrier_t* const carrier, message_endpoint_t* co
     uint64_t from   = 0U;
     size_t size     = 0U;
     status_t status = STATUS_FORBIDDEN;
-    while (status == STATUS_FORBIDDEN) { // What comes back is none of the datagrams that were announced.
+    while (status == STATUS_FORBIDDEN) { // A returned datagram is not one of those announced.
         status = osal_tipc_receive(carrier->socket, &from, endpoint->frame, sizeof endpoint->frame, &size);
         carrier->returned += (status == STATUS_FORBIDDEN) ? 1U : 0U;
     }

@@ -2,10 +2,9 @@
 /// Carrier of message frames over TIPC: one datagram a frame, one socket a component, each addressed by the
 /// name {mission instance, component}, on whatever node it lives.
 ///
-/// A frame that comes back was never taken: it is counted, and the sequence numbers show it to its receiver
-/// as a loss. The kernel's topology service tells of names that go and come: a hint to ask a peer at once
-/// what it has taken when it is there again. What is true of a peer is what it says itself: its epoch, its
-/// heartbeat.
+/// A returned frame was never taken: it is counted, and the sequence numbers show its receiver the loss. The
+/// kernel's topology service reports names that disappear and appear: when the name of a peer appears again,
+/// a SYNC is sent at once. Decisions about a peer use only its own reports: its epoch, its heartbeat.
 ///
 /// Ownership  The caller places it; the sockets are opened or adopted by the program.
 /// Context    One task.
@@ -49,7 +48,7 @@ message_carrier_t tipc_carrier_port(tipc_carrier_t* carrier);
 /// Deliver one received datagram to the endpoint, whose inboxes hold the full windows of its real peers.
 /// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (dropped: not from a peer, or to another life), STATUS_IO.
 MUST_USE status_t tipc_carrier_pump(tipc_carrier_t* carrier, message_endpoint_t* endpoint);
-/// Take in what the topology service has told; peers that are there again are asked what they have taken.
+/// Process the notices of the topology service; send a SYNC to peers that appear again.
 void tipc_carrier_take_hints(tipc_carrier_t* carrier, message_endpoint_t* endpoint);
 
 #endif // FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H

@@ -13,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Told after each frame that left for a component, so that the program can tell the calendar.
+/// Called after each frame sent to a component, so that the program can announce it to the calendar.
 typedef struct {
     void* context;
     void (*delivered)(void* context, uint16_t to);

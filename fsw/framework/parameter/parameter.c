@@ -28,7 +28,8 @@ static void unlock(parameter_dictionary_t* const dictionary)
     osal_mutex_unlock(&dictionary->mutex);
 }
 
-/// Lock, and tell readers that do not lock that values may change: `guard` is odd until they are whole again.
+/// Lock, and mark for readers without the lock that values may change: `guard` is odd until they are
+/// consistent again.
 static void lock_values(parameter_dictionary_t* const dictionary)
 {
     lock(dictionary);
@@ -58,7 +59,7 @@ static parameter_entry_t* entry_of_id(const parameter_dictionary_t* const dictio
     return (index != NO_ENTRY) ? &dictionary->entries[index] : NULL;
 }
 
-/// Looked at only when a parameter is published: nobody finds one by its name afterwards.
+/// Names are compared only when a parameter is published; later look-ups use ids.
 static bool is_name_taken(const parameter_dictionary_t* const dictionary, const char* const name)
 {
     bool is_taken = false;
@@ -276,7 +277,7 @@ static bool has_room(const octet_writer_t* const writer, const parameter_entry_t
     return !writer->failed && ((writer->capacity - writer->position) >= entry->definition->wire_size);
 }
 
-/// Put the values behind the writer's last octet, without moving on.
+/// Put the values after the writer's last octet, without advancing it.
 static void put_values(const parameter_entry_t* const entry, const octet_writer_t* const writer)
 {
     uint8_t* octets = &writer->octets[writer->position];

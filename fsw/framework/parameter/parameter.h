@@ -47,7 +47,7 @@ typedef struct { // Generated; constant.
     uint32_t wire_size;   ///< Sum of the fields on the wire [octets].
 } parameter_definition_t;
 
-typedef struct { // Of one field; -DBL_MAX and DBL_MAX where the descriptor gives none.
+typedef struct { // Of one field; -DBL_MAX and DBL_MAX if the descriptor gives none.
     double min;
     double max;
 } parameter_bounds_t;

@@ -33,7 +33,7 @@ typedef enum { // Reasons of a refusal, on the wire (TM[130,5]).
     RTLINK_REFUSED_PORT     = 7
 } rtlink_verdict_t;
 
-typedef struct {            // What one end offers or wants, and, after negotiation, what both keep.
+typedef struct {            // Terms that one end offers or wants and, after negotiation, the terms of both.
     uint32_t layout_hash;   ///< CRC-32 of the canonical text of the payload's fields.
     uint32_t layout_octets; ///< Payload size [octets], 1..RTLINK_PAYLOAD_MAX.
     uint8_t order;          ///< rtlink_order_t.
@@ -48,7 +48,7 @@ typedef struct {            // What one end offers or wants, and, after negotiat
 rtlink_order_t rtlink_native_order(void);
 /// Agree on the terms of a link. Layouts must be equal; the byte order is the producer's; the consumer's
 /// period must be an integer multiple of the producer's (decimation); the method is the lowest common bit.
-/// RTLINK_ACCEPTED with *out_agreed, else the reason, and *out_agreed holds what would be acceptable.
+/// RTLINK_ACCEPTED with *out_agreed, else the reason, and *out_agreed contains acceptable terms.
 rtlink_verdict_t rtlink_negotiate(const rtlink_terms_t* producer, const rtlink_terms_t* consumer,
                                   rtlink_terms_t* out_agreed);
 

@@ -12,9 +12,9 @@
 #define LINE_WORDS 8U
 #define HEADER_WORDS LINK_FRAME_HEADER_WORDS
 
-/// What lies in the shared memory. `guard` is odd while the writer is inside. The frame is written and read
-/// word by word with relaxed atomics between fences, so that a torn read is seen and never undefined.
-/// The doorbell has cache lines of its own: readers that do not wait never touch it.
+/// Content of the shared memory. `guard` is odd while the writer writes. The frame is written and read word
+/// by word with relaxed atomics between fences, so that a torn read is seen and never undefined. The doorbell
+/// has cache lines of its own: readers that do not wait never touch it.
 typedef struct link_slot {
     osal_doorbell_t doorbell; // Rung after each sample.
     uint8_t apart[APART_OCTETS - sizeof(osal_doorbell_t)];
@@ -221,8 +221,8 @@ static status_t accept(link_consumer_t* const consumer, const status_t decoded,
     return STATUS_OK;
 }
 
-/// One attempt to copy the slot whole. *guard is the guard of what was copied before; the same again is not
-/// copied. False if the writer was inside.
+/// One attempt to copy the slot whole. *guard is the guard of the previous copy; an unchanged slot is not
+/// copied. False if the writer was writing.
 static bool copy_slot(const link_slot_t* const slot, const size_t words, uint32_t* const guard,
                       uint64_t* const out_words)
 {

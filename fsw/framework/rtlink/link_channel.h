@@ -2,9 +2,9 @@
 /// Data plane of one real-time link: one producer, the latest sample always whole, staleness by age.
 ///
 /// Shared memory: a sequence lock around one frame; any number of readers, wait-free for the writer. UDP and
-/// TIPC: the program pumps datagrams into link_consumer_deliver. The epoch keeps an old producer out;
-/// sequence numbers show what was lost. A consumer whose period is a multiple of the producer's sees every
-/// n-th sample.
+/// TIPC: the program pumps datagrams into link_consumer_deliver. Frames of an old producer are refused by
+/// their epoch; sequence numbers show losses. A consumer whose period is a multiple of the producer's sees
+/// every n-th sample.
 ///
 /// Ownership  The caller places the ends.
 /// Context    One task an end; ends of one link may be in different processes. Never blocks.
@@ -37,7 +37,7 @@ typedef enum { // On the wire (TM[130,9] and TM[130,10]).
     LINK_FAILED    = 5
 } link_state_t;
 
-/// How the program finds what a logical link number stands for; nothing of it is ever put into a packet.
+/// Resolves a logical link number to a name or address; these are never put into a packet.
 typedef struct {
     void* context;
     /// Name of the shared memory of a link. False if there is none.
@@ -87,7 +87,7 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
     bool has_sample;
     osal_shm_t shm;
     struct link_slot* slot; // In the shared memory; null: its samples come by datagrams.
-    uint32_t guard;         // Of what was last taken out of it.
+    uint32_t guard;         // Of the last sample that was read.
     uint32_t sequence;
     uint8_t peer_state;      ///< State number of the producer in its last frame.
     uint64_t sample_time_ns; ///< Time of the last sample [ns of the run].
@@ -110,7 +110,7 @@ void link_producer_close(link_producer_t* producer);
 /// STATUS_IO.
 MUST_USE status_t link_consumer_open(link_consumer_t* consumer, const link_resolver_t* resolver,
                                      uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
-/// Take in what is new. STATUS_OK (sample in payload, not stale), STATUS_EMPTY (none yet), STATUS_STALE,
+/// Read the newest sample. STATUS_OK (sample in payload, not stale), STATUS_EMPTY (none yet), STATUS_STALE,
 /// STATUS_CLOSED (not open).
 status_t link_consumer_read(link_consumer_t* consumer, uint64_t now_ns);
 /// A datagram for this link has arrived. STATUS_OK, STATUS_INVALID (refused and counted), STATUS_CLOSED.

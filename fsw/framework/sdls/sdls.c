@@ -80,7 +80,7 @@ static size_t length_of(const uint8_t* const octets)
     return is_ours ? length : 0U;
 }
 
-/// Decrypt behind what is held of the packet. What is written there counts only if the MAC is right.
+/// Decrypt to the position after the parts received so far. The octets are used only if the MAC is right.
 static bool is_authentic(sdls_receiver_t* const self, sdls_session_t* const session,
                          const uint8_t* const octets, const size_t content)
 {
@@ -127,7 +127,7 @@ static status_t refuse(sdls_receiver_t* const self, const sdls_refusal_t reason)
     return statuses[reason];
 }
 
-/// The first frame of a session: no other of this number counts from here on, whatever happens.
+/// The first frame of a session: from now on no other session of this number is accepted.
 static bool bind_session(sdls_receiver_t* const self, sdls_session_t* const session, const uint32_t number)
 {
     if (session->is_bound) {

@@ -27,9 +27,8 @@ typedef struct { // Private, except `session`.
     unsigned whole;   // The copy that is known to be whole; the other is written first.
 } session_mark_t;
 
-/// Read the mark of the key with this check, and repair a copy that is not whole.
-/// STATUS_OK; STATUS_INVALID (no copy is whole and of this key), STATUS_FULL, STATUS_IO: nothing may be
-/// accepted.
+/// Read the mark of the key with this check, and repair a damaged copy. STATUS_OK; STATUS_INVALID (no copy is
+/// intact and of this key), STATUS_FULL, STATUS_IO: no frame may be accepted.
 MUST_USE status_t session_mark_open(session_mark_t* mark, const medium_t* medium,
                                     const uint8_t check[SESSION_MARK_CHECK]);
 /// Write a higher number to the disk. STATUS_OK; STATUS_FULL, STATUS_IO: the number does not count; a later

@@ -16,7 +16,7 @@ void component_set_pool_thresholds(component_t* const component)
     const uint8_t warn  = component->descriptor->pool_warn_percent;
     const uint8_t low   = component->descriptor->pool_clear_percent;
     const uint8_t clear = (uint8_t)((low > 0U) ? low : 1U);
-    if (warn > clear) { // A descriptor that was refused says nothing.
+    if (warn > clear) { // A refused descriptor has no content.
         pool_set_thresholds(&component->tickets, warn, clear);
     }
 }
@@ -99,7 +99,7 @@ void component_accept_large(component_t* const component, const uint8_t* const p
     (void)pus_dispatch_large(&component->dispatcher, packet, size, now_ns);
 }
 
-/// A MEDIUM error waits a few cycles for the supervisor, then acts by itself.
+/// After a MEDIUM error the component waits a few cycles for the supervisor, then reacts itself.
 static void watch_medium(component_t* const component)
 {
     if (!component->is_medium_pending) {
@@ -207,7 +207,7 @@ void component_tell_time(component_t* const component, const uint64_t now_ns)
     component->now_ns = now_ns;
 }
 
-/// In OFFLINE there is nothing to do but what optional services have to.
+/// In OFFLINE only optional services have work.
 static bool is_cyclic(const component_t* const component)
 {
     return (component->machine.state != STATE_OFFLINE) || (component->optional_count > 0U);
@@ -228,7 +228,8 @@ static uint64_t step_own_loop(component_t* const component)
     component_take_reload(component);
     watch_supervisor(component);
     watch_pools(component);
-    (void)pus_events_step(&component->events, now_ns); // What is left is told in the step of a status.
+    (void)pus_events_step(&component->events,
+                          now_ns); // Further ones are reported in the step of a status report.
     if (now_ns >= component->next_status_ns) {
         report_status(component);
         component->next_status_ns = next_on_grid(now_ns, component->config.status_interval_ns);
@@ -321,7 +322,7 @@ status_t subsystem_raise(subsystem_t* const subsystem, const uint16_t event_id,
         octet_count = component_sample_auxiliary(subsystem, event, sampled, sizeof sampled);
     }
     if (subsystem->config.supervisor_patience_ns == 0U) {
-        // The supervisor's errors are those of others: it reports them and stays what it is.
+        // Errors of the supervisor concern others: it reports them and keeps its state.
     } else if (event->severity == DESCRIPTOR_HIGH) { // First the safe state, then the report.
         component_machine_event(subsystem, EVENT_OWN_HIGH, CAUSE_OWN_ERROR, event_id);
     } else if ((event->severity == DESCRIPTOR_MEDIUM) && !subsystem->is_medium_pending) {

@@ -46,7 +46,7 @@
 #define COMPONENT_OPTIONAL_SERVICES DESCRIPTOR_SERVICES_MAX ///< See optional_services.h.
 #define COMPONENT_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX  ///< Beside its own.
 #define COMPONENT_MAILBOX_OCTETS 12288U                     ///< From such a loop to the component's own.
-/// Room there for the answers to any one request; the process keeps what does not fit.
+/// Room there for the answers to any one request; the process keeps the others.
 #define COMPONENT_MAILBOX_RESERVE 8192U
 #define COMPONENT_LOOP_KEPT 8192U
 #define COMPONENT_INBOX_OCTETS 4096U ///< Of requests to such a loop.
@@ -94,8 +94,9 @@ typedef struct {
     size_t service_count;
     component_services_t optional;        ///< Services that the descriptor lists.
     const pus_persistence_t* persistence; ///< Where records of services are kept; null: nothing is.
-    /// TC[129,6]: read the descriptor anew, at the next rest in PRE_OPERATIONAL without a configuration or in
-    /// OFFLINE. STATUS_OK with the model to use from now on; else the old one stays in force.
+    /// TC[129,6]: read the descriptor again, in the next stable state PRE_OPERATIONAL without a
+    /// configuration, or OFFLINE. STATUS_OK with the model to use from now on; else the old one stays in
+    /// force.
     status_t (*reload)(void* context, const subsystem_descriptor_t** out_descriptor);
     void* reload_context;
 } component_config_t;
@@ -142,8 +143,8 @@ struct subsystem { // Private; component_t is another name. What most of the cod
     uint64_t next_cycle_ns;
     uint32_t cycle;
     uint16_t configuration_id;     // Selected; 0 none.
-    uint16_t last_code;            // Failure code or event id behind the last transition.
-    state_action_t started_action; // Its clock runs; a request that changes nothing does not set it back.
+    uint16_t last_code;            // Failure code or event id that caused the last transition.
+    state_action_t started_action; // Its time-out runs; a request that changes nothing does not restart it.
     bool is_action_fresh;          // The present action has not been run yet.
     bool has_pending;              // A request for a state or configuration is under way.
     bool is_medium_pending;

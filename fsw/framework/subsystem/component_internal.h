@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Between the source files of the generic subsystem; for nobody else.
+/// Shared by the source files of the generic subsystem; private to them.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_COMPONENT_INTERNAL_H
 #define FSW_FRAMEWORK_SUBSYSTEM_COMPONENT_INTERNAL_H
 
@@ -37,10 +37,10 @@ void component_begin_loops(component_t* component);
 void component_end_loops(component_t* component);
 /// Step them all in their order, where they have no tasks of their own; returns the earliest wake.
 uint64_t component_step_loops(component_t* component);
-/// Send what the loops have handed over.
+/// Send the reports that the loops have finished.
 void component_empty_mailboxes(component_t* component);
 
-/// component_state.c: run the entry action that is due; report what changes.
+/// component_state.c: run the entry action that is due; report changes.
 void component_run_action(component_t* component);
 /// Make the machine's last transitions known: TM[129,2], progress, end of the pending request.
 void component_after_change(component_t* component);

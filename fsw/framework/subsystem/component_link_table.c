@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of a component's links is whose.
+// Assignment of a component's links to its ports.
 #include "fsw/framework/subsystem/component_internal.h"
 
 static component_link_t* free_link(component_t* const component)

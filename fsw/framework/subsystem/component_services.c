@@ -46,7 +46,7 @@ static status_t write_parameter(void* const context, const uint16_t handle, cons
     return status;
 }
 
-/// A parameter that the subsystem chose not to publish is no fault; nobody will find it.
+/// A parameter that the subsystem did not publish is no error; it is unknown to all services.
 static bool is_fault(const status_t status)
 {
     return (status != STATUS_OK) && (status != STATUS_NOT_FOUND);
@@ -212,7 +212,7 @@ static uint16_t first_out_of_bounds(const component_t* const component,
         for (uint16_t k = 0U; k < field->count; k++) {
             const double number = value_as_double(field->type, memory);
             memory += value_size(field->type);
-            if (!((number >= field->min) && (number <= field->max))) { // Nor is what is no number within.
+            if (!((number >= field->min) && (number <= field->max))) { // Nor is a value without numbers.
                 return i;
             }
         }
@@ -222,8 +222,8 @@ static uint16_t first_out_of_bounds(const component_t* const component,
     return function->argument_count;
 }
 
-/// A place for the token of a function that goes on, or 0 if there is none. The last one is the ground's:
-/// what acts by itself on board does not keep it from commanding.
+/// An entry for the token of a function that continues, or 0 if there is none. The last one is reserved for
+/// the ground: requests released on board must not block its commands.
 static uint32_t open_ticket(component_t* const component, const pus_token_t* const token)
 {
     const bool is_ground = ((token->source & PUS_USER_ONBOARD) == 0U);
@@ -363,7 +363,7 @@ static bool may_change(const component_t* const component)
     return (component->machine.state == STATE_OFFLINE) || (phase == PHASE_UNCONFIGURED);
 }
 
-/// Events and functions as their tables have them, forgetting what was counted.
+/// Set up events and functions from their tables, with counters at zero.
 static void init_tabulated(component_t* const component)
 {
     const pus_function_port_t functions = {component, perform_function};
@@ -433,7 +433,7 @@ static pus_reply_t reload_descriptor(void* const context, const pus_token_t* con
 
 // ---- Connection test: ST[17] ----
 
-/// A subsystem talks to nobody but the supervisor, by whom the request itself has come.
+/// A subsystem communicates only with the supervisor, which has sent the request.
 static pus_reply_t connect(void* const context, const uint16_t apid, const pus_token_t* const token,
                            const uint64_t now_ns)
 {
@@ -444,7 +444,7 @@ static pus_reply_t connect(void* const context, const uint16_t apid, const pus_t
     return is_reached ? pus_done() : pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
 }
 
-// ---- Services beside the standard ones ----
+// ---- Optional services ----
 
 static void add(component_t* const component, const pus_service_t* const service)
 {
@@ -516,7 +516,7 @@ static void add_further(component_t* const component)
         has_own_links |= (component->config.services[i].type == PUS_SERVICE_RTLINK);
         has_own_test |= (component->config.services[i].type == PUS_SERVICE_TEST);
     }
-    if (!has_own_test) { // The supervisor's asks any application.
+    if (!has_own_test) { // The supervisor's test reaches any application.
         const pus_service_t test = pus_test_service(&component->test);
         add(component, &test);
     }

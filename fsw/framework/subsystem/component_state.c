@@ -87,8 +87,8 @@ static status_t perform(component_t* const component, const state_action_t actio
     }
 }
 
-/// An action that a request or an event leaves running keeps its time-out: who repeats a request does not
-/// postpone it.
+/// An action that continues after a request or an event keeps its time-out: repeating a request does not
+/// extend the time-out.
 static void start_action(component_t* const component)
 {
     const state_machine_t* const machine = &component->machine;
@@ -129,7 +129,7 @@ static void end_action(component_t* const component, const state_action_t action
     if ((action == ACTION_POST) || ((action == ACTION_CONFIGURE) && (outcome != OUTCOME_DONE))) {
         component_revoke_configuration(component);
     }
-    component_after_change(component); // What has become true is told before the event.
+    component_after_change(component); // The transition is reported before the event.
     if ((outcome != OUTCOME_DONE) && is_worth_an_event(action)) {
         component_raise(component, "STATE_TIMEOUT");
     }

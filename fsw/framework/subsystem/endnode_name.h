@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// End nodes of a descriptor as the data flows want them: kind, and the name to resolve.
+/// End nodes of a descriptor in the form of data flows: kind, and the name to resolve.
 ///
 /// Ownership  The caller keeps the buffer.
 /// Context    Any.

@@ -10,7 +10,7 @@ static bool is_event(void* const context, const uint16_t event_id)
     return descriptor_find_event(component->descriptor, event_id) != NULL;
 }
 
-/// Values of its own that an event has can be given by its raiser only; parameters are sampled.
+/// Only the caller that raises an event can supply its own values; parameters are sampled.
 static bool can_fill(void* const context, const uint16_t event_id, const size_t size)
 {
     const component_t* const component    = context;

@@ -158,7 +158,7 @@ static void advance(state_machine_t* const machine)
     }
 }
 
-/// Give up what was going on and set off for another target.
+/// Abort the present transition and start one to another target.
 static void set_off(state_machine_t* const machine, const state_t target, const state_cause_t cause)
 {
     machine->is_superseded  = (machine->action != ACTION_NONE); // At rest the target is reached.
@@ -366,7 +366,7 @@ static void follow_failed(state_machine_t* const machine)
         machine->is_configured = false;
         take_hop(machine, HOP_HARDWARE_DEINIT);
         break;
-    default: // STOP_CONTROL and the de-init actions: the way down goes on.
+    default: // STOP_CONTROL and the de-init actions: the transition continues downwards.
         follow_done(machine);
         break;
     }

@@ -57,7 +57,7 @@ typedef enum { // What the generic subsystem has to carry out next.
     ACTION_START_CONTROL,   ///< Controllers on, actuators stay off.
     ACTION_STOP_CONTROL,    ///< Controllers off.
     ACTION_ENGAGE,          ///< Bumpless engagement, actuators on.
-    ACTION_DISENGAGE,       ///< Actuators off, controllers go on.
+    ACTION_DISENGAGE,       ///< Actuators off, controllers continue.
     ACTION_SECURE,          ///< Devices to their safe state, controllers off.
     ACTION_POST,            ///< Close links, stop HK, disconnect devices, revoke the configuration.
     ACTION_HARDWARE_DEINIT, ///< Devices and power off.
@@ -113,7 +113,7 @@ typedef struct { // Read-only outside; changed by the functions below.
 /// OFFLINE, at rest; or OFFLINE / PHASE_INVALID if the descriptor was refused (nothing but requests for 0 is
 /// accepted).
 void state_machine_init(state_machine_t* machine, bool is_descriptor_valid);
-/// A descriptor that was refused at first is there now: OFFLINE / PHASE_INVALID becomes at rest.
+/// A valid descriptor replaces the refused one: OFFLINE / PHASE_INVALID becomes stable.
 void state_machine_validate(state_machine_t* machine);
 /// Ask for a rest state (0, 3, 4, 5, 6) with a cause. Other targets: ANSWER_NO.
 state_answer_t state_machine_request(state_machine_t* machine, state_t target, state_cause_t cause);

@@ -52,9 +52,9 @@ typedef struct {
     const char* says; ///< What was found, and what was expected.
 } subsystem_misfit_t;
 
-/// What a specific subsystem supplies. `self` is its own context. A null callback means "nothing to do".
-/// Entry actions return STATUS_BUSY while running (called again each cycle), STATUS_OK when done, anything
-/// else when failed; the descriptor's time-out for the state ends an action that does not end by itself.
+/// Callbacks of a specific subsystem. `self` is its own context. A null callback means "nothing to do". Entry
+/// actions return STATUS_BUSY while running (called again each cycle), STATUS_OK when done, anything else
+/// when failed; the descriptor's time-out for the state ends an action that does not end by itself.
 typedef struct {
     status_t (*software_init)(void* self); ///< Publish parameters with subsystem_publish.
     status_t (*hardware_init)(void* self); ///< Power on, wait for boot-up, initialise devices.
@@ -70,7 +70,7 @@ typedef struct {
     void (*sense)(void* self);               ///< Start of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
     void (*control)(void* self);             ///< Each cycle in states 3 (CONFIGURED), 4, 5 and 6.
     void (*emit)(void* self);                ///< End of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
-    /// STATUS_OK done; STATUS_BUSY goes on (ticket); STATUS_FORBIDDEN wrong state; STATUS_OUT_OF_RANGE bad
+    /// STATUS_OK done; STATUS_BUSY continues (ticket); STATUS_FORBIDDEN wrong state; STATUS_OUT_OF_RANGE bad
     /// argument; anything else failed.
     status_t (*perform)(void* self, const subsystem_function_t* function);
     /// A parameter was set by telecommand; `parameter_id` as in the generated header. May be null.
@@ -78,13 +78,13 @@ typedef struct {
     /// A report of another component arrived (`communication`, which carries them to the ground). May be
     /// null.
     void (*report)(void* self, const uint8_t* packet, size_t size);
-    /// The port by which ST[02] reaches its devices, where the descriptor lists that service. May be null
-    /// elsewhere. Called once, at the start.
+    /// The port by which ST[02] reaches its devices, if the descriptor lists that service. May be null
+    /// otherwise. Called once, at the start.
     pus_device_port_t (*device_port)(void* self);
-    /// What ST[06] reaches beside the memories of every subsystem, where the descriptor lists that service.
-    /// May be null: nothing. Called once, at the start.
+    /// Further memories for ST[06], if the descriptor lists that service. May be null: none. Called once, at
+    /// the start.
     subsystem_memories_t (*memories)(void* self);
-    /// The parameters that ST[12] watches, where the descriptor lists that service. May be null: its own.
+    /// The parameters that ST[12] monitors, if the descriptor lists that service. May be null: its own.
     /// Called once, at the start.
     pus_parameter_port_t (*watched)(void* self);
     /// The program ends, in any state: close everything that is open and leave the devices as they are. May
@@ -130,7 +130,7 @@ void subsystem_function_done(subsystem_t* subsystem, uint32_t ticket, uint16_t f
 /// STATUS_OK, STATUS_EMPTY (nothing yet), STATUS_STALE (sample delivered, but older than allowed),
 /// STATUS_CLOSED (no link; payload untouched), STATUS_NOT_FOUND (no such port in this configuration).
 MUST_USE status_t subsystem_link_read(subsystem_t* subsystem, uint16_t port, void* payload, size_t size);
-/// State of the producer of a required port as its last frame told; STATE_OFFLINE without a link.
+/// State of the producer of a required port from its last frame; STATE_OFFLINE without a link.
 state_t subsystem_link_peer_state(const subsystem_t* subsystem, uint16_t port);
 /// Age of the last sample [ns]; UINT64_MAX without one.
 uint64_t subsystem_link_age_ns(const subsystem_t* subsystem, uint16_t port);
@@ -147,7 +147,7 @@ typedef struct {                 // What was refused or lost since the start [wr
     uint32_t requests_refused;   ///< Telecommands rejected, or failed at their start.
     uint32_t parameters_refused; ///< Readings and settings of parameters.
     uint32_t events_refused;     ///< Events of unknown id, with wrong data, or without room.
-    uint32_t housekeeping_dropped; ///< Housekeeping reports that nobody took.
+    uint32_t housekeeping_dropped; ///< Housekeeping reports that the port did not take.
     uint32_t reports_lost;         ///< Other reports for which there was no room.
     uint32_t events_suppressed;    ///< Occurrences of events that their limiters suppressed.
 } subsystem_health_t;

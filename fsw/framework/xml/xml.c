@@ -184,7 +184,7 @@ status_t xml_begin(xml_parser_t* const parser, const xml_handler_t* const handle
     return parser->status;
 }
 
-/// Turn expat's own error into ours; what a handler refused is kept.
+/// Convert an error of expat to a status; a refusal of a handler is kept.
 static void take_error(xml_parser_t* const parser, const bool is_final)
 {
     const enum XML_Error code = XML_GetErrorCode(parser->expat);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Sequential XML parser on a static arena: checks that a document is well-formed and hands its elements, one
-/// by one, to a handler. Meaning is the handler's business.
+/// by one, to a handler. The handler checks their meaning.
 ///
-/// Refused besides what is not well-formed: document type declarations (and with them entities and external
-/// references), versions other than 1.0, encodings other than UTF-8, text between elements, and more depth,
-/// attributes, elements or octets than the limits say.
+/// Refused in addition to documents that are not well-formed: document type declarations (and with them
+/// entities and external references), versions other than 1.0, encodings other than UTF-8, text between
+/// elements, and more depth, attributes, elements or octets than the limits say.
 ///
 /// Ownership  The parser borrows the arena; both outlive the document. expat allocates from the arena only;
 ///            the arena is emptied for each document. Strings handed to the handler live until it returns.

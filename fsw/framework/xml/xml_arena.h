@@ -12,7 +12,7 @@
 void xml_arena_enter(xml_arena_t* arena);
 void xml_arena_leave(void);
 
-/// Everything is free again; counters of the document start anew.
+/// Everything is free again; counters of the document restart.
 void xml_arena_reset(xml_arena_t* arena, uint32_t allocations_max);
 
 /// The three functions of XML_Memory_Handling_Suite; null when the arena has no room.
