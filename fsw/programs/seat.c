@@ -204,13 +204,21 @@ static void link_delivered(void* const context, const uint16_t link, const uint3
     }
 }
 
+static bool has_ended(const run_component_t* const one, const uint32_t life)
+{
+    return (__atomic_load_n(&one->found_life, __ATOMIC_ACQUIRE) == life) &&
+           (__atomic_load_n(&one->process, __ATOMIC_ACQUIRE) != (uint32_t)RUN_PROCESS_RUNNING);
+}
+
 /// What the run says of the lives of all. It changes in grants of the supervisor only, so it is the same for
-/// all that is sent in one grant.
+/// all that is sent in one grant. Where time is real, a process may end at any instant: this looks before the
+/// sockets are read, so that its last words are known before its end.
 static void learn_lives(seat_t* const seat)
 {
     for (unsigned i = 0U; i < seat->run->component_count; i++) {
         const run_component_t* const one = &seat->run->components[i];
         const uint32_t life              = __atomic_load_n(&one->life, __ATOMIC_ACQUIRE);
+        seat->peers[i].is_gone           = has_ended(one, life);
         if (life != seat->peers[i].life) {
             seat->peers[i].life       = life;
             seat->peers[i].link_floor = __atomic_load_n(&one->link_floor, __ATOMIC_RELAXED);

@@ -46,6 +46,7 @@ typedef struct { // Private, except the members named below.
         uint32_t life;
         uint32_t link_floor;
         uint64_t told_ns; // Time of the first message sent to it since its last step.
+        bool is_gone;     // Its process in that life has ended: what it has sent was taken in.
     } peers[MISSION_SUBSYSTEMS_MAX];
     uint32_t pumps;
     uint32_t owed; // Datagrams that were announced and have not come yet: the way may be cut.

@@ -54,10 +54,9 @@ static bool is_alive(const seat_t* const seat, const run_component_t* const comp
                                        &life) != OSAL_CALENDAR_ABSENT) &&
                (life == component->life);
     }
-    const bool is_found = (__atomic_load_n(&component->found_life, __ATOMIC_ACQUIRE) == component->life);
-    return (component->wanted_life == component->life) && // Ordered, and not started yet, or running.
-           (!is_found ||
-            (__atomic_load_n(&component->process, __ATOMIC_ACQUIRE) == (uint32_t)RUN_PROCESS_RUNNING));
+    const unsigned index = (unsigned)(component - seat->run->components);
+    const bool is_gone   = seat->peers[index].is_gone && (seat->peers[index].life == component->life);
+    return (component->wanted_life == component->life) && !is_gone; // Not started yet, or running.
 }
 
 /// A start is a new life, from its declared time of booting on. What the launcher does about it shows only at

@@ -286,6 +286,17 @@ static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head,
     return !entry->is_clogged;
 }
 
+/// Whether the report taken last is of a life that the supervisor has declared over. Its requests have ended
+/// with that, and a new life is heard only when it speaks itself.
+static bool is_of_ended_life(supervisor_t* const supervisor, const uint16_t from)
+{
+    const roster_entry_t* const entry = roster_find(supervisor, from);
+    FSW_ASSERT(entry != NULL); // Only peers send.
+    const bool is_start_ordered = (entry->presumed == PRESUMED_RUNNING);
+    return (entry->process != PROCESS_RUNNING) || is_start_ordered ||
+           message_is_of_past(supervisor->config.endpoint);
+}
+
 /// Take the next packet into a block of its size, log and route it, and give the block back: every further
 /// user holds a reference. Without a block the packet is handled all the same, but cannot wait. STATUS_OK,
 /// STATUS_EMPTY, STATUS_BUSY (the ground's, which waits).
@@ -313,6 +324,8 @@ static status_t take_one(supervisor_t* const supervisor, const message_filter_t*
         supervisor->counters.tm_malformed++;
     } else if (pus_packet_is_tc(packet, size)) {
         route_request(supervisor, *out_from, packet, size);
+    } else if (is_of_ended_life(supervisor, *out_from)) {
+        endpoint->counters.stale++;
     } else {
         route_report(supervisor, *out_from, packet, size, block);
     }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lives of processes: stop, start, kill, hang and restart are operations of simulated time, the same in every form."""
 
+import collections
 import itertools
 import os
 import shutil
@@ -8,6 +9,7 @@ import signal
 
 import pytest
 
+import campaign_rules
 import flying
 import lives
 
@@ -52,6 +54,30 @@ def test_twenty_repeats_give_one_sum(folder, forms):
             sums.add(tuple(lives.digest(flight, ("packets.log", *lives.BUS_LOGS)).values()))
             shutil.rmtree(flight.folder)
             assert len(sums) == 1, (name, number)
+
+
+def _stops_under_way(path):
+    """The arm is stopped and started again, ten times, while three pings are sent to it in each slot."""
+    lines = ["0.0 hand rest"]
+    for stop_s in (1.0 + number * 0.1005 for number in range(10)):
+        lines += [f"{stop_s + slot * 0.0005:.4f} operator try nowait ping MANIPULATOR" for slot in range(-8, 8) for _ in range(3)]
+        lines += [f"{stop_s:.4f} operator process stop MANIPULATOR", f"{stop_s + 0.02:.4f} operator process start MANIPULATOR"]
+    lines += ["3.0 operator ping all", "3.1 operator shutdown"]
+    return flying.write_scenario(path, *sorted(lines, key=lambda line: float(line.split()[0])))
+
+
+@pytest.mark.parametrize("time", ["stepped", "free"])
+def test_a_request_ends_once_although_its_addressee_is_stopped(folder, time):
+    folder.mkdir()
+    flight = flying.fly(folder / "run", "--scenario", _stops_under_way(folder / "stops.scn"), "--time", time)
+    assert "FAILED" not in flight.console and "MANIPULATOR is alive" in flight.console, flight.told()
+    asked = collections.Counter(raw[:4] for _, direction, raw in flight.packets if direction == "TC" and raw[9:11] == b"\0\1")
+    reports = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7] == 1 and raw[11:13] == b"\0\1"]
+    ended = collections.Counter(raw[21:25] for raw in reports if raw[8] in campaign_rules.TERMINAL)
+    assert sum(asked.values()) > 500
+    assert asked == ended
+    assert {raw[8] for raw in reports if raw[8] in campaign_rules.TERMINAL} >= {7, 10}  # Done, refused.
+    flying.assert_clean(flight)
 
 
 HUNG = (30).to_bytes(2, "big")

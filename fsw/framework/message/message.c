@@ -129,6 +129,12 @@ void message_probe(message_endpoint_t* const endpoint, const uint16_t peer)
     }
 }
 
+bool message_is_of_past(const message_endpoint_t* const endpoint)
+{
+    FSW_ASSERT(endpoint != NULL);
+    return endpoint->is_past;
+}
+
 uint32_t message_stale_frames(const message_endpoint_t* const endpoint)
 {
     FSW_ASSERT(endpoint != NULL);
@@ -574,8 +580,8 @@ status_t message_receive_if(message_endpoint_t* const endpoint, const message_fi
     uint8_t header[MESSAGE_HEADER_OCTETS];
     size_t size           = 0U;
     const status_t status = message_inbox_take(&channel->inbox, header, octets, capacity, &size);
-    if (message_frame_life(header) ==
-        channel->peer_life) { // Last words of an earlier life give no credit to this one.
+    endpoint->is_past     = (message_frame_life(header) != channel->peer_life);
+    if (!endpoint->is_past) { // Last words of an earlier life give no credit to this one.
         channel->taken = message_frame_sequence(header) + 1U;
         channel->untold += (uint32_t)size;
     }

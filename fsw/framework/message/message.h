@@ -98,6 +98,7 @@ typedef struct { // Private, except `counters`.
     size_t channel_count; // Places in use, the first ones.
     uint32_t stamp;       // Of the next frame that arrives.
     bool is_news;         // Frames have arrived that were not checked yet.
+    bool is_past;         // The block taken last was sent by an earlier life of its peer.
     uint8_t frame[MESSAGE_FRAME_MAX];
     message_counters_t counters;
 } message_endpoint_t;
@@ -140,6 +141,8 @@ MUST_USE status_t message_next(message_endpoint_t* endpoint, const message_filte
 /// credit is not returned.
 MUST_USE status_t message_receive_if(message_endpoint_t* endpoint, const message_filter_t* filter,
                                      uint16_t* out_from, uint8_t* octets, size_t capacity, size_t* out_size);
+/// True if the block taken last was sent by an earlier life of its peer, which has ended since it arrived.
+bool message_is_of_past(const message_endpoint_t* endpoint);
 /// The connection to a peer works again: exchange SYNC with it. No effect if nothing was under way.
 void message_probe(message_endpoint_t* endpoint, uint16_t peer);
 /// For carriers: `received` is the outcome of receiving `size` octets into endpoint->frame. A frame is

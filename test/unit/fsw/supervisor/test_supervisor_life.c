@@ -421,6 +421,60 @@ static void requests_to_a_stopped_process_end(void)
     TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
 }
 
+/// Requests to LONE are under way; its answers stand behind the order in the inboxes of the supervisor.
+static void end_life_before_the_answers(bool is_started_again)
+{
+    bed_open_up();
+    bed.members[BED_LONE].is_passive = true;
+    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    bed_run(2U);
+    bed_verify(BED_LONE, 1U, 0U);
+    bed_verify(BED_LONE, 7U, 0U);
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
+    if (is_started_again) {
+        (void)process_tc(PUS_MISSION_START_PROCESS, LONE);
+    }
+    bed_verify(BED_LONE, 1U, 1U);
+    bed_verify(BED_LONE, 7U, 1U);
+    bed_forget();
+    bed_step();
+}
+
+static void a_request_that_has_ended_is_not_answered(void)
+{
+    end_life_before_the_answers(false);
+    bed_expect("G/18 1.1 #0\nG/18 1.7 #0\nG 1.1 #2\nG 1.8 #1 0408 12\nG 1.3 #2\nG 1.7 #2\n");
+    TEST_ASSERT_EQUAL(2U, bed.endpoint.counters.stale);
+    bed_verify(BED_LONE, 7U, 1U); // Its process is still about to end.
+    bed_run(2U);
+    bed_expect("");
+    TEST_ASSERT_EQUAL(3U, bed.endpoint.counters.stale);
+}
+
+static void last_words_do_not_make_the_next_life_heard(void)
+{
+    end_life_before_the_answers(true);
+    TEST_ASSERT_EQUAL(1U, bed.starts);
+    TEST_ASSERT_TRUE(bed_has("G 1.8 #1 0408 12"));
+    TEST_ASSERT_FALSE(bed_has("G/18 1.7 #1"));
+    TEST_ASSERT_EQUAL(2U, bed.endpoint.counters.stale);
+    TEST_ASSERT_FALSE(bed.supervisor.roster[2].is_heard);
+    bed_run(100U);
+    TEST_ASSERT_TRUE(bed.supervisor.roster[2].is_heard);
+}
+
+static void what_has_waited_for_longer_than_its_life_is_dropped(void)
+{
+    bed_open_up();
+    bed_report(BED_GROUND, PUS_SERVICE_TEST, 2U, NULL, 0U);
+    message_take_control(&bed.endpoint); // It waits.
+    message_set_life(&bed.endpoint, COMMUNICATION_APID, 9U);
+    bed_step();
+    bed_expect("");
+    TEST_ASSERT_EQUAL(1U, bed.endpoint.counters.stale);
+}
+
 static void a_start_that_fails_is_told(void)
 {
     bed_open_up();
@@ -491,6 +545,9 @@ int main(void)
     RUN_TEST(processes_are_stopped_and_started);
     RUN_TEST(what_may_not_be_started_or_stopped_stays);
     RUN_TEST(requests_to_a_stopped_process_end);
+    RUN_TEST(a_request_that_has_ended_is_not_answered);
+    RUN_TEST(last_words_do_not_make_the_next_life_heard);
+    RUN_TEST(what_has_waited_for_longer_than_its_life_is_dropped);
     RUN_TEST(a_start_that_fails_is_told);
     RUN_TEST(states_that_are_none_are_not_believed);
     RUN_TEST(own_figures_are_parameters);

@@ -185,7 +185,9 @@ static void resume_after_a_start(void)
     octet_ring_refill(message_waiting(end(0U), 0U), kept, size);
     message_resume(end(0U), &position);
     TEST_ASSERT_EQUAL(50U, next_number(0U));
+    TEST_ASSERT_TRUE(message_is_of_past(end(0U)));
     exchange(100U, 100U);
+    TEST_ASSERT_FALSE(message_is_of_past(end(0U)));
     TEST_ASSERT_EQUAL(0U, message_stale_frames(end(0U)) + message_stale_frames(end(1U)));
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.syncs + end(1U)->counters.syncs);
