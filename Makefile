@@ -34,6 +34,7 @@
 ##   make yamcs      run Yamcs at a mission that flies on this machine     MISSION=  PORT=<its ground port>  HTTP=8090
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
 ##   make gse        set up the ground segment's command line and show how to call it
+##   make compile-commands   write build/compile_commands.json, which clangd and other tools read
 ##   make format     clang-format all C sources in place
 ##   make doctor     show what is there, what is missing, and the next step
 ##   make setup      install all that any target needs (each target installs its own needs by itself)
@@ -381,6 +382,13 @@ docs: build/setup/docs
 C_FILES = $(shell find base osal pus fsw launcher sim test -name '*.[ch]')
 format: build/setup/check
 	$(Q)clang-format -i $(C_FILES)
+
+.PHONY: compile-commands
+compile-commands: $(GENERATED)
+	@separator='['; for file in $(filter %.c,$(C_FILES)); do \
+	    printf '%s\n{"directory": "%s", "file": "%s", "command": "%s -c %s"}' "$$separator" '$(CURDIR)' "$$file" \
+	        '$(strip $(CC) $(CPPFLAGS) $(CFLAGS))' "$$file"; \
+	    separator=','; done >build/compile_commands.json && printf '\n]\n' >>build/compile_commands.json
 
 clean:
 	rm -rf $(if $(ALL),build,$(filter-out build/venv build/third_party build/setup build/vm,$(wildcard build/*)))

@@ -26,7 +26,9 @@ from source import DescriptorError
 FIXED = {
     "docs/README.md": "index.html",
     "README.md": "overview.html",
+    "CHANGELOG.md": "changelog.html",
     "CONTRIBUTING.md": "contributing.html",
+    "SECURITY.md": "security.html",
     "docs/architecture.md": "architecture.html",
     "docs/decisions/README.md": "decisions.html",
 }

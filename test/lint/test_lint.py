@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lints find what they are for: each rule is broken once on purpose."""
 
+import json
+import os
 import pathlib
+import shlex
 import subprocess
 
 import check_coverage
@@ -332,3 +335,17 @@ def test_marks_are_raised_and_never_lowered(tmp_path):
     check_coverage.write_marks(marks, {"pus": worse}, check_coverage.read_marks(marks))
     assert check_coverage.read_marks(marks) == {"pus": [49.0, 100.0, True]}
     assert marks.read_text().startswith("# head\n")
+
+
+def test_compile_commands_name_every_source_and_compile():
+    """For editors: each C file once, with a command that a compiler takes."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
+    subprocess.run(["make", "-s", "compile-commands"], cwd=check_layers.ROOT, env=environment, check=True)
+    entries = json.loads((check_layers.ROOT / "build" / "compile_commands.json").read_text(encoding="utf-8"))
+    files = [entry["file"] for entry in entries]
+    assert len(files) == len(set(files)) > 500
+    assert all((check_layers.ROOT / name).is_file() for name in files)
+    assert {str(path.relative_to(check_layers.ROOT)) for path in (check_layers.ROOT / "pus").rglob("*.c")} < set(files)
+    for name in ("base/crc.c", "launcher/hirosco_main.c", "test/unit/base/test_crc.c"):
+        entry = next(entry for entry in entries if entry["file"] == name)
+        subprocess.run([*shlex.split(entry["command"]), "-fsyntax-only"], cwd=entry["directory"], check=True)
