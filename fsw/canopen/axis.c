@@ -66,7 +66,7 @@ double cia402_axis_torque_nm(const cia402_axis_t* const axis)
     return (double)axis->torque * axis->scale.torque_nm;
 }
 
-/// Nearest unit within +-limit; counts when it had to cut.
+/// Nearest unit within +-limit; counts clipped values.
 static double to_units(cia402_axis_t* const axis, const double value, const double unit, const double limit)
 {
     const double units = value / unit;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// One CiA 402 axis: raw words of its process data, their physical values, and its way to a power state.
 ///
-/// An axis that leaves OPERATION ENABLED without having been told is not switched on again: its goal becomes
+/// An axis that leaves OPERATION ENABLED without a command is not switched on again: its goal becomes
 /// DISABLED and `has_dropped` stays set until the next cia402_axis_set_goal.
 ///
 /// Ownership  The caller places cia402_axis_t.
@@ -46,7 +46,7 @@ void cia402_axis_init(cia402_axis_t* axis, cia402_scale_t scale);
 cia402_state_t cia402_axis_state(const cia402_axis_t* axis);
 /// New goal. A fault is reset on the way only with `may_reset_fault`.
 void cia402_axis_set_goal(cia402_axis_t* axis, cia402_goal_t goal, bool may_reset_fault);
-/// Once per cycle, after the process data came in: watch where the axis is.
+/// Once per cycle, after the process data were received: update the state of the axis.
 void cia402_axis_observe(cia402_axis_t* axis);
 /// Once per cycle, before the process data go out: choose the next controlword.
 void cia402_axis_step(cia402_axis_t* axis);

@@ -51,7 +51,7 @@ cia402_state_t cia402_state(uint16_t statusword);
 /// Controlword for the next cycle. `previous` is the last one sent: a fault reset is a rising edge of bit 7.
 /// Without `may_reset` a fault stays.
 uint16_t cia402_controlword(cia402_state_t state, cia402_goal_t goal, bool may_reset, uint16_t previous);
-/// True if the state is where the goal leads; for DISABLED and QUICK_STOP also a fault, which has no torque.
+/// True if the state is that of the goal; for DISABLED and QUICK_STOP also a fault, which has no torque.
 bool cia402_is_at_goal(cia402_state_t state, cia402_goal_t goal);
 
 #endif // FSW_CANOPEN_CIA402_H

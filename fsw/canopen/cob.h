@@ -30,7 +30,7 @@ typedef enum { // NMT commands.
     NMT_RESET_COMMUNICATION = 0x82
 } nmt_command_t;
 
-typedef enum { // NMT states as heartbeats tell them.
+typedef enum { // NMT states as in heartbeats.
     NMT_STATE_BOOT_UP         = 0x00,
     NMT_STATE_STOPPED         = 0x04,
     NMT_STATE_OPERATIONAL     = 0x05,

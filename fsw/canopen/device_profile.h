@@ -3,7 +3,7 @@
 ///
 /// Identity and default mapping of a device class are part of its interface, as its data sheet has them;
 /// commissioning reads both back from each device and refuses one that differs. Node ids, modes and rates are
-/// no business of this table.
+/// not part of this table.
 #ifndef FSW_CANOPEN_DEVICE_PROFILE_H
 #define FSW_CANOPEN_DEVICE_PROFILE_H
 

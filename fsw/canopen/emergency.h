@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Emergency messages (CiA 301, 402): what a device reports by itself, and how severe it is.
+/// Emergency messages (CiA 301, 402): errors that a device reports, and their severity.
 #ifndef FSW_CANOPEN_EMERGENCY_H
 #define FSW_CANOPEN_EMERGENCY_H
 
@@ -12,7 +12,7 @@ typedef enum {
     EMERGENCY_CLEARED, ///< Code 0x0000: no error is left.
     EMERGENCY_LOW,     ///< To be logged.
     EMERGENCY_MEDIUM,  ///< Actuators should be switched off.
-    EMERGENCY_HIGH     ///< The device cannot do its work any more.
+    EMERGENCY_HIGH     ///< The device can no longer work.
 } emergency_class_t;
 
 typedef struct {
@@ -25,7 +25,7 @@ typedef struct {
 
 /// From the 8 octets of a frame.
 emergency_t emergency_decode(uint8_t node, const uint8_t octets[EMERGENCY_OCTETS]);
-/// Severity of a code. A code that is not known is MEDIUM: something is wrong that nobody has thought of.
+/// Severity of a code. An unknown code is MEDIUM, because its effect is unknown.
 emergency_class_t emergency_class(uint16_t code);
 
 #endif // FSW_CANOPEN_EMERGENCY_H

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// CiA 301 master of one bus: NMT, SYNC, heartbeats in both directions, boot-up, SDO clients, emergencies,
-/// and the way of process data to whoever asked for it.
+/// and the distribution of process data.
 ///
-/// Once per cycle: master_receive takes in what the bus delivered; the owner does its work and sends its
-/// process data; master_emit sends SDO requests and the heartbeat, and SYNC as the last frame. The bus is not
-/// trusted: every frame that is not what it should be is counted and dropped.
+/// Once per cycle: master_receive takes in received frames; the owner works and sends its process data;
+/// master_emit sends SDO requests and the heartbeat, and SYNC as the last frame. The bus is not trusted:
+/// every unexpected or malformed frame is counted and dropped.
 ///
 /// Ownership  The caller places canopen_master_t; the flow is borrowed.
 /// Context    One task. Never blocks.
@@ -53,7 +53,7 @@ typedef struct { // Private.
 } master_route_t;
 
 typedef struct {               // [wrap]
-    uint32_t unknown;          ///< Data frames that nobody here expects.
+    uint32_t unknown;          ///< Data frames that no receiver expects.
     uint32_t malformed;        ///< Wrong length or format for their identifier.
     uint32_t remote;           ///< Remote requests.
     uint32_t foreign_syncs;    ///< SYNCs of other nodes: this master is the only producer.
@@ -83,7 +83,7 @@ void master_init(canopen_master_t* master, const master_config_t* config, flow_c
 /// Forget nodes, routes and emergencies; SYNC off. Counters stay.
 void master_clear(canopen_master_t* master);
 
-/// Speak and listen on another channel from now on; the heartbeat is due at once.
+/// Send and receive on another channel from now on; the heartbeat is due at once.
 void master_use_flow(canopen_master_t* master, flow_can_t* flow);
 
 /// Watch a node. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID (id).
@@ -102,7 +102,7 @@ status_t master_command(canopen_master_t* master, uint8_t id, nmt_command_t comm
 status_t master_send_process_data(canopen_master_t* master, uint16_t cob, const uint8_t* octets,
                                   uint8_t length);
 void master_set_sync(canopen_master_t* master, bool is_on);
-/// End of the cycle: SDO requests, heartbeat, SYNC. Where nobody acknowledges, nothing is added to the frame
+/// End of the cycle: SDO requests, heartbeat, SYNC. While no node acknowledges, no frame is added to the one
 /// that the controller keeps repeating, so that no old commands wait for a device that is plugged in; the
 /// first frame of a node ends that.
 void master_emit(canopen_master_t* master, uint64_t now_ns);

@@ -210,7 +210,7 @@ static void discard_faults(canopen_network_t* const network)
 {
     emergency_t emergency;
     while (master_take_emergency(&network->master, &emergency) == STATUS_OK) {
-        // What a node had to say about its life before the reset does not matter any more.
+        // Messages of a node about the time before the reset no longer matter.
     }
     network->fault_count = 0U;
 }
@@ -471,7 +471,7 @@ status_t network_secure(canopen_network_t* const network, const uint64_t now_ns)
         network->is_securing     = true;
         network->secure_start_ns = now_ns;
         network_set_goal(network, CIA402_GOAL_QUICK_STOP, false);
-        return STATUS_BUSY; // What the devices have told so far is older than this command.
+        return STATUS_BUSY; // Earlier messages of the devices are older than this command.
     }
     if ((now_ns - network->secure_start_ns) >= network->config.quick_stop_limit_ns) {
         network_set_goal(network, CIA402_GOAL_DISABLED, false);

@@ -35,10 +35,10 @@
 
 typedef struct {
     master_config_t master;
-    uint32_t lost_after_syncs;    ///< A device that leaves so many SYNCs unanswered is lost.
-    uint64_t call_ns;             ///< With two channels: longest time for devices to come to the active one.
-    uint64_t boot_retry_ns;       ///< A node that has not booted after this is told again.
-    uint64_t silence_told_ns;     ///< Process data that have not come after this are told as missing.
+    uint32_t lost_after_syncs; ///< A device that does not answer this many SYNCs is lost.
+    uint64_t call_ns;          ///< With two channels: longest time for devices to come to the active one.
+    uint64_t boot_retry_ns;    ///< A node that has not booted after this time is reset again.
+    uint64_t silence_told_ns; ///< Process data that have not arrived after this time are reported as missing.
     uint64_t quick_stop_limit_ns; ///< Longest braking before voltage is taken away.
 } network_config_t;
 
@@ -54,12 +54,12 @@ typedef enum {
 /// Why a device is not commissioned; the numbers are those of the event DEVICE_REFUSED.
 typedef enum {
     REFUSAL_NONE       = 0,
-    REFUSAL_NOT_BOOTED = 1, ///< No boot-up message yet; it is told again.
+    REFUSAL_NOT_BOOTED = 1, ///< No boot-up message yet; it is reset again.
     REFUSAL_TIMEOUT    = 2, ///< No answer about `object`.
     REFUSAL_ABORTED    = 3, ///< The device refuses access to `object`; detail: its abort code.
     REFUSAL_VALUE      = 4, ///< `object` has a value that is not the expected one; detail: the lower 32 bits.
     REFUSAL_FORMAT     = 5, ///< The answer about `object` has the wrong size, or is against the protocol.
-    REFUSAL_REBOOTED   = 6, ///< It has booted anew meanwhile.
+    REFUSAL_REBOOTED   = 6, ///< It has booted again meanwhile.
     REFUSAL_SILENT     = 7  ///< No process data yet after the start.
 } network_refusal_t;
 
@@ -115,7 +115,7 @@ typedef struct { // Private: a controller as it was looked at last.
     uint32_t transmit_timeouts;
     uint32_t bus_offs;
     uint32_t restarts;
-    uint64_t overrun_ns; ///< When frames were lost last: what goes on is told once.
+    uint64_t overrun_ns; ///< When frames were lost last: continuous loss is reported once.
 } network_conditions_t;
 
 typedef struct { // Private: SYNCs of other nodes at the last check.
@@ -166,20 +166,20 @@ MUST_USE status_t network_add(canopen_network_t* network, const char* type, uint
 /// Index of a node's device. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t network_find(const canopen_network_t* network, uint8_t node, uint8_t* out_index);
 
-/// Open both channels; `redundant_bus` is null where there is no B. One that cannot be opened counts as not
-/// there, unless it is the active one. Statuses of flow_can_open; STATUS_NOT_FOUND also: no channel B.
+/// Open both channels; `redundant_bus` is null without channel B. A channel that cannot be opened counts as
+/// absent, unless it is the active one. Statuses of flow_can_open; STATUS_NOT_FOUND also: no channel B.
 MUST_USE status_t network_open(canopen_network_t* network, const flow_resolver_t* resolver, const char* bus,
                                const char* redundant_bus);
 /// Make a channel the active one: now, with process data stopped, or for the next network_open. Every device
-/// has to be commissioned anew. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel); STATUS_NOT_FOUND (open, but
-/// without that channel).
+/// has to be commissioned again. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel); STATUS_NOT_FOUND (open,
+/// but without that channel).
 status_t network_select_channel(canopen_network_t* network, uint8_t channel);
 /// Counters of both channels together.
 void network_bus_counters(const canopen_network_t* network, network_bus_counters_t* out_counters);
 /// With two channels: call the devices to the active one by our heartbeat. Reset all nodes, see each boot,
-/// identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node has booted anew meanwhile);
-/// statuses of device_identify_step. What is wrong with which device comes out of network_take_fault as
-/// DEVICE_REFUSED, here and in the two functions below.
+/// identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node has booted again meanwhile);
+/// statuses of device_identify_step. network_take_fault returns the failed device and the reason as
+/// DEVICE_REFUSED, also for the two functions below.
 status_t network_boot(canopen_network_t* network, uint64_t now_ns);
 
 /// A device is lost if it does not answer `syncs` SYNCs in a row, >= 1.
@@ -194,7 +194,7 @@ status_t network_configure(canopen_network_t* network, uint64_t now_ns);
 /// Start process data and SYNC, and wait until each device answers. STATUS_BUSY; STATUS_OK; statuses of
 /// device_connect.
 status_t network_start(canopen_network_t* network, uint64_t now_ns);
-/// Give up what is under way of the functions above, stop process data, devices to PRE-OPERATIONAL.
+/// Abort the functions above, stop process data, devices to PRE-OPERATIONAL.
 void network_stop(canopen_network_t* network);
 /// Reset all nodes. The frame needs a cycle on the bus before network_close.
 void network_reset_nodes(canopen_network_t* network);
@@ -208,7 +208,7 @@ void network_emit(canopen_network_t* network, uint64_t now_ns);
 void network_set_goal(canopen_network_t* network, cia402_goal_t goal, bool may_reset_faults);
 /// True if every axis of every device that is not lost is there, and process data flow.
 bool network_is_at_goal(const canopen_network_t* network);
-/// Bring all axes that can be reached out of operation: quick stop, then no voltage. A lost device does that
+/// Take all axes that can be reached out of operation: quick stop, then no voltage. A lost device does that
 /// by itself. STATUS_BUSY; STATUS_OK. Safe to call in any condition; call again each cycle until STATUS_OK.
 status_t network_secure(canopen_network_t* network, uint64_t now_ns);
 

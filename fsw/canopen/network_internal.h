@@ -9,9 +9,9 @@
 void network_tell(canopen_network_t* network, const network_fault_t* fault);
 /// A controller as it is.
 network_conditions_t network_conditions(const flow_can_t* flow);
-/// Tell what has become of one of our controllers.
+/// Report the condition of one of the master's controllers.
 void network_tell_condition(canopen_network_t* network, uint8_t channel, network_bus_condition_t condition);
-/// Tell that a device is not commissioned, for a reason of its own.
+/// Report that a device is not commissioned, with a reason.
 void network_tell_refusal(canopen_network_t* network, const network_device_t* place,
                           network_refusal_t refusal);
 /// Tell what its list of accesses has ended with.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Supervision of a network: what came, what stayed away, and what the devices complain about.
+// Supervision of a network: process data that arrived or are missing, and errors that devices report.
 #include "fsw/canopen/network_internal.h"
 
 #include "base/assertion.h"
 
 #include <stddef.h>
 
-#define OVERRUN_QUIET_NS 1000000000ULL // Lost frames are told anew after a second without.
+#define OVERRUN_QUIET_NS 1000000000ULL // Lost frames are reported again after a second without loss.
 #define SYNC_QUIET_NS 1000000000ULL    // So are SYNCs of others.
 
 void network_tell(canopen_network_t* const network, const network_fault_t* const fault)
@@ -164,7 +164,7 @@ static void tell_conditions(canopen_network_t* const network, const uint8_t chan
     }
 }
 
-/// Our controllers. What they had to say before the devices were commissioned does not matter.
+/// The master's controllers. Their reports before the commissioning of the devices do not matter.
 static void watch_bus(canopen_network_t* const network, const uint8_t channel, const uint64_t now_ns)
 {
     network_conditions_t* const told = &network->told[channel];
@@ -179,8 +179,8 @@ static void watch_bus(canopen_network_t* const network, const uint8_t channel, c
     *told = now;
 }
 
-/// SYNC is when all devices act at once. One that is not ours makes them sample and actuate at a moment that
-/// nothing here has computed, and their answers belong to no cycle.
+/// All devices act on SYNC at once. A foreign SYNC makes them sample and actuate at an instant that the
+/// master did not compute, and their answers belong to no cycle.
 static void watch_sync(canopen_network_t* const network, const uint64_t now_ns)
 {
     network_foreign_sync_t* const told = &network->foreign_sync;
@@ -196,7 +196,7 @@ static void watch_sync(canopen_network_t* const network, const uint64_t now_ns)
     told->time_ns = network->is_booted ? now_ns : 0U;
 }
 
-/// The other channel: nobody speaks to us there.
+/// The other channel: frames there are not for this master.
 static void drain_standby(canopen_network_t* const network)
 {
     osal_can_frame_t frame;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// SDO client of one node (CiA 301): one transfer at a time, expedited and segmented, both directions.
 ///
-/// Step-function style: the owner hands in each answer and fetches the next request frame; a transfer ends in
-/// a result. Block transfer is not offered. An answer nobody asked for is counted and dropped.
+/// Step-function style: the owner passes each answer in and fetches the next request frame; a transfer ends
+/// with a result. Block transfer is not supported. An unexpected answer is counted and dropped.
 ///
 /// Ownership  The caller places sdo_client_t; the data of a transfer lies inside it.
 /// Context    One task.
@@ -64,7 +64,7 @@ typedef struct { // Private, except counters: read-only.
 
 /// Idle; a server must answer each request within timeout_ns.
 void sdo_client_init(sdo_client_t* client, uint64_t timeout_ns);
-/// Give up what is running, without a word to the server.
+/// Abort the transfer without informing the server.
 void sdo_client_reset(sdo_client_t* client);
 
 /// Begin to write an object. STATUS_OK, STATUS_BUSY (a transfer is running), STATUS_TOO_LARGE, STATUS_INVALID

@@ -58,7 +58,7 @@ status_t setting_run_step(setting_run_t* const run, sdo_client_t* const client)
         return run->result;
     }
     canopen_setting_t* const setting = &run->settings[run->position];
-    if (!run->is_started) { // A transfer of somebody else has to end first.
+    if (!run->is_started) { // Another transfer has to end first.
         run->is_started = (start_access(setting, client) == STATUS_OK);
         return STATUS_BUSY;
     }

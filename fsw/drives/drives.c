@@ -12,7 +12,7 @@
 #define MILLISECOND_NS 1000000ULL
 #define EVENT_OCTETS_MAX 10U
 
-// A call of drives_configure that comes so much later than the one before is a new beginning.
+// A call of drives_configure this long after the previous one starts a new commissioning.
 #define CONFIGURE_GAP_NS (20U * MILLISECOND_NS)
 
 #define LOST_AFTER_SYNCS 3U
@@ -311,7 +311,7 @@ status_t drives_go(drives_t* const drives, const cia402_goal_t goal)
         // A fault may be reset on the way out of the safe state, never on the way into operation.
         network_set_goal(&drives->network, goal, goal == CIA402_GOAL_STANDBY);
         drives->goal = goal;
-        return STATUS_BUSY; // What the devices have told so far is older than this command.
+        return STATUS_BUSY; // Earlier messages of the devices are older than this command.
     }
     return network_is_at_goal(&drives->network) ? STATUS_OK : STATUS_BUSY;
 }

@@ -7,8 +7,8 @@
 /// configuration names are brought up, in PRE_OPERATIONAL those get their settings that the configuration
 /// names. Faults become the events DEVICE_LOST, DRIVE_FAULT {node u8, code u16}, DRIVE_WARNING, BUS_WARNING
 /// {node u8, code u16}, DEVICE_REFUSED {node u8, reason u8 as network_refusal_t, object u32, detail u32} and
-/// FOREIGN_SYNC, where the descriptor has them; the selection of a channel is told by CHANNEL_SELECTED
-/// {channel u8}.
+/// FOREIGN_SYNC, if the descriptor has them; CHANNEL_SELECTED {channel u8} reports the selection of a
+/// channel.
 ///
 /// Ownership  The caller places drives_t; it must not be moved. Subsystem and resolver outlive it.
 /// Context    The subsystem's task. Never blocks.
@@ -60,7 +60,7 @@ void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* 
 /// CAN end node, or on another bus than the others); STATUS_NOT_FOUND (device class, or bus); statuses of
 /// network_add, network_open and network_boot.
 status_t drives_hardware_init(drives_t* drives);
-/// Have the bus open for what is sent out of order, in any state; devices stay as they are. Statuses of
+/// Open the bus for frames outside of the cycle, in any state; devices do not change. Statuses of
 /// drives_hardware_init but STATUS_BUSY.
 status_t drives_borrow(drives_t* drives);
 /// Close the bus if it was borrowed, and HARDWARE_INIT has not come meanwhile.

@@ -65,7 +65,7 @@ static bool round_to(const double real, const size_t octets, const bool has_sign
     const double end   = has_sign ? (range * HALF) : range; // The first that is too large.
     const double low   = has_sign ? -end : 0.0;
     const double moved = real + ((real < 0.0) ? -HALF : HALF);
-    if (!((moved > (low - 1.0)) && (moved < end))) { // No number is none of these.
+    if (!((moved > (low - 1.0)) && (moved < end))) { // NaN fails both comparisons.
         return false;
     }
     *out_bits = (moved < 0.0) ? (uint64_t)(int64_t)moved : (uint64_t)moved;
@@ -75,7 +75,7 @@ static bool round_to(const double real, const size_t octets, const bool has_sign
 /// The nearest number of single precision. False: there is none.
 static bool narrow_to(const double real, uint64_t* const out_bits)
 {
-    if (!((real >= -(double)FLT_MAX) && (real <= (double)FLT_MAX))) { // No number is none of these.
+    if (!((real >= -(double)FLT_MAX) && (real <= (double)FLT_MAX))) { // NaN fails both comparisons.
         return false;
     }
     const float single = (float)real;

@@ -5,8 +5,8 @@
 /// A CPDU is a power unit, by its node id; its output lines are those of the descriptor. An on/off device
 /// address is unit << 8 | line, and means a pulse of DRIVES_SUPPLY_EXPONENT on it. A pulse is one frame of
 /// process data to the unit, 0x200 + its node id: line (u16, lowest octet first), exponent (u8). The unit
-/// makes the pulse and says nothing: what came of it is seen at the drive. Where the bus is closed, it is
-/// borrowed for the frame, so that a drive can be switched on before it is to be commissioned.
+/// makes the pulse and does not answer; the effect shows at the drive. If the bus is closed, it is opened for
+/// the frame, so that a drive can be switched on before its commissioning.
 #ifndef FSW_DRIVES_DRIVES_SUPPLY_H
 #define FSW_DRIVES_DRIVES_SUPPLY_H
 

@@ -43,7 +43,7 @@ static status_t take(pus_chains_t* const chains, const size_t count, pus_chain_b
     return STATUS_OK;
 }
 
-/// Put the first of the blocks taken behind the last of a chain. Returns the rest.
+/// Append the first of the allocated blocks to a chain. Returns the rest.
 static pus_chain_block_t* lengthen(pus_chain_t* const chain, pus_chain_block_t* const block)
 {
     FSW_ASSERT(block != NULL); // As many as are needed were taken.

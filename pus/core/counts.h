@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sequence counts and message type counters of an application, as plain numbers: so that it goes on with
-/// those of its process that died, and no number is used twice.
+/// Sequence counts and message type counters of an application, as plain numbers: a restarted process
+/// continues with those of its predecessor, so that no number is used twice.
 ///
 /// Context    As the process and the requester.
 /// Time       O(counters).

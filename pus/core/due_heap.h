@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What is due next, among many: a heap of entries (0 .. capacity - 1), each with the cycle it is due in, so
-/// that a cycle costs nothing for what is not due. Entries due in the same cycle come by their number.
+/// Selects the next due entry: a heap of entries (0 .. capacity - 1), each with the cycle in which it is due,
+/// so that entries that are not due cost nothing. Entries due in the same cycle are ordered by their number.
 ///
 /// Ownership  The caller places the arrays, `capacity` of each, and gives numbers below it.
 /// Context    One loop.
@@ -29,7 +29,7 @@ void pus_due_set(pus_due_heap_t* self, uint16_t entry, uint64_t due);
 void pus_due_remove(pus_due_heap_t* self, uint16_t entry);
 /// Whether an entry is due in cycle `now`; *out_entry is the first of them. It stays in the heap.
 bool pus_due_next(const pus_due_heap_t* self, uint64_t now, uint16_t* out_entry);
-/// Let the first entry be due again, a whole number of intervals (>= 1) later, behind cycle `now`.
+/// Make the first entry due again, a whole number of intervals (>= 1) later, after cycle `now`.
 void pus_due_repeat(pus_due_heap_t* self, uint64_t now, uint64_t interval);
 
 #endif // PUS_CORE_DUE_HEAP_H

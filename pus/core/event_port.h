@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The port by which services raise events: ST[05] of the process, or whoever keeps its definitions.
+/// The port by which services raise events: ST[05] of the process, or another owner of its definitions.
 #ifndef PUS_CORE_EVENT_PORT_H
 #define PUS_CORE_EVENT_PORT_H
 
@@ -13,8 +13,8 @@ typedef struct {
     bool (*is_known)(void* context, uint16_t event_id);
     /// Whether all of its auxiliary data can be filled by a raiser that gives `size` octets. Null: always.
     bool (*can_fill)(void* context, uint16_t event_id, size_t size);
-    /// Raise it. `auxiliary` tells what happened, as the service that raises it states in its header; where
-    /// the definition has no such data, or other, the port leaves it out. It counts what it cannot raise.
+    /// Raise an event. The service that raises it defines `auxiliary` in its header; if the definition of the
+    /// event has no or other data, the port omits them. The port counts events that it cannot raise.
     void (*raise)(void* context, uint16_t event_id, const uint8_t* auxiliary, size_t size, uint64_t now_ns);
 } pus_event_port_t;
 

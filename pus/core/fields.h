@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Messages of fixed layout: one table of a struct's members, in the order of the wire, serves who writes
-/// such a message and who reads it.
+/// Messages of fixed layout: one table of a struct's members, in the order of the wire, serves both writing
+/// and reading.
 ///
 ///     static const pus_field_t fields[] = {PUS_FIELD(pus_transition_t, previous),
 ///                                          PUS_FIELD(pus_transition_t, code), PUS_FIELDS_END};
@@ -50,9 +50,9 @@ typedef struct {
 
 /// Write the members, one after the other. What does not fit makes the writer fail.
 void pus_fields_write(octet_writer_t* writer, const pus_field_t* fields, const void* record);
-/// Read the members; those that are not there any more make the reader fail and stay what they were.
+/// Read the members; missing ones make the reader fail and do not change.
 void pus_fields_read(octet_reader_t* reader, const pus_field_t* fields, void* record);
-/// Read the members and nothing else. STATUS_OK, STATUS_INVALID (octets missing or left over).
+/// Read exactly the members. STATUS_OK, STATUS_INVALID (octets missing or left over).
 MUST_USE status_t pus_fields_read_all(octet_reader_t* reader, const pus_field_t* fields, void* record);
 /// Report a record. Status of pus_tm_post.
 status_t pus_fields_post(pus_process_t* process, const pus_layout_t* layout, uint16_t destination,

@@ -8,7 +8,7 @@ static bool is_printable(const char character)
     return (character >= ' ') && (character <= '~');
 }
 
-/// Length of the name that a text begins with; 0 if it is none. It ends at `size` or a slash.
+/// Length of the name at the beginning of a text; 0 if it is malformed. It ends at `size` or a slash.
 static size_t name_length(const char* const text, const size_t size)
 {
     size_t length = 0U;
@@ -29,7 +29,7 @@ bool pus_file_name_is_good(const char* const name)
     return (size > 0U) && (name_length(name, size) == size);
 }
 
-/// The octets of a text; null if they are not there.
+/// The octets of a text; null if they are missing.
 static const char* read_text(octet_reader_t* const reader, size_t* const out_size)
 {
     *out_size = octet_read_u16(reader);
@@ -55,7 +55,7 @@ bool pus_file_path_read(octet_reader_t* const reader, pus_file_path_t* const out
         const size_t length = name_length(&text[at], size - at);
         at += length;
         const bool is_last = (at == size);
-        if ((length == 0U) || (!is_last && ((at + 1U) == size))) { // No name, or none behind the last slash.
+        if ((length == 0U) || (!is_last && ((at + 1U) == size))) { // No name, or none after the last slash.
             return false;
         }
         at += is_last ? 0U : 1U;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Paths of the file service: names with `/` between them from the root on, the root itself being "". A name
 /// has 1 to PUS_FILE_NAME_MAX printable ASCII characters; it does not begin with a dot, and holds neither `/`
-/// nor a wildcard. So no path leads out of the root, and each file has one path only.
+/// nor a wildcard. So no path leaves the root, and each file has one path only.
 ///
 /// On the wire a repository path may begin with a `/`, and does in reports; names are joined to it.
 ///
@@ -22,9 +22,9 @@ typedef struct {
 
 /// True if a text that may be longer is a name.
 bool pus_file_name_is_good(const char* name);
-/// Read a repository path. False: it is none.
+/// Read a repository path. False: malformed.
 bool pus_file_path_read(octet_reader_t* reader, pus_file_path_t* out_path);
-/// Read a name, and go to it from the folder that *path is. False: it is none, or too far away.
+/// Read a name and append it to the folder *path. False: malformed, or the path becomes too long.
 bool pus_file_path_read_name(octet_reader_t* reader, pus_file_path_t* path);
 /// Go to a name in the folder that *path is; the name is good. False: too far away; *path stays.
 bool pus_file_path_enter(pus_file_path_t* path, const char* name);
@@ -41,9 +41,9 @@ void pus_file_name_write(octet_writer_t* writer, const char* name);
 /// Write a path with its leading `/`.
 void pus_file_path_write(octet_writer_t* writer, const pus_file_path_t* path);
 
-/// Read a search pattern into PUS_FILE_NAME_MAX + 1 characters. False: it is none.
+/// Read a search pattern into PUS_FILE_NAME_MAX + 1 characters. False: malformed.
 bool pus_file_pattern_read(octet_reader_t* reader, char* out_pattern);
-/// True if a name is what the pattern describes: `*` any characters or none, `?` one.
+/// True if a name matches the pattern: `*` any characters or none, `?` one.
 bool pus_file_pattern_matches(const char* pattern, const char* name);
 
 #endif // PUS_CORE_FILE_PATH_H

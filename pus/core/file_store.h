@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The port by which the file service reaches files. Paths are those of pus/core/file_path.h as texts, from a
-/// root that the store does not let anyone leave. What a call that makes, removes or renames has acknowledged
-/// outlasts a power cut; what was written does after `sync`.
+/// The port by which the file service reaches files. Paths are those of pus/core/file_path.h as texts, below
+/// a root that no path can leave. Acknowledged creations, removals and renamings outlast a power cut; written
+/// data do after `sync`.
 #ifndef PUS_CORE_FILE_STORE_H
 #define PUS_CORE_FILE_STORE_H
 
@@ -20,8 +20,8 @@ typedef struct {
     bool is_directory;
 } pus_file_entry_t;
 
-/// Each may also return STATUS_NOT_FOUND (it, or its folder), STATUS_DENIED, STATUS_IO; what is said here
-/// comes beside these and STATUS_OK.
+/// Each may also return STATUS_NOT_FOUND (it, or its folder), STATUS_DENIED, STATUS_IO; the statuses listed
+/// here are in addition to these and STATUS_OK.
 typedef struct {
     void* context;
     status_t (*describe)(void* context, const char* path, pus_file_about_t* out_about);

@@ -19,7 +19,8 @@
 
 /// Which report, and to whom.
 typedef struct {
-    pus_request_t* request; ///< Whose answer it is; null: nobody's, what the port refuses is lost.
+    pus_request_t*
+        request; ///< The request it answers; null: none, and packets that the port refuses are lost.
     pus_process_t* process;
     uint8_t service;
     uint8_t subtype;
@@ -37,7 +38,7 @@ typedef struct { // Private.
     uint8_t prefix[PUS_LIST_PREFIX_MAX];
 } pus_list_report_t;
 
-/// The report in answer to a request, which goes on in later steps: see pus_answer_send.
+/// The report in answer to a request, which continues in later steps: see pus_answer_send.
 pus_list_target_t pus_list_answer(pus_request_t* request, uint8_t subtype);
 /// Begin; `prefix` (0..PUS_LIST_PREFIX_MAX octets, may be null if none) is copied.
 void pus_list_report_begin(pus_list_report_t* list, const pus_list_target_t* target, const uint8_t* prefix,
@@ -45,7 +46,7 @@ void pus_list_report_begin(pus_list_report_t* list, const pus_list_target_t* tar
 /// Begin an entry of at most `size` octets (<= PUS_LIST_ENTRY_MAX), in a new packet if the present one has
 /// not the room. The writer is good until the next call.
 octet_writer_t* pus_list_report_entry(pus_list_report_t* list, size_t size);
-/// Send the last packet. PUS_DONE; PUS_STARTED: it goes on in a later step; PUS_FAILED with
+/// Send the last packet. PUS_DONE; PUS_STARTED: it continues in a later step; PUS_FAILED with
 /// PUS_FAILURE_SOME_FAILED and the number of packets that were lost, since neither port nor process took
 /// them.
 pus_reply_t pus_list_report_end(pus_list_report_t* list);

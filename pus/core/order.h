@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Slots (indices of somebody's table) in the order of their tags; equal tags in the order of their serial
-/// numbers. A treap: a binary tree by (tag, serial) that is a heap by a hash of the slot, so that its depth
-/// stays logarithmic without a look at how the tags arrive.
+/// Slots (indices of a table of the caller) in the order of their tags; equal tags in the order of their
+/// serial numbers. A treap: a binary tree by (tag, serial) that is a heap by a hash of the slot, so its depth
+/// stays logarithmic, whatever the order of arrival of the tags.
 ///
 /// Ownership  The caller places the nodes; they outlive the order. A slot is in the order or not; the caller
 ///            knows.
@@ -37,7 +37,7 @@ void pus_order_remove(pus_order_t* order, uint16_t slot);
 uint16_t pus_order_first(const pus_order_t* order);
 /// First slot at or after (tag, serial); PUS_ORDER_NONE if there is none.
 uint16_t pus_order_from(const pus_order_t* order, uint64_t tag, uint64_t serial);
-/// The slot after a slot that is in the order; PUS_ORDER_NONE behind the last.
+/// The slot after a slot that is in the order; PUS_ORDER_NONE after the last.
 uint16_t pus_order_next(const pus_order_t* order, uint16_t slot);
 
 #endif // PUS_CORE_ORDER_H

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What packet.c, packet_report.c and packet_encode.c share: the fields that requests and reports begin with.
-/// Internal to these files. Programs that decode no reports, or encode nothing as a whole, hold no code for
-/// it.
+/// Shared by packet.c, packet_report.c and packet_encode.c: the first fields of requests and reports.
+/// Internal to these files. The files are separate so that programs that decode no reports, or encode no
+/// complete packets, contain no code for it.
 #ifndef PUS_CORE_PACKET_INTERNAL_H
 #define PUS_CORE_PACKET_INTERNAL_H
 

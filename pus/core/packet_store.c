@@ -91,7 +91,7 @@ uint64_t pus_packet_store_head(const pus_packet_store_t* const store)
     return has_blocks(store) ? address_of(store->last, block_of(store, store->last)->end) : store->tail;
 }
 
-/// Keep count of what the medium answers.
+/// Count the failures of the medium.
 static status_t noted(pus_packet_store_t* const store, const status_t status)
 {
     store->counters.failed += (status != STATUS_OK) ? 1U : 0U;
@@ -178,7 +178,7 @@ static status_t write_header(pus_packet_store_t* const store, const uint16_t slo
     return write_at(store, place_on_medium(slot, 0U), header, sizeof(header));
 }
 
-/// Tell in the newest block what is in it, so that it need not be read through any more.
+/// Write the closing of the newest block, so that its records need not be read to find its content.
 static status_t close_block(pus_packet_store_t* const store)
 {
     const pus_store_block_t* const block = block_of(store, store->last);
@@ -220,7 +220,7 @@ static void overwrite_oldest(pus_packet_store_t* const store)
     store->tail           = (oldest > store->tail) ? oldest : store->tail;
 }
 
-/// Begin a further block. STATUS_OK, STATUS_FULL, STATUS_IO: there is none.
+/// Start a further block. STATUS_OK; STATUS_FULL, STATUS_IO: not started.
 static status_t begin_block(pus_packet_store_t* const store)
 {
     const bool is_full = pus_packet_store_blocks_used(store) >= store->limit;
@@ -353,7 +353,7 @@ uint64_t pus_packet_store_find(pus_packet_store_t* const store, const uint64_t f
 uint64_t pus_packet_store_find_after(pus_packet_store_t* const store, const uint64_t time_ns)
 {
     uint64_t place = store->tail;
-    bool is_behind = false; // There is nothing more to go over.
+    bool is_behind = false; // No further block.
     while (!is_behind && is_there(store, &place)) {
         const pus_store_block_t* const block = block_of(store, number_of(place));
         uint64_t cursor                      = place;
@@ -413,7 +413,7 @@ static uint64_t number_in_header(const pus_packet_store_t* const store, const ui
     return is_ours ? number : 0U;
 }
 
-/// Take what a block's closing tells; its end stays 0 if it was not closed.
+/// Take the entry of a block from its closing; its end stays 0 if it was not closed.
 static void read_closing(const pus_packet_store_t* const store, const uint8_t* const closing,
                          pus_store_block_t* const block)
 {
@@ -452,7 +452,7 @@ static status_t look_at_slot(pus_packet_store_t* const store, const uint16_t slo
     return status;
 }
 
-/// Find out by its records what is in a block.
+/// Determine the content of a block from its records.
 static status_t scan_block(pus_packet_store_t* const store, pus_store_block_t* const block,
                            const uint64_t medium_size)
 {
@@ -472,7 +472,7 @@ static status_t scan_block(pus_packet_store_t* const store, pus_store_block_t* c
     return (status == STATUS_CHECKSUM) ? STATUS_OK : status;
 }
 
-/// Overwrite what lies behind the last good record: it must not come back between new ones.
+/// Overwrite the octets after the last valid record: they must not appear between new ones.
 static status_t wipe_rest(pus_packet_store_t* const store, const pus_store_block_t* const block,
                           const uint64_t medium_size)
 {
@@ -487,7 +487,7 @@ static status_t wipe_rest(pus_packet_store_t* const store, const pus_store_block
     return (status == STATUS_OK) ? pus_packet_store_sync(store) : status;
 }
 
-/// Go back from the newest block as far as there is one after the other, and not beyond what was deleted.
+/// Go back from the newest block over consecutive blocks, but not to deleted packets.
 static void find_first(pus_packet_store_t* const store, const uint64_t tail)
 {
     store->first = store->last;
@@ -498,7 +498,7 @@ static void find_first(pus_packet_store_t* const store, const uint64_t tail)
     }
 }
 
-/// Count blocks that cannot be reached: they lie before one that is missing, and nobody has deleted them.
+/// Count blocks that cannot be reached: not deleted, but before a missing one.
 static void count_unreachable(pus_packet_store_t* const store, const uint64_t tail)
 {
     const uint64_t oldest = (number_of(tail) > 1U) ? number_of(tail) : 1U;
@@ -510,7 +510,7 @@ static void count_unreachable(pus_packet_store_t* const store, const uint64_t ta
     }
 }
 
-/// Read what blocks are there. STATUS_OK, STATUS_IO, STATUS_FULL.
+/// Read the existing blocks. STATUS_OK, STATUS_IO, STATUS_FULL.
 static status_t recover(pus_packet_store_t* const store, const uint64_t tail)
 {
     const medium_t* const medium = &store->config.medium;
@@ -546,7 +546,7 @@ status_t pus_packet_store_open(pus_packet_store_t* const store, const uint32_t g
         return (status == STATUS_FULL) ? STATUS_FULL : STATUS_IO;
     }
     store->tail = address_of(store->first, RECORDS_AT);
-    if (tail > pus_packet_store_head(store)) { // Packets that were lost were deleted, too: go on behind them.
+    if (tail > pus_packet_store_head(store)) { // Lost packets were deleted as well: continue after them.
         pus_packet_store_create(store, generation, limit, is_circular);
         store->first = number_of(tail) + 1U;
         store->last  = store->first - 1U;

@@ -20,7 +20,7 @@
 
 #define PUS_STORE_BLOCK 16384U
 #define PUS_STORE_BLOCKS_MIN 2U ///< Of a store.
-/// Room for one packet with what is around it [octets].
+/// Room for one packet with its record fields [octets].
 #define PUS_STORE_BUFFER_SIZE (PUS_PACKET_MAX + 26U)
 
 typedef struct { // Private: one block that holds packets, at the place number % capacity.
@@ -37,7 +37,7 @@ typedef struct {
     medium_t medium;
     pus_store_block_t* blocks; ///< Index: `block_capacity` entries.
     uint16_t block_capacity;   ///< >= PUS_STORE_BLOCKS_MIN.
-    uint8_t* buffer;           ///< PUS_STORE_BUFFER_SIZE octets; what is in it lasts until the next call.
+    uint8_t* buffer;           ///< PUS_STORE_BUFFER_SIZE octets; valid until the next call.
 } pus_packet_store_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
@@ -55,7 +55,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t refused;     ///< Packets a full bounded store did not take.
         uint32_t overwritten; ///< Packets that a circular store has given up for newer ones.
         uint32_t failed;      ///< Reads, writes and syncs that the medium failed.
-        uint32_t damaged; ///< Blocks that could not be reached, or whose rest could not be read, any more.
+        uint32_t damaged;     ///< Blocks that could no longer be reached, or not read to their end.
     } counters;
 } pus_packet_store_t;
 
@@ -71,8 +71,8 @@ void pus_packet_store_init(pus_packet_store_t* store, const pus_packet_store_con
 /// block_capacity blocks. Writes nothing.
 void pus_packet_store_create(pus_packet_store_t* store, uint32_t generation, uint16_t limit,
                              bool is_circular);
-/// Recover a store of this generation; packets before address `tail` have been deleted. STATUS_OK (with
-/// whatever is there), STATUS_IO, STATUS_FULL: the medium failed, the store must not be used.
+/// Recover a store of this generation; packets before address `tail` have been deleted. STATUS_OK (with the
+/// packets found), STATUS_IO, STATUS_FULL: the medium failed, the store must not be used.
 MUST_USE status_t pus_packet_store_open(pus_packet_store_t* store, uint32_t generation, uint16_t limit,
                                         bool is_circular, uint64_t tail);
 /// Change type or size. limit: at least the blocks in use.
@@ -89,11 +89,12 @@ status_t pus_packet_store_sync(pus_packet_store_t* store);
 /// Addresses of the oldest packet and behind the newest; equal if there is none.
 uint64_t pus_packet_store_tail(const pus_packet_store_t* store);
 uint64_t pus_packet_store_head(const pus_packet_store_t* store);
-/// The address of what a reader at *cursor reads next: the oldest packet if that one is gone, else itself.
+/// The address that a reader at *cursor reads next: the oldest packet if the packet there was deleted, else
+/// *cursor.
 uint64_t pus_packet_store_place(const pus_packet_store_t* store, uint64_t cursor);
-/// Read the packet at a cursor's place and move the cursor behind it. STATUS_OK; STATUS_EMPTY (nothing there
-/// yet); STATUS_CHECKSUM (the rest of the block is damaged: the cursor stands behind it); STATUS_IO (the
-/// cursor did not move).
+/// Read the packet at the cursor and move the cursor past it. STATUS_OK; STATUS_EMPTY (no packet yet);
+/// STATUS_CHECKSUM (the rest of the block is damaged: the cursor is after it); STATUS_IO (the cursor did not
+/// move).
 MUST_USE status_t pus_packet_store_next(pus_packet_store_t* store, uint64_t* cursor,
                                         pus_stored_packet_t* out_packet);
 /// The place of a cursor, moved over all blocks without a packet of from_ns..to_ns.
@@ -103,7 +104,7 @@ uint64_t pus_packet_store_seek(const pus_packet_store_t* store, uint64_t cursor,
 uint64_t pus_packet_store_find(pus_packet_store_t* store, uint64_t from_ns);
 /// Address behind the packets, from the oldest on, that were stored at time_ns or earlier.
 uint64_t pus_packet_store_find_after(pus_packet_store_t* store, uint64_t time_ns);
-/// Delete what is before an address.
+/// Delete the packets before an address.
 void pus_packet_store_cut(pus_packet_store_t* store, uint64_t tail);
 /// Times of the oldest and the newest packet, 0 if there is none.
 uint64_t pus_packet_store_oldest_ns(pus_packet_store_t* store);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The port by which services keep what must outlive a power cut: records by table and key, where a record
-/// replaces the one before it. What was put and erased since the last commit becomes lasting with the next
-/// one, all of it or nothing. The dispatcher commits after each request, before it is reported completed, so
-/// that what was acknowledged is lasting; a service that changes records in its step commits itself.
+/// The port by which services store lasting data: records by table and key; a new record replaces the
+/// previous one. Changes since the last commit become lasting with the next one, all of them or none. The
+/// dispatcher commits after each request, before it reports completion, so that acknowledged changes are
+/// lasting; a service that changes records in its step commits itself.
 ///
-/// At start the owner reads the records back and hands each to the service its table belongs to, in the order
-/// in which they were last put; the service takes it without a request and refuses what it cannot use with a
-/// status, which is counted and told, never asserted.
+/// At start the owner passes each record to the service of its table, in the order in which they were last
+/// put. The service refuses a record that it cannot use with a status, which is counted and reported, never
+/// asserted.
 #ifndef PUS_CORE_PERSISTENCE_H
 #define PUS_CORE_PERSISTENCE_H
 
@@ -24,7 +24,7 @@ typedef struct {
     status_t (*put)(void* context, uint8_t table, uint32_t key, const uint8_t* octets, size_t size);
     /// Forget a record. STATUS_OK, STATUS_NOT_FOUND, STATUS_IO.
     status_t (*erase)(void* context, uint8_t table, uint32_t key);
-    /// Make it last. STATUS_OK, STATUS_IO: nothing since the last commit is sure to last.
+    /// Commit. STATUS_OK, STATUS_IO: no change since the last commit is certain to last.
     status_t (*commit)(void* context);
 } pus_persistence_t;
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The port to an engine that runs on-board control procedures, whatever their language. It has slots; each
-/// runs one procedure, a little at a time, and gives control back with a call: what the procedure wants from
-/// its host. The host answers and lets it go on. The engine knows neither packets nor clocks: what a
-/// procedure does depends on its code, its arguments and the answers alone.
+/// runs one procedure in small steps, and returns control with a call: a request of the procedure to its
+/// host. The host answers and continues it. The engine knows neither packets nor clocks: what a procedure
+/// does depends on its code, its arguments and the answers alone.
 #ifndef PUS_CORE_PROCEDURE_PORT_H
 #define PUS_CORE_PROCEDURE_PORT_H
 
@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 typedef enum {
-    PUS_CALL_PAUSED,     ///< The budget is used up; goes on with the next one.
+    PUS_CALL_PAUSED,     ///< The budget is used up; continues with the next one.
     PUS_CALL_STEP,       ///< Step `number` (1..65535) begins.
     PUS_CALL_WAIT,       ///< For `seconds` (0 .. 1e9).
     PUS_CALL_SEND,       ///< Release a request of `apid`, `service`, `subtype` and `octets`; answer verdict.
@@ -65,13 +65,13 @@ typedef struct {
     /// *out_call is PUS_CALL_FAILED; the slot stays free), STATUS_EXHAUSTED (no memory; the same).
     status_t (*start)(void* context, uint16_t slot, const char* name, const uint8_t* code, size_t size,
                       const uint8_t* arguments, size_t arguments_size, pus_call_t* out_call);
-    /// Give a slot that runs a new budget [units of the engine]; what it has used too much is taken off.
+    /// Give a running slot a new budget [units of the engine], minus its overrun.
     void (*grant)(void* context, uint16_t slot, uint32_t budget);
     /// What a slot has really used since it was given its budget; it may be more.
     uint32_t (*used)(void* context, uint16_t slot);
     /// Go on until the procedure calls. `answer` is that to its last call.
     void (*run)(void* context, uint16_t slot, const pus_answer_t* answer, pus_call_t* out_call);
-    /// End a procedure where it is; nothing of it runs any more. The slot is free.
+    /// Abort a procedure at its present place. The slot is free.
     void (*kill)(void* context, uint16_t slot);
 } pus_procedure_port_t;
 

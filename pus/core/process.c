@@ -145,7 +145,7 @@ static status_t close_report(pus_process_t* const process, octet_writer_t* const
     const bool was_building = process->is_building;
     const bool failed       = writer->failed;
     process->is_building    = false;
-    writer->failed          = true; // The report is over: nothing can be added or sent again.
+    writer->failed          = true; // The report is finished: it cannot be extended or sent again.
     if (!was_building) {
         process->counters.discarded++;
         return STATUS_INVALID;
@@ -159,7 +159,7 @@ static status_t close_report(pus_process_t* const process, octet_writer_t* const
     return STATUS_OK;
 }
 
-/// Send what a ring keeps, as far as the port takes it. STATUS_OK (empty now), STATUS_FULL.
+/// Send the reports of a ring until the port refuses one. STATUS_OK (empty now), STATUS_FULL.
 static status_t send_kept(pus_process_t* const process, pus_kept_t* const kept)
 {
     size_t sent     = 0U;
@@ -223,7 +223,7 @@ bool pus_process_has_firm_room(const pus_process_t* const process)
     return room_of(&process->firm) >= (PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS);
 }
 
-/// Nobody asked for it: an event, a status, a notice.
+/// Not an answer: an event, a status, a notice.
 static bool is_unsolicited(const uint8_t* const packet)
 {
     return (octets_u16_at(&packet[OFFSET_DESTINATION]) == PUS_USER_GROUND) ||
@@ -245,7 +245,7 @@ static bool follows_answer(const pus_process_t* const process, const uint8_t* co
     return is_found;
 }
 
-/// The ring whose reports go before the one that was built, and where it is kept.
+/// The ring whose reports precede the one that was built, and in which that one is kept.
 static pus_kept_t* ring_of(pus_process_t* const process, const pus_class_t of_report)
 {
     const bool is_first = (of_report == PUS_CLASS_FIRM) && !follows_answer(process, process->building);

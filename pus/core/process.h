@@ -24,11 +24,11 @@
 #include "pus/core/traffic_class.h"
 
 #define PUS_MESSAGE_COUNTERS 128U ///< Pairs of message type and destination that are counted.
-#define PUS_KEPT_PREFIX 2U        ///< A report that is kept takes so much more [octets].
+#define PUS_KEPT_PREFIX 2U        ///< Additional octets for each report in a ring.
 /// The longest verification report, kept: request id, step, failure notice.
 #define PUS_FIRM_REPORT 48U
 #define PUS_FIRM_OF_REQUEST (8U * PUS_FIRM_REPORT) ///< All that a request reports until its end.
-/// Room that stays for what was begun before, when a request is taken in: 16 requests under way with an end
+/// Room that remains for requests under way when a new request is taken in: 16 requests under way with an end
 /// each, a walk over 10 states with a transition and a step each, 8 links that change twice.
 #define PUS_FIRM_STANDING ((16U + (10U * 2U) + (8U * 2U)) * PUS_FIRM_REPORT)
 #define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS ///< Each HIGH event is kept once at most, or its notice.
@@ -105,9 +105,9 @@ typedef struct { // All fields are private, except `counters`: read-only, for te
 /// apid 1..2046; epoch_s: mission epoch [seconds since 1958-01-01 TAI], packet time = epoch + now_ns.
 void pus_process_init(pus_process_t* process, uint16_t apid, uint32_t epoch_s, const pus_port_t* port);
 
-/// From now on the process keeps what the port refuses: before the first report.
+/// From now on the process keeps reports that the port refuses. Call it before the first report.
 void pus_process_keep(pus_process_t* process, pus_rings_t* rings);
-/// The same with one ring of `size` octets for all classes, where the port does not tell them apart.
+/// The same with one ring of `size` octets for all classes, for ports that do not distinguish them.
 void pus_process_keep_in_order(pus_process_t* process, uint8_t* octets, size_t size);
 /// From now on the process has reports longer than a packet.
 void pus_process_lengthen(pus_process_t* process, const pus_long_port_t* port);
@@ -115,7 +115,7 @@ void pus_process_lengthen(pus_process_t* process, const pus_long_port_t* port);
 /// Begin a report; the writer takes up to PUS_TM_DATA_MAX octets of source data.
 octet_writer_t pus_tm_begin(pus_process_t* process, uint8_t service, uint8_t subtype, uint16_t destination,
                             uint64_t now_ns);
-/// Finish and send. STATUS_OK, STATUS_FULL (the port refused it, or what goes before it), STATUS_TOO_LARGE
+/// Finish and send. STATUS_OK, STATUS_FULL (the port refused it, or a report before it), STATUS_TOO_LARGE
 /// (writer failed), STATUS_INVALID (nothing was begun). In every case the report is over.
 MUST_USE status_t pus_tm_send(pus_process_t* process, octet_writer_t* writer);
 /// Finish and send, or keep. STATUS_OK (sent or kept), STATUS_EXHAUSTED (no room to keep it, or BULK: lost,
@@ -133,8 +133,8 @@ MUST_USE status_t pus_tm_begin_sized(pus_process_t* process, uint8_t service, ui
                                      octet_writer_t* out_writer);
 /// Finish and send, or keep, a report begun so: statuses of pus_tm_post.
 status_t pus_tm_post_sized(pus_process_t* process, octet_writer_t* writer);
-/// Begin a report that may be larger than a packet in a buffer of the caller's, beside the one that is being
-/// built. capacity >= PUS_TM_MIN.
+/// Begin a report that may be larger than a packet in a buffer of the caller, independent of the one that is
+/// being built. capacity >= PUS_TM_MIN.
 octet_writer_t pus_tm_begin_large(const pus_process_t* process, uint8_t* octets, size_t capacity,
                                   uint8_t service, uint8_t subtype, uint16_t destination, uint64_t now_ns);
 /// Finish it there; it is not sent. It is counted, and carries the sequence count of the next packet that is
@@ -142,7 +142,7 @@ octet_writer_t pus_tm_begin_large(const pus_process_t* process, uint8_t* octets,
 MUST_USE status_t pus_tm_close_large(pus_process_t* process, octet_writer_t* writer, size_t* out_size);
 /// Discard the report begun.
 void pus_tm_cancel(pus_process_t* process);
-/// Try to send what is kept; call once per step. STATUS_OK (nothing is left), STATUS_FULL.
+/// Try to send the reports in the rings; call once per step. STATUS_OK (nothing is left), STATUS_FULL.
 status_t pus_process_flush(pus_process_t* process);
 /// True if reports wait for the port.
 bool pus_process_is_waiting(const pus_process_t* process);
@@ -150,7 +150,7 @@ bool pus_process_is_waiting(const pus_process_t* process);
 bool pus_process_keeps_event(const pus_process_t* process, uint16_t event_id);
 /// True if a request may be taken in: its verification and one answer have room, whatever was begun before.
 bool pus_process_may_answer(const pus_process_t* process);
-/// True if a FIRM report that others could do without has room beside all that may still have to come.
+/// True if there is room for a dispensable FIRM report in addition to all reports that may still be due.
 bool pus_process_has_firm_room(const pus_process_t* process);
 
 #endif // PUS_CORE_PROCESS_H

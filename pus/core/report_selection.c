@@ -6,13 +6,13 @@
 #include <string.h>
 
 // A key is list (2 bits), process (11), whether there is an identifier, identifier (16): for types service <<
-// 8 | subtype. Without identifier it stands for all of the process, with subtype 0 for all of the service,
-// and in the order of keys it comes before all that it comprises.
+// 8 | subtype. A key without identifier means the whole process, one with subtype 0 the whole service; it
+// precedes all keys that it includes.
 
 #define LIST_SHIFT 28U
 #define APID_SHIFT 17U
 #define HAS_ID 0x10000U
-#define PROCESS_SPAN 0x1FFFFU ///< Keys of a process behind that of all of it.
+#define PROCESS_SPAN 0x1FFFFU ///< Keys of a process after the one of the whole process.
 #define SERVICE_SPAN 0xFFU
 #define APID_OF(key) ((uint16_t)(((key) >> APID_SHIFT) & 0x7FFU))
 #define ID_OF(key) ((uint16_t)((key)&0xFFFFU))
@@ -428,7 +428,7 @@ status_t pus_selection_restore(pus_selection_t* const selection, const uint8_t* 
 
 // ---- Reports ----
 
-/// A report that is being written; what is open in it goes on with the next entry.
+/// A report that is being written; its open lists continue with the next entry.
 typedef struct {
     octet_writer_t writer;
     size_t processes_at; ///< Places of the counts.

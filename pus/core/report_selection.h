@@ -38,12 +38,12 @@ typedef struct {                    // Private.
 /// An empty selection. capacity 1..PUS_SELECTION_ENTRIES_MAX.
 void pus_selection_init(pus_selection_t* selection, pus_selection_entry_t* entries, uint16_t capacity);
 /// Select all of a process: types and structures, no event blocked. STATUS_OK; STATUS_EXHAUSTED: nothing
-/// changed. An entry that is there already stays.
+/// changed. Existing entries stay.
 MUST_USE status_t pus_selection_add_process(pus_selection_t* selection, uint16_t apid);
 /// Decide about a report; counts it where its structure is subsampled.
 bool pus_selection_takes(pus_selection_t* selection, const pus_tm_t* tm);
 
-/// Who changes selections: `candidate` is where a change is made before it is kept, and shared by all.
+/// Changes of selections: a change is made in `candidate`, which all selections share, before it is stored.
 typedef struct {
     const uint16_t* apids; ///< Processes that are controlled.
     uint16_t apid_count;
@@ -64,8 +64,8 @@ MUST_USE status_t pus_selection_put(const pus_selection_editor_t* editor, const 
 /// Take a record back. STATUS_OK; STATUS_INVALID (malformed), STATUS_EXHAUSTED (more than the capacity): the
 /// selection stays.
 MUST_USE status_t pus_selection_restore(pus_selection_t* selection, const uint8_t* octets, size_t size);
-/// Answer with the content of a list, in as many reports as it takes: each is whole in itself and begins with
-/// `name` (PUS_NAME_SIZE octets) unless that is null.
+/// Answer with the content of a list, in as many reports as necessary: each is complete in itself and begins
+/// with `name` (PUS_NAME_SIZE octets) unless that is null.
 void pus_selection_report(const pus_selection_t* selection, pus_selection_list_t list, pus_request_t* request,
                           uint8_t subtype, const uint8_t* name);
 

@@ -71,7 +71,7 @@ static status_t close_request(pus_requester_t* const requester, octet_writer_t* 
     const bool was_building = requester->is_building;
     const bool failed       = writer->failed;
     requester->is_building  = false;
-    writer->failed          = true; // The request is over: nothing can be added or sent again.
+    writer->failed          = true; // The request is finished: it cannot be extended or sent again.
     if (!was_building) {
         requester->counters.discarded++;
         return STATUS_INVALID;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Values of scalar parameters as their bits, compared exactly: 64-bit integers without rounding, and a
-/// number that is none (NaN) in no order to anything. Used by monitoring and statistics.
+/// Values of scalar parameters as their bits, compared exactly: 64-bit integers without rounding, and NaN
+/// without order. Used by monitoring and statistics.
 ///
 /// Bits are those of base/value.h: the value's octets, the first of the wire the highest.
 ///

@@ -8,7 +8,7 @@
 
 // Keys of lasting records.
 #define KEY_STATE 0U     // Function, sub-schedules and groups.
-#define KEY_RELEASING 1U // Identifiers of what is under release.
+#define KEY_RELEASING 1U // Identifiers of the requests under release.
 #define KEY_ACTIVITY 0x01000000U
 #define SLOT_MASK 0xFFFFU
 #define ID_SIZE 6U // Of an identifier in a record [octets].
@@ -390,7 +390,7 @@ static void append_to_release(pus_schedule_t* const schedule, const uint16_t slo
     schedule->releasing_last = slot;
 }
 
-/// Take what is due out of the schedule: it is deleted, or under release from now on.
+/// Remove due activities from the schedule: each is deleted, or under release from now on.
 static void gather(pus_schedule_t* const schedule, const uint64_t now)
 {
     octet_writer_t writer = octet_writer(schedule->record, sizeof(schedule->record));
@@ -420,7 +420,7 @@ static void gather(pus_schedule_t* const schedule, const uint64_t now)
     }
 }
 
-/// Hand what is under release to the port, as far as it takes it.
+/// Pass the requests under release to the port until it refuses one.
 static void release(pus_schedule_t* const schedule)
 {
     const pus_port_t* const port = &schedule->config.release;

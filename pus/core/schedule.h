@@ -58,7 +58,7 @@ typedef struct { // Private.
 } pus_activity_t;
 
 typedef struct {
-    pus_process_t* process;               ///< For reports that go on in a step.
+    pus_process_t* process;               ///< For reports that continue in a step.
     pus_port_t release;                   ///< Takes requests that are due.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
     pus_activity_t* activities;
@@ -69,7 +69,7 @@ typedef struct {
     pus_chains_t* chains;        ///< Room for the requests; may be shared with others of the same loop.
     uint16_t sub_schedule_count; ///< At most, 1..256.
     uint16_t group_count;        ///< At most, 1..256.
-    uint64_t margin;             ///< A tag must be so much later than now [ticks of the tag].
+    uint64_t margin;             ///< Minimum distance of a tag from now [ticks of the tag].
     void* context;               ///< Of `lost`.
     /// Told in the first step after a restart: the request may or may not have been released. May be null.
     void (*lost)(void* context, const pus_activity_id_t* id);
@@ -108,7 +108,7 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
     pus_schedule_filter_t report_filter;
     uint16_t releasing; // First activity that is being released.
     uint16_t releasing_last;
-    uint16_t lost_count; // Found at restart, not told yet.
+    uint16_t lost_count; // Found at restart, not reported yet.
     pus_activity_id_t lost[PUS_SCHEDULE_BATCH];
     uint8_t record[PUS_SCHEDULE_RECORD_HEAD + PUS_PACKET_MAX];
     struct {
@@ -129,7 +129,7 @@ void pus_schedule_init(pus_schedule_t* schedule, const pus_schedule_kind_t* kind
 /// STATUS_EXISTS (its place is taken), STATUS_EXHAUSTED (no room for it).
 MUST_USE status_t pus_schedule_restore(pus_schedule_t* schedule, uint32_t key, const uint8_t* octets,
                                        size_t size);
-/// Release what is due, and go on with a report.
+/// Release due activities, and continue a report.
 void pus_schedule_step(pus_schedule_t* schedule, uint64_t now_ns);
 /// True if the next step has something to do whatever the time: the port did not take everything, or there
 /// was more than one step may do.

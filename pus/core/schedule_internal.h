@@ -32,13 +32,13 @@ void schedule_drop(pus_schedule_t* schedule, uint16_t slot);
 MUST_USE status_t schedule_put(pus_schedule_t* schedule, uint16_t slot, uint64_t tag);
 /// Erase the record of an activity. STATUS_OK, STATUS_IO.
 MUST_USE status_t schedule_erase(const pus_schedule_t* schedule, uint16_t slot);
-/// Forget what is under release, and its record. STATUS_OK, STATUS_IO.
+/// Clear the requests under release, and their record. STATUS_OK, STATUS_IO.
 MUST_USE status_t schedule_abandon(pus_schedule_t* schedule);
 /// Keep the status of function, sub-schedules and groups. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status).
 pus_reply_t schedule_put_state(pus_schedule_t* schedule);
 /// An activity gets another tag. It keeps its place among equal ones.
 void schedule_retag(pus_schedule_t* schedule, uint16_t slot, uint64_t tag);
-/// First activity with a request so named, or the next after `slot`; NO_SLOT if there is none (more).
+/// First activity with this request identifier, or the next after `slot`; NO_SLOT if there is none (left).
 uint16_t schedule_find(const pus_schedule_t* schedule, const pus_activity_id_t* id);
 uint16_t schedule_find_next(const pus_schedule_t* schedule, uint16_t slot);
 /// Copy the request of an activity to `out_octets` (PUS_PACKET_MAX). Returns its size.
@@ -63,7 +63,7 @@ uint16_t schedule_select(const pus_schedule_t* schedule, const pus_schedule_filt
 uint16_t schedule_select_next(const pus_schedule_t* schedule, const pus_schedule_filter_t* filter,
                               uint16_t slot);
 
-/// Go on with the report that is under way, and complete its request behind the last packet.
+/// Continue the report under way, and complete its request after the last packet.
 void schedule_report_go_on(pus_schedule_t* schedule, uint64_t now_ns);
 
 #endif // PUS_CORE_SCHEDULE_INTERNAL_H

@@ -108,7 +108,7 @@ static pus_failure_t check(const pus_schedule_t* const schedule, activity_draft_
                                        : pus_failure(PUS_FAILURE_TABLE_FULL, schedule->config.activity_count);
 }
 
-/// Insert what was checked, and keep it.
+/// Insert the checked activity, and store it.
 static pus_failure_t insert(pus_schedule_t* const schedule, const activity_draft_t* const draft)
 {
     const uint16_t slot = schedule->free;
@@ -248,7 +248,7 @@ static void choose(const pus_schedule_t* const schedule, choice_t* const choice,
     choice->first = slot;
 }
 
-/// Shift what was chosen, all of it unless keeping it fails.
+/// Shift all selected activities, unless storing fails.
 static pus_failure_t shift(pus_schedule_t* const schedule, const choice_t* const choice, const int64_t offset,
                            const uint64_t earliest)
 {

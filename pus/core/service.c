@@ -34,7 +34,7 @@ pus_reply_t pus_failed(const uint16_t code, const uint32_t detail)
     return (pus_reply_t){.kind = PUS_FAILED, .failure = pus_failure(code, detail)};
 }
 
-/// Send TM[1,3] as asked, once.
+/// Send TM[1,3] once if requested.
 static void start(pus_request_t* const request)
 {
     if (!request->is_started) {
@@ -61,7 +61,7 @@ void pus_request_refuse(pus_request_t* const request, const uint16_t instruction
     }
     if ((request->refused > 1U) && pus_process_is_waiting(request->process) &&
         !pus_process_has_firm_room(request->process)) {
-        request->process->counters.lost++; // The end of the request tells how many there were.
+        request->process->counters.lost++; // The end of the request reports their number.
         return;
     }
     pus_verify_start_failed(request->process, &request->token, &failure, request->now_ns);
@@ -254,7 +254,8 @@ static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_
     request->reader       = octet_reader(data, size);
     pus_reply_t reply     = subtype->execute(service->self, request);
     const status_t status = (persistence != NULL) ? persistence->commit(persistence->context) : STATUS_OK;
-    // Who goes on tells the end of it, and what was refused has been told: a second end would follow.
+    // A request that continues reports its own end, and refusals are already reported: a second end would
+    // follow.
     const bool is_performed =
         (reply.kind == PUS_DONE) && ((request->performed > 0U) || (request->refused == 0U));
     if (request->is_unfinished) {
@@ -282,7 +283,7 @@ void pus_perform(pus_process_t* const process, const pus_service_t* const servic
     (void)execute(&request, service, subtype, data, size, NULL);
 }
 
-/// Keep a request whose answer is not out, to execute it again.
+/// Keep a request whose answer is not sent completely, to execute it again.
 static void put_off(pus_unfinished_t* const unfinished, const pus_request_t* const request,
                     const pus_service_t* const service, const pus_subtype_t* const subtype,
                     const pus_tc_t* const tc)

@@ -62,16 +62,16 @@ typedef struct {
 
 /// Note that an instruction is about to be performed; the first sends TM[1,3] as asked.
 void pus_request_perform(pus_request_t* request);
-/// Refuse one instruction with TM[1,4]. instruction >= 1. Where reports wait and room is short, only the
-/// first is told by its own report; the number of all is in TM[1,8].
+/// Refuse one instruction with TM[1,4]. instruction >= 1. While reports wait and room is short, only the
+/// first refusal has its own report; TM[1,8] has the number of all.
 void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t code, uint32_t detail);
 
 /// Finish and send one packet of an answer that may need several. What the port does not take is sent in a
 /// later step: the dispatcher executes the request again, without what has been sent and refused before, so
-/// `execute` of such a request may change nothing while pus_answer_is_whole is false. The request ends behind
-/// the last packet; one that is lost ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
+/// `execute` of such a request may change nothing while pus_answer_is_whole is false. The request ends after
+/// the last packet; a lost packet ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
 void pus_answer_send(pus_request_t* request, octet_writer_t* writer);
-/// True if all packets of the answer so far are out.
+/// True if all packets of the answer so far were sent.
 bool pus_answer_is_whole(const pus_request_t* request);
 /// Begin a report of the request's service in answer to it; the request's process finishes it.
 octet_writer_t pus_answer_begin(const pus_request_t* request, uint8_t subtype);
@@ -80,11 +80,11 @@ octet_writer_t pus_list_begin(const pus_request_t* request, uint8_t subtype);
 /// Finish and post it. PUS_DONE; PUS_FAILED with PUS_FAILURE_TABLE_FULL if it is too long for a packet.
 pus_reply_t pus_list_end(const pus_request_t* request, octet_writer_t* writer, uint16_t count);
 
-/// Who performs requests of some services later, in another loop, by pus_perform.
+/// Performs requests of some services later, in another loop, with pus_perform.
 typedef struct {
     void* context;
-    /// Asked for each request that was accepted. PUS_STARTED: it has copied token and `data` and will perform
-    /// it; PUS_REFUSED: it would, but has no room; PUS_DONE: it is not its business, perform it now.
+    /// Called for each accepted request. PUS_STARTED: it has copied token and `data` and will perform the
+    /// request; PUS_REFUSED: it has no room; PUS_DONE: not responsible, perform the request now.
     pus_reply_t (*take)(void* context, const pus_token_t* token, const uint8_t* data, size_t size);
 } pus_performer_t;
 
@@ -93,13 +93,13 @@ typedef struct {
     uint8_t subtype;
     /// Walk the application data without effect. The dispatcher refuses the request with PUS_FAILURE_DATA if
     /// the reader has failed or is not at its end afterwards. False: inconsistent, at the reader's position.
-    /// Null: `shape` tells it all.
+    /// Null: `shape` is sufficient.
     bool (*has_shape)(void* self, octet_reader_t* reader);
     pus_reply_t (*execute)(void* self, pus_request_t* request);
     const uint8_t* shape; ///< Program of pus/core/shape.h, PUS_SHAPE_<service>_<subtype>; or null.
 } pus_subtype_t;
 
-/// A request whose data has the shape in the catalogue: `execute` may read it without a look at its bounds.
+/// A request whose data has the shape in the catalogue: `execute` may read it without checking its bounds.
 #define PUS_REQUEST(service, subtype, execute)                                                               \
     {                                                                                                        \
         subtype, NULL, execute, PUS_SHAPE_##service##_##subtype                                              \
@@ -126,7 +126,7 @@ bool pus_shape_u16(void* self, octet_reader_t* reader);
 /// Application data of the longest request that is executed again [octets]: a list of identifiers.
 #define PUS_RESUMED_DATA_MAX (1U + (2U * PUS_COUNT_MAX))
 
-/// Private: a request whose answer is not out yet.
+/// Private: a request whose answer is not sent completely.
 typedef struct {
     const pus_service_t* service; // Null: there is none.
     const pus_subtype_t* subtype;
@@ -155,10 +155,10 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 /// `services` may still be filled after the call, but not while a request is being dispatched.
 void pus_dispatcher_init(pus_dispatcher_t* dispatcher, pus_process_t* process, const pus_service_t* services,
                          size_t service_count);
-/// From now on `performer` is asked for each accepted request.
+/// From now on `performer` is called for each accepted request.
 void pus_dispatcher_defer(pus_dispatcher_t* dispatcher, const pus_performer_t* performer);
-/// From now on what a request changed is committed before its completion is reported; a commit that fails
-/// ends the request with TM[1,8] (PUS_FAILURE_IO, status).
+/// From now on changes of a request are committed before its completion is reported; a commit that fails ends
+/// the request with TM[1,8] (PUS_FAILURE_IO, status).
 void pus_dispatcher_persist(pus_dispatcher_t* dispatcher, const pus_persistence_t* persistence);
 /// Perform a request that a performer has taken, with all reports from its start on. `service` has the
 /// request's type and subtype; it may be another instance than the dispatcher's, and `process` another
@@ -171,8 +171,8 @@ status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_
 /// The same with a request that may be larger than a packet, as ST[13] has put it together.
 status_t pus_dispatch_large(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size,
                             uint64_t now_ns);
-/// Send what the process keeps, then go on with an answer that is not out yet. True if one still is not: a
-/// second request of that kind fails then where the port does not take its answer.
+/// Send the reports that the process keeps, then continue an answer that is not sent completely. True if it
+/// still is not: a second request of that kind then fails if the port does not take its answer.
 bool pus_dispatcher_resume(pus_dispatcher_t* dispatcher, uint64_t now_ns);
 /// The same without trying.
 bool pus_dispatcher_is_answering(const pus_dispatcher_t* dispatcher);

@@ -31,7 +31,7 @@ static bool is_firm(const uint16_t type, const uint8_t* const packet, const size
     }
 }
 
-/// Reports whose senders go on later where a packet is refused, or count what was lost.
+/// Reports whose senders continue later after a refusal, or count lost packets.
 static bool is_bulk(const uint16_t type)
 {
     static const uint16_t types[] = {
@@ -50,7 +50,7 @@ static bool is_bulk(const uint16_t type)
     return false;
 }
 
-/// The supervisor leads states and links by requests: its own orders may not wait behind those of others.
+/// The supervisor changes states and links by requests: its own orders must not wait for requests of others.
 static bool is_order(const uint8_t* const packet)
 {
     const uint8_t service = packet[OFFSET_SERVICE];

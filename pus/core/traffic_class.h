@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Class of a packet: what goes first, and what is kept, where the way to its receiver is full.
+/// Class of a packet: its priority, and whether it is kept, when the connection to its receiver is full.
 ///
 ///     FIRM   what somebody waits for or must react to: ST[01], transitions of states, links and modes
 ///            (TM[129,2], [130,10], [131,2]), HIGH events and their notices, orders of the supervisor

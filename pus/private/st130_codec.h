@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private part of service 130, between subsystem (st130_codec.c) and who leads links (st130_peer.c).
+/// Private part of service 130, shared by the side of subsystems (st130_codec.c) and that of the manager
+/// (st130_peer.c).
 #ifndef PUS_PRIVATE_ST130_CODEC_H
 #define PUS_PRIVATE_ST130_CODEC_H
 

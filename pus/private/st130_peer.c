@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The other end of service 130: requests are written and reports read by who leads links, not by subsystems.
+// The other end of service 130: the link manager, not the subsystems, writes requests and reads reports.
 #include "pus/private/st130_codec.h"
 
 #define OFFER_SIZE 24U  // Of an entry of TM[130,2] [octets].

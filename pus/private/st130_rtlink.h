@@ -86,7 +86,7 @@ typedef struct {
     uint32_t age_max_us;
 } pus_link_properties_t;
 
-/// E: where a side can be reached.
+/// E: endpoint of one side.
 typedef struct {
     uint8_t kind; ///< pus_link_method_t.
     uint8_t size; ///< 0..PUS_ENDPOINT_MAX.

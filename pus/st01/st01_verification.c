@@ -31,7 +31,7 @@ static void report(pus_process_t* const process, const pus_token_t* const token,
     (void)pus_tm_post(process, &writer); // What is lost here the process counts.
 }
 
-/// Post a report of success, which has nothing but its request, if the request asks for it.
+/// Post a report of success, which contains only the request id, if the request requires it.
 static void report_if_asked(pus_process_t* const process, const pus_token_t* const token, const uint8_t ack,
                             const uint8_t subtype, const uint64_t now_ns)
 {

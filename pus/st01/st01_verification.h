@@ -2,7 +2,7 @@
 /// ST[01] request verification: reports of one request's stages, and their decoding.
 ///
 /// Reports of success are sent only if the request asked for that stage; reports of failure always. All go to
-/// the request's source. None is lost while the process has room to keep it; what is lost it counts.
+/// the request's source. None is lost while the process has room for it; the process counts lost ones.
 #ifndef PUS_ST01_ST01_VERIFICATION_H
 #define PUS_ST01_ST01_VERIFICATION_H
 
@@ -17,7 +17,7 @@ void pus_verify_rejected(pus_process_t* process, const pus_token_t* token, const
 void pus_verify_started(pus_process_t* process, const pus_token_t* token, uint64_t now_ns);
 void pus_verify_start_failed(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                              uint64_t now_ns);
-/// Progress: TM[1,5], TM[1,6]. Whoever tells of a failed step ends the request with TM[1,8] later.
+/// Progress: TM[1,5], TM[1,6]. After a failed step the caller ends the request with TM[1,8] later.
 void pus_verify_progress(pus_process_t* process, const pus_token_t* token, uint16_t step, uint64_t now_ns);
 void pus_verify_progress_failed(pus_process_t* process, const pus_token_t* token, uint16_t step,
                                 const pus_failure_t* failure, uint64_t now_ns);

@@ -287,7 +287,7 @@ static void settle(pus_device_access_t* const access, pus_device_operation_t* co
         operation->failure = failure;
     }
     if (is_command(kind)) {
-        operation->walk.left = 0U; // What follows may need what came to nothing.
+        operation->walk.left = 0U; // Later commands may depend on the failed one.
     }
 }
 

@@ -54,7 +54,7 @@ typedef struct {
 
 typedef struct {
     void* context;
-    /// Judge without effect. STATUS_OK, STATUS_NOT_FOUND (device), STATUS_OUT_OF_RANGE (something else),
+    /// Check without effect. STATUS_OK, STATUS_NOT_FOUND (device), STATUS_OUT_OF_RANGE (another field),
     /// STATUS_FORBIDDEN (not now).
     status_t (*check)(void* context, const pus_device_action_t* action);
     /// Begin it as number `slot`, 0..operations - 1, which is free. STATUS_OK, STATUS_FULL (try again in the

@@ -131,8 +131,8 @@ MUST_USE status_t pus_hk_add(pus_hk_t* hk, const pus_hk_definition_t* definition
 MUST_USE status_t pus_hk_restore(void* self, uint32_t key, const uint8_t* octets, size_t size);
 /// Delete all structures: the configuration is revoked.
 void pus_hk_clear(pus_hk_t* hk);
-/// Sample what is due and send the reports that are complete. `cycle` may jump forward; what was missed is
-/// then sampled late, with the values of now.
+/// Take due samples and send complete reports. `cycle` may jump forward; missed samples are then taken late,
+/// with the present values.
 void pus_hk_step(pus_hk_t* hk, uint64_t now_ns, uint32_t cycle);
 /// The same for the structures of another loop (1..255), in that loop, which holds the guard; `cycle` is its
 /// own.

@@ -170,7 +170,7 @@ static void sample_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, 
     hk_sample_now(hk, structure, request);
 }
 
-/// That the structure is there is all that matters.
+/// Only the existence of the structure matters.
 static void note_one(pus_hk_t* const hk, pus_hk_structure_t* const structure, pus_request_t* const request,
                      const uint32_t interval)
 {

@@ -14,7 +14,7 @@ pus_hk_structure_t* hk_structure_of(const pus_hk_t* const hk, const bool is_diag
     return NULL;
 }
 
-/// Note a failure. False, for who may not go on.
+/// Note a failure. Returns false: the caller must not continue.
 static bool fail(pus_hk_t* const hk, const uint16_t code, const uint32_t detail)
 {
     hk->verdict = pus_failure(code, detail);
@@ -26,7 +26,7 @@ static bool is_good(const pus_hk_t* const hk)
     return hk->verdict.code == PUS_FAILURE_NONE;
 }
 
-/// Append an entry. False, and nothing has happened, if there was a failure, or is one now.
+/// Append an entry. False without effect after an earlier failure, or if this one fails.
 static bool add_parameter(pus_hk_t* const hk, const uint32_t parameter_id)
 {
     pus_hk_structure_t* const candidate = &hk->candidate;

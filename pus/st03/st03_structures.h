@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private part of ST[03]: report structures are put together in the service's candidate, so that a request
-/// that fails leaves nothing behind. Functions that judge return a failure with code PUS_FAILURE_NONE if all
-/// is well.
+/// Private part of ST[03]: report structures are assembled in the service's candidate, so that a failed
+/// request changes nothing. Checks return a failure with code PUS_FAILURE_NONE if all is well.
 #ifndef PUS_ST03_ST03_STRUCTURES_H
 #define PUS_ST03_ST03_STRUCTURES_H
 
@@ -26,7 +25,7 @@ void hk_candidate_add_to_set(pus_hk_t* hk, uint32_t parameter_id);
 /// candidate in a sample buffer. `offset`: detail of the failure if it was nothing.
 void hk_candidate_lay_out(pus_hk_t* hk, unsigned entries, uint32_t offset);
 
-/// The candidate takes its place if nothing speaks against it.
+/// The candidate becomes a structure if there was no failure.
 void hk_candidate_settle(const pus_hk_t* hk, pus_hk_structure_t* place);
 
 /// No other loop samples in between, while structures change.

@@ -53,11 +53,11 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint64_t next_report; // Cycle.
     struct {
         uint32_t samples;    ///< Samples taken.
-        uint32_t missing;    ///< Samples not taken, since the parameter was not there.
+        uint32_t missing;    ///< Samples not taken because the parameter was unavailable.
         uint32_t not_finite; ///< Values that were no finite number.
         uint32_t lost;       ///< Periodic reports that did not go out whole.
         uint32_t refused;    ///< Instructions and requests refused.
-        uint32_t unsaved;    ///< Records the store refused; what they say was refused too.
+        uint32_t unsaved;    ///< Records that could not be stored; their changes were refused.
     } counters;
 } pus_statistics_t;
 

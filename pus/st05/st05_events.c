@@ -56,8 +56,8 @@ static status_t notice(const pus_events_t* const events, const pus_event_definit
     return pus_event_notice_report(events->process, &content, now_ns);
 }
 
-/// True if the limiter lets it pass; if so, it has taken note. Times are compared across their wrap: what
-/// lies further ahead than a burst can bring it has wrapped, and is past.
+/// True if the limiter lets the event pass, which it then has noted. Times are compared modulo their range: a
+/// time further ahead than a burst can reach has wrapped, and is past.
 static bool passes(const pus_events_t* const events, const pus_event_definition_t* const definition,
                    pus_event_state_t* const state, const uint64_t now_ns)
 {
@@ -84,7 +84,7 @@ void pus_events_tell_by(pus_events_t* const events, const uint16_t event_id)
     events->teller = event_id;
 }
 
-/// The next event, behind the one told last, of which something was suppressed. There is one.
+/// The next event, after the one reported last, with suppressed occurrences. There is one.
 static uint16_t next_suppressed(const pus_events_t* const events)
 {
     uint16_t index = (uint16_t)((events->told + 1U) % events->count);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[05] events: TM 1..4 by severity, TC 5 enable, 6 disable, 7 and TM 8 list of the disabled. A disabled
-/// event is not reported, but counted, and the supervisor gets a notice of it (TM[129,7]): what is to happen
-/// on board hangs on the event, not on its report. Reports go to all ground users and are kept by the process
-/// while the port refuses.
+/// event is not reported, but counted, and the supervisor gets a notice of it (TM[129,7]): on-board reactions
+/// depend on the event, not on its report. Reports go to all ground users and are kept by the process while
+/// the port refuses.
 ///
 /// Ownership  The caller places definitions and state.
 ///
 /// A limiter for each event lets `burst` occurrences pass at once, later one in each interval; a HIGH event
-/// passes unless its last report still waits for the port. What does not pass is counted, and told by an
-/// event {event u16, count u32} for one event a second at most. Plans, ST[12] and ST[19] see what passes; the
-/// subsystem's own reaction does not ask the limiter.
+/// passes unless its last report still waits for the port. Suppressed occurrences are counted and reported by
+/// an event {event u16, count u32}, for one event a second at most. Plans, ST[12] and ST[19] see the events
+/// that pass; the subsystem's own reaction is independent of the limiter.
 #ifndef PUS_ST05_ST05_EVENTS_H
 #define PUS_ST05_ST05_EVENTS_H
 
@@ -33,7 +33,7 @@ typedef struct {
 typedef struct {
     bool is_disabled;
     uint32_t raised;     ///< How often, reported or not [wraps].
-    uint32_t suppressed; ///< Private: by the limiter, and not told yet.
+    uint32_t suppressed; ///< Private: by the limiter, and not reported yet.
     uint32_t due_ms;     // When as many have passed as may on the average [wraps].
 } pus_event_state_t;
 
@@ -47,9 +47,9 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     const pus_event_definition_t* definitions;
     pus_event_state_t* states;
     uint16_t count;
-    uint16_t told;   // Index of the event whose suppressed occurrences were told last.
-    uint16_t untold; // Events with such that were not told yet.
-    uint16_t teller; // Event that tells them; 0: there is none.
+    uint16_t told;   // Index of the event whose suppressed occurrences were reported last.
+    uint16_t untold; // Events with suppressed occurrences that were not reported yet.
+    uint16_t teller; // Event that reports them; 0: there is none.
     uint64_t next_tell_ns;
     struct {
         uint32_t suppressed; ///< Occurrences that the limiter did not let pass.
@@ -63,9 +63,9 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_events_init(pus_events_t* events, pus_process_t* process, const pus_event_definition_t* definitions,
                      pus_event_state_t* states, uint16_t count);
 pus_service_t pus_events_service(pus_events_t* events);
-/// The event that tells what was suppressed, with PUS_SUPPRESSED_AUX octets of auxiliary data; 0: none.
+/// The event that reports suppressed occurrences, with PUS_SUPPRESSED_AUX octets of auxiliary data; 0: none.
 void pus_events_tell_by(pus_events_t* events, uint16_t event_id);
-/// Tell what was suppressed, if it is time; call once per step. True if more is to be told later.
+/// Report suppressed occurrences if it is time; call once per step. True if more are to be reported later.
 bool pus_events_step(pus_events_t* events, uint64_t now_ns);
 /// Raise an event. STATUS_OK (reported, or disabled and noticed, or suppressed and counted),
 /// STATUS_NOT_FOUND, STATUS_INVALID (auxiliary data of another size), STATUS_EXHAUSTED (no room to report it;
@@ -75,7 +75,7 @@ status_t pus_event_raise(pus_events_t* events, uint16_t event_id, const uint8_t*
 /// State of an event, or null if the id is unknown.
 const pus_event_state_t* pus_event_state(const pus_events_t* events, uint16_t event_id);
 
-/// An event as a report or a notice tells of it.
+/// An event, decoded from a report or a notice.
 typedef struct {
     uint16_t apid;
     uint16_t event;

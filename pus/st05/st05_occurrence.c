@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who acts on events of others reads them here; who raises them needs nothing of it.
+// A file of its own: only programs that react to events of others need it, not those that raise events.
 #include "base/assertion.h"
 #include "pus/st05/st05_events.h"
 #include "pus/private/st129_management.h"

@@ -85,7 +85,7 @@ static void next_area(pus_memory_operation_t* const operation)
     operation->index++;
 }
 
-/// The area under way came to nothing.
+/// The area under way failed.
 static void fail_area(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                       const pus_failure_t* const failure)
 {
@@ -105,7 +105,7 @@ static void fail_io(pus_memory_service_t* const service, pus_memory_operation_t*
     fail_area(service, operation, &failure);
 }
 
-/// Go past areas that were left out. False: there is none any more.
+/// Skip the refused areas. False: none is left.
 static bool seek(pus_memory_operation_t* const operation)
 {
     while ((operation->index < operation->count) && operation->is_left_out[operation->index]) {
@@ -473,8 +473,8 @@ static void take(pus_memory_operation_t* const operation, const pus_request_t* c
     }
 }
 
-/// Open or create the file of an operation whose areas are judged in between. PUS_FAILURE_NONE, or why not;
-/// an operation of which no area is left is none any more.
+/// Open or create the file of an operation and check its areas. PUS_FAILURE_NONE, or the reason; without any
+/// area left the operation ends.
 static pus_failure_t begin_areas(pus_memory_service_t* const service, pus_request_t* const request,
                                  pus_memory_operation_t* const operation, const memory_target_t* const target,
                                  const pus_file_name_t* const name, const size_t place)

@@ -23,7 +23,7 @@ pus_failure_t memory_judge(const pus_memory_service_t* service, const memory_tar
 /// Read back `size` octets and compare. PUS_FAILURE_NONE, PUS_FAILURE_VERIFY or PUS_FAILURE_IO.
 pus_failure_t memory_verify(pus_memory_service_t* service, const pus_memory_t* memory, uint32_t address,
                             const uint8_t* expected, size_t size);
-/// Note that an area came to nothing.
+/// Note that an area failed.
 pus_failure_t memory_fail(pus_memory_service_t* service, uint16_t code, uint32_t detail);
 
 /// Requests for operations.

@@ -3,8 +3,8 @@
 ///
 /// Every declared argument must be there exactly once, in any order, and no other. Values are decoded to host
 /// memory at the argument's offset in the argument area, so that the port gets a pointer to a plain C struct.
-/// Nothing is performed unless all arguments are good: failures name the argument by its place (instruction).
-/// Floating-point values that are not finite are refused. Bounds are the port's affair.
+/// The function is performed only if all arguments are valid: failures name the argument by its position
+/// (instruction). Floating-point values that are not finite are refused. The port checks bounds.
 ///
 /// Ownership  The caller places definitions and area.
 #ifndef PUS_ST08_ST08_FUNCTIONS_H

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[11] time-based scheduling, all of it: a schedule (pus/core/schedule.h says what its requests do) whose
-/// tags are absolute times, in ticks of 2^-24 s since 1958-01-01 TAI.
+/// ST[11] time-based scheduling, all messages: a schedule (pus/core/schedule.h) whose tags are absolute
+/// times, in ticks of 2^-24 s since 1958-01-01 TAI.
 ///
 /// Mission time is passed in and may jump: after a jump forward all that is due is released once, in order;
-/// after a jump back nothing is released again. Who steps the schedule at pus_time_schedule_next_ns releases
-/// to the nanosecond.
+/// after a jump back nothing is released again. Stepped at pus_time_schedule_next_ns, the schedule releases
+/// with an accuracy of 1 ns.
 ///
 /// Ownership, context, time: as pus/core/schedule.h.
 #ifndef PUS_ST11_ST11_TIME_SCHEDULE_H
@@ -27,7 +27,7 @@ MUST_USE status_t pus_time_schedule_restore(pus_time_schedule_t* self, uint32_t 
 /// Release what is due, and go on with a report.
 void pus_time_schedule_step(pus_time_schedule_t* self, uint64_t now_ns);
 /// Mission time at which the next activity is due, now_ns or earlier if it is already; UINT64_MAX if there is
-/// none. What pus_schedule_is_waiting tells of is not in it.
+/// none. Activities that wait for the port (pus_schedule_is_waiting) are not included.
 uint64_t pus_time_schedule_next_ns(const pus_time_schedule_t* self);
 
 #endif // PUS_ST11_ST11_TIME_SCHEDULE_H

@@ -34,7 +34,7 @@ static pus_fmon_member_t* members_of(const pus_monitoring_t* const self, const p
     return &self->config.members[(size_t)(fmon - self->config.fmons) * self->config.fmon_members];
 }
 
-// Who names whom.
+// PMONs that the FMONs name.
 
 void monitoring_link(pus_monitoring_t* const self)
 {

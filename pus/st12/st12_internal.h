@@ -74,7 +74,7 @@ void monitoring_uncheck(pus_monitoring_t* self, pus_pmon_t* pmon);
 
 // Functional monitoring (st12_functional.c).
 
-/// Tell each PMON who names it, if that has changed.
+/// Update in each PMON which FMONs name it, if that has changed.
 void monitoring_link(pus_monitoring_t* self);
 /// The FMONs that name a PMON are to be judged.
 void monitoring_touch(pus_monitoring_t* self, const pus_pmon_t* pmon);

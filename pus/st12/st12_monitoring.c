@@ -248,7 +248,7 @@ static pus_failure_t look_up(pus_monitoring_t* const self, const uint16_t id)
     return pus_failure((monitoring_pmon(self, id) == NULL) ? PUS_FAILURE_UNKNOWN_ID : PUS_FAILURE_NONE, id);
 }
 
-/// The record first: what it does not keep is not done.
+/// The record first: a change that cannot be stored is not made.
 static pus_failure_t set_enabled(pus_monitoring_t* const self, pus_pmon_t* const pmon, const bool is_enabled)
 {
     const bool was_enabled      = pmon->is_enabled;

@@ -130,14 +130,14 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint64_t transitions_since; // Cycle of the first.
     bool is_enabled;
     bool is_functional; // The FMON function is enabled.
-    bool is_unlinked;   // `members` do not tell who names whom.
+    bool is_unlinked;   // `members` is not up to date.
     struct {
         uint32_t checks;      ///< Samples judged, valid or not.
         uint32_t transitions; ///< Changes of status.
         uint32_t lost;        ///< Transitions that were never reported: list full, and the port refused.
         uint32_t failures;    ///< FMONs that became failed.
         uint32_t refused;     ///< Instructions and requests refused.
-        uint32_t unsaved;     ///< Records the store refused; what they say was refused too.
+        uint32_t unsaved;     ///< Records that could not be stored; their changes were refused.
     } counters;
 } pus_monitoring_t;
 
@@ -149,8 +149,8 @@ pus_service_t pus_monitoring_service(pus_monitoring_t* self);
 /// STATUS_NOT_FOUND (an event), STATUS_EXHAUSTED (no room). A parameter may come later.
 MUST_USE status_t pus_monitoring_restore(pus_monitoring_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
-/// Check what is due and report. `cycle` counts minimum sampling intervals and may jump forward; what was
-/// missed is then checked once.
+/// Check what is due and report. `cycle` counts minimum sampling intervals and may jump forward; missed
+/// checks are then made once.
 void pus_monitoring_step(pus_monitoring_t* self, uint64_t now_ns, uint32_t cycle);
 
 #endif // PUS_ST12_ST12_MONITORING_H

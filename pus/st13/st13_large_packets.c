@@ -129,7 +129,7 @@ static pus_reply_t refuse(pus_large_t* const large, const uint16_t code, const u
     return pus_refused(code, detail);
 }
 
-/// Give an uplink up, and tell who sent it.
+/// Abort an uplink, and report it to its sender.
 static void give_up(pus_large_t* const large, pus_large_uplink_t* const uplink,
                     const pus_large_reason_t reason, const uint64_t now_ns)
 {
@@ -218,8 +218,8 @@ static pus_reply_t take_first(void* const self, pus_request_t* const request)
     return append(large, uplink, request, octet_read_octets(&request->reader, size), size);
 }
 
-/// Where what was put together is no request of this source, or one that would be taken apart again; 0: it
-/// is.
+/// Offset of the first field that makes the assembled octets no acceptable request of this source; 0: they
+/// are one.
 static uint32_t fault_of(const pus_large_t* const large, const pus_large_uplink_t* const uplink)
 {
     pus_tc_t tc;

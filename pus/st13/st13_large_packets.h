@@ -89,10 +89,10 @@ status_t pus_large_post(pus_large_t* large, octet_writer_t* writer);
 /// Discard the report begun.
 void pus_large_cancel(pus_large_t* large);
 
-/// Send parts, hand whole requests over, give up what waits too long; call once per cycle.
+/// Send parts, pass complete requests on, abort uplinks that wait too long; call once per cycle.
 void pus_large_step(pus_large_t* large, uint64_t now_ns);
-/// True if the next step has something to do; it need not have for an uplink that waits for its next part,
-/// which is given up with the first step behind its time-out.
+/// True if the next step has something to do. An uplink that waits for its next part does not count: it is
+/// aborted in the first step after its time-out.
 bool pus_large_is_busy(const pus_large_t* large);
 /// Port by which a process builds its long reports here (pus_process_lengthen); `context` is the service.
 pus_long_port_t pus_large_port(pus_large_t* large);

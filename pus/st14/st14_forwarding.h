@@ -3,10 +3,10 @@
 /// and 2 report types, 5 and 6 housekeeping structures, 9 and 10 diagnostic structures, 13 and 14 blocked
 /// events, each added, deleted; 3, 7, 11 and 15 report the content as TM 4, 8, 12 and 16.
 ///
-/// pus/core/report_selection.h says how a report is judged and how requests are refused. There is no
-/// exception: reports of verification go by their type like any other, so that ground that deletes TM[1,x] of
-/// a process does not hear any more how its requests fare. Without a request everything of the controlled
-/// processes is forwarded. Spacecraft time packets (APID 0) are none of the service's business.
+/// Selection and refusals: docs/services/st14.md. There is no exception: verification reports are selected by
+/// their type like any other; ground that deletes TM[1,x] of a process no longer gets the verification of its
+/// requests. Without a request everything of the controlled processes is forwarded. The service does not
+/// control spacecraft time packets (APID 0).
 ///
 /// The configuration is one lasting record, key 0. A content report that is longer than a packet becomes
 /// several, each whole in itself.

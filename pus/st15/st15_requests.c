@@ -62,7 +62,7 @@ static void read_time(order_t* const order, octet_reader_t* const reader, uint64
     order->has_good_times = (pus_time_read(reader, out_time_ns) == STATUS_OK) && order->has_good_times;
 }
 
-/// Read what an instruction has behind the store's name.
+/// Read the fields of an instruction after the name of the store.
 static void read_fields(order_t* const order, octet_reader_t* const reader)
 {
     switch (order->subtype) {
@@ -154,7 +154,7 @@ static uint16_t resume(const order_t* const order, pus_store_state_t* const next
     return PUS_FAILURE_NONE;
 }
 
-/// Suspend an open retrieval or abort one by time range; the other kind goes on.
+/// Suspend an open retrieval or abort one by time range; the other kind continues.
 static uint16_t stop(const order_t* const order, pus_store_state_t* const next)
 {
     const pus_retrieval_t kind =

@@ -253,9 +253,9 @@ status_t pus_storage_start(pus_storage_t* const storage)
         } else if ((store->log.counters.damaged > 0U) && (result == STATUS_OK)) {
             result = STATUS_CHECKSUM;
         } else {
-            // All that is there can be read, or another store has told.
+            // All packets can be read, or another store has reported a failure.
         }
-        // What was not on the medium yet when the power was cut is not there any more.
+        // Packets that were not on the medium at the power cut are lost.
         const uint64_t head = pus_packet_store_head(&store->log);
         state->open_cursor  = lesser(state->open_cursor, head);
         state->range_cursor = lesser(state->range_cursor, head);

@@ -110,7 +110,7 @@ typedef struct { // Private, except `counters` and `stores`: read-only, for tele
     pus_selection_editor_t editor;
     pus_store_copy_t copy;
     uint8_t last_served;           // Store that sent last.
-    bool is_stale[PUS_STORES_MAX]; // The medium holds what a deleted store has left.
+    bool is_stale[PUS_STORES_MAX]; // The medium contains packets of a deleted store.
     uint64_t synced_ns;
     uint64_t checkpoint_ns;
     bool is_checkpoint_due; // Whatever the interval.
@@ -134,14 +134,14 @@ pus_selection_t* pus_storage_selection(pus_storage_t* storage, uint8_t number);
 /// possible here), STATUS_EXHAUSTED (a selection longer than there is room for): nothing changed.
 MUST_USE status_t pus_storage_restore(pus_storage_t* storage, uint32_t key, const uint8_t* octets,
                                       size_t size);
-/// Recover what the stores hold. STATUS_OK; STATUS_CHECKSUM: packets that nobody has deleted cannot be
-/// reached any more, all else can; STATUS_IO: the medium of a store failed, that store takes and gives
-/// nothing until the next start.
+/// Recover the content of the stores. STATUS_OK; STATUS_CHECKSUM: some packets that were not deleted can no
+/// longer be reached; STATUS_IO: the medium of a store failed, that store stores and sends nothing until the
+/// next start.
 MUST_USE status_t pus_storage_start(pus_storage_t* storage);
 /// Store a report, `tm` decoded, in all stores that select it.
 void pus_storage_observe(pus_storage_t* storage, const pus_tm_t* tm, const uint8_t* packet, size_t size,
                          uint64_t now_ns);
-/// Send and copy a slice; sync and keep what is due.
+/// Send and copy a slice; sync stores and save states when due.
 void pus_storage_step(pus_storage_t* storage, uint64_t now_ns);
 /// When a step has something to do [ns of the run]: now_ns or earlier if it has now (or found the port busy),
 /// UINT64_MAX if nothing before something is stored or requested.

@@ -134,7 +134,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t aborted; ///< Stopped or aborted.
         uint32_t sent;    ///< Requests released.
         uint32_t refused; ///< Instructions and requests refused.
-        uint32_t unsaved; ///< Records the store refused; what they say was refused too.
+        uint32_t unsaved; ///< Records that could not be stored; their changes were refused.
     } counters;
 } pus_procedures_t;
 
@@ -147,7 +147,7 @@ MUST_USE status_t pus_procedures_restore(pus_procedures_t* self, uint32_t key, c
                                          size_t size);
 /// See a report: a verification that a procedure waits for is its answer.
 void pus_procedures_observe(pus_procedures_t* self, const pus_tm_t* tm);
-/// Let what runs go on. `cycle` may jump forward.
+/// Continue running procedures. `cycle` may jump forward.
 void pus_procedures_step(pus_procedures_t* self, uint64_t now_ns, uint32_t cycle);
 /// Whether any procedure is active.
 bool pus_procedures_are_active(const pus_procedures_t* self);

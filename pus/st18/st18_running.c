@@ -140,7 +140,7 @@ static void fail(pus_procedures_t* const self, pus_procedure_t* const procedure,
     release(self, procedure, pus_failure(PUS_FAILURE_PROCEDURE, call->number));
 }
 
-// Calls. Each returns whether the procedure goes on in this cycle.
+// Calls. Each returns whether the procedure continues in this cycle.
 
 static void judge(pus_procedure_run_t* const run, const uint16_t code, const uint32_t detail)
 {
@@ -299,7 +299,7 @@ static bool perform(pus_procedures_t* const self, pus_procedure_t* const procedu
     }
 }
 
-/// See whether what a procedure waits for has come, or its time is over.
+/// Check whether the end of a procedure's waiting, or its time-out, is reached.
 static void look(pus_procedures_t* const self, const pus_procedure_t* const procedure,
                  pus_procedure_run_t* const run)
 {

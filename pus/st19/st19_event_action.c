@@ -52,7 +52,7 @@ void pus_event_action_observe(event_action_t* const self, const uint16_t apid, c
         return;
     }
     self->counters.observed++;
-    // Nothing overtakes what waits.
+    // Waiting requests keep their order.
     if ((self->queue_count > 0U) || !release(self, &self->config.definitions[slot])) {
         wait(self, slot);
     }

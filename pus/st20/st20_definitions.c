@@ -157,7 +157,7 @@ static pus_failure_t settle(const pus_parameter_definitions_t* const definitions
     return pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
-/// Why a parameter may not be defined so, as far as its id, PTC and PFC tell.
+/// Reason to refuse a definition because of its id, PTC or PFC.
 static pus_failure_t judge_id(const pus_parameter_definitions_t* const definitions, const uint32_t id,
                               const uint8_t ptc, const uint16_t pfc, const size_t place)
 {

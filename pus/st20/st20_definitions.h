@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Parameters of ST[20] that are defined by a place in memory, by TC[20,4] (address) and [20,5] (object and
-/// offset), and the parameter port that knows them beside those of the dictionary.
+/// offset), and the parameter port that provides them and those of the dictionary.
 ///
 /// Such a parameter has an id of its own APID that the dictionary does not have, whose layout bits are the
-/// scalar type that PTC and PFC say; its value lies in memory as the machine has it. Defining it again moves
-/// it. PTC, PFC: unsigned 3 and 4, 12, 14, 16 for 8 to 64 bits; signed 4 and the same; real 5 and 1, 2;
+/// scalar type that PTC and PFC say; its value is in memory in the machine's byte order. Defining it again
+/// moves it. PTC, PFC: unsigned 3 and 4, 12, 14, 16 for 8 to 64 bits; signed 4 and the same; real 5 and 1, 2;
 /// boolean 1 and 0 (one octet). Definitions outlive a power cut by their records (key: parameter id).
 ///
 /// Ownership  The caller places it and its places.
@@ -30,7 +30,7 @@ typedef struct {
     uint16_t apid;             ///< Of ids that may be defined.
     pus_parameter_port_t port; ///< To the parameters of the dictionary.
     const pus_memory_t* memories;
-    const pus_memory_state_t* states; ///< Of ST[06]: what is protected is not set.
+    const pus_memory_state_t* states; ///< Of ST[06]: a parameter in protected memory is not set.
     uint8_t memory_count;
     pus_parameter_place_t* places;
     uint16_t capacity;                    ///< <= 1024.

@@ -121,7 +121,8 @@ static bool shape_set(void* const self, octet_reader_t* const reader)
         const uint32_t id   = octet_read_u32(reader);
         const uint16_t size = size_of_value(parameters, id, &handle, &status);
         const bool is_open  = !reader->failed && (size == 0U);
-        // After a value of unknown size nothing can be told apart: start of execution refuses the rest.
+        // After a value of unknown size the following values cannot be delimited: start of execution refuses
+        // the rest.
         (void)octet_read_octets(reader, is_open ? octet_reader_left(reader) : size);
         if (is_open) {
             return true;

@@ -4,11 +4,11 @@
 /// PUS_FAILURE_ACCESS), and report definitions.
 ///
 /// Each instruction stands on its own: an unknown, unreadable, read-only or out-of-range one is refused by
-/// its own TM[1,4], the others are performed. TM[20,2] carries the values of all that are good; what would
-/// not fit the longest report of the process any more is refused (PUS_FAILURE_TABLE_FULL), and where that is
-/// longer than a packet and finds no buffer the request fails (PUS_FAILURE_IO, STATUS_FULL). In TC[20,3] the
-/// value of an unknown id is skipped by the scalar type in the id's layout bits; where they name none, the
-/// rest of the request cannot be delimited and is refused with it.
+/// its own TM[1,4], the others are performed. TM[20,2] carries the values of all that are good; values beyond
+/// the longest report of the process are refused (PUS_FAILURE_TABLE_FULL). If the report is longer than a
+/// packet and there is no buffer, the request fails (PUS_FAILURE_IO, STATUS_FULL). In TC[20,3] the value of
+/// an unknown id is skipped by the scalar type in the id's layout bits; if they name no type, the rest of the
+/// request cannot be delimited and is refused as well.
 #ifndef PUS_ST20_ST20_PARAMETERS_H
 #define PUS_ST20_ST20_PARAMETERS_H
 

@@ -24,7 +24,7 @@ static uint64_t ns_of(const int64_t delay)
            (((ticks % PUS_TIME_TICKS_PER_S) * NS_PER_S) / PUS_TIME_TICKS_PER_S);
 }
 
-/// The sequence is due at this uptime, behind those that are due then already.
+/// Make the sequence due at this uptime, after those that are due at the same time.
 static void set_due(sequences_t* const self, const uint16_t slot, const uint64_t uptime_ns)
 {
     pus_order_insert(&self->due, slot, uptime_ns, self->serial);
@@ -244,7 +244,7 @@ static pus_reply_t report_checksum(void* const object, pus_request_t* const requ
     return pus_done();
 }
 
-/// The entry at so many octets of the content.
+/// The entry at this offset of the content.
 static bool write_entry(void* const object, pus_report_cursor_t* const cursor, octet_writer_t* const writer)
 {
     sequences_t* const self          = object;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[22] position-based scheduling, all of it: a schedule (pus/core/schedule.h says what its requests do)
-/// whose tags are positions along the orbit: orbit number and angle from the ascending node as one number of
-/// 2^-16 orbits.
+/// ST[22] position-based scheduling, all messages: a schedule (pus/core/schedule.h) whose tags are positions
+/// along the orbit: orbit number and angle from the ascending node as one number of 2^-16 orbits.
 ///
-/// A port tells the position: how many orbits its source has counted, and the angle. It may stand still and
-/// it may jump, as time may in ST[11]. TC[22,28] gives the orbit after the present one its number; until then
-/// the old count goes on. The number outlives a power cut, if the source's count does.
+/// A port gives the position: the number of orbits that its source has counted, and the angle. It may stand
+/// still and it may jump, like time in ST[11]. TC[22,28] sets the number of the next orbit; until then the
+/// old count continues. The number outlives a power cut, if the source's count does.
 ///
 /// Ownership, context, time: as pus/core/schedule.h.
 #ifndef PUS_ST22_ST22_POSITION_SCHEDULE_H

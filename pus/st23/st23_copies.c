@@ -17,7 +17,7 @@ enum {
 #define QUARTERS 4U
 #define PERCENT 100U
 
-/// Copies that requests know of, and not what an earlier life has left.
+/// Copies of this life, which requests can name, without those of an earlier one.
 static bool is_active(const pus_file_copy_t* const copy)
 {
     return copy->status < PUS_FILE_COPY_FREE;
@@ -82,8 +82,8 @@ typedef struct {
     pus_file_about_t about; ///< The source.
 } order_t;
 
-/// Read an order and see whether its source is there and its target is not. A reply other than PUS_DONE is
-/// the request's.
+/// Read an order and check that its source exists and its target does not. A reply other than PUS_DONE is
+/// that of the request.
 static pus_reply_t read_order(pus_files_t* const files, pus_request_t* const request,
                               order_t* const out_order)
 {
@@ -115,12 +115,12 @@ static pus_reply_t read_order(pus_files_t* const files, pus_request_t* const req
     } else if (status == STATUS_NOT_FOUND) {
         status = STATUS_OK;
     } else {
-        // The store cannot tell.
+        // The store does not support it.
     }
     return st23_reply_of(files, status, out_order->target.name_offset);
 }
 
-/// The name of a target until it is whole: no request can have it, since it begins with a dot.
+/// The temporary name of a target: no request can have it, because it begins with a dot.
 static void name_part(pus_file_copy_t* const copy)
 {
     copy->part = copy->target;
@@ -184,11 +184,14 @@ static void forget(pus_files_t* const files, pus_file_copy_t* const copy, const 
     if (has_part) {
         (void)store->remove_file(store->context, copy->part.text);
     }
-    (void)st23_forget(files, key_of(files, copy)); // Else the next life looks for a part in vain.
+    (void)st23_forget(
+        files,
+        key_of(files,
+               copy)); // Otherwise the next life would search for a temporary file that does not exist.
     copy->status = PUS_FILE_COPY_FREE;
 }
 
-/// Forget what a failed or aborted copy has made, and end its request.
+/// Remove the temporary file of a failed or aborted copy, and end its request.
 static void end_copy(pus_files_t* const files, pus_file_copy_t* const copy, const pus_failure_t failure,
                      pus_process_t* const process, const uint64_t now_ns)
 {
@@ -336,7 +339,7 @@ static status_t begin_copy(const pus_files_t* const files, pus_file_copy_t* cons
 {
     const pus_file_store_t* const store = &files->config.store;
     status_t status                     = store->make_file(store->context, copy->part.text, copy->size);
-    if (status == STATUS_EXISTS) { // Somebody's who is no more.
+    if (status == STATUS_EXISTS) { // Of an earlier life.
         (void)store->remove_file(store->context, copy->part.text);
         status = store->make_file(store->context, copy->part.text, copy->size);
     }
@@ -381,7 +384,7 @@ static void report_progress(pus_files_t* const files, pus_file_copy_t* const cop
     }
 }
 
-/// The copy has come to nothing in the step under way.
+/// The copy has failed in the step under way.
 static void fail_copy(pus_files_t* const files, pus_file_copy_t* const copy, const status_t status,
                       const uint64_t now_ns)
 {

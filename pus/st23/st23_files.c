@@ -356,7 +356,7 @@ static pus_reply_t rename_directory(void* const self, pus_request_t* const reque
 
 // --- the service -------------------------------------------------------------------------------------------
 
-/// Take a path back that a record holds. False: it is none.
+/// Restore a path from a record. False: malformed.
 static bool restore_path(const uint8_t* const octets, const size_t size, pus_file_path_t* const out_path)
 {
     if ((size < 1U) || (size >= PUS_FILE_PATH_SIZE)) {

@@ -92,7 +92,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     } counters;
 } pus_files_t;
 
-/// Nothing is locked, nothing runs.
+/// No file is locked, no copy runs.
 void pus_files_init(pus_files_t* files, const pus_files_config_t* config);
 /// Take a lasting record back. STATUS_OK; STATUS_NOT_FOUND (no such key), STATUS_INVALID (malformed).
 MUST_USE status_t pus_files_restore(pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);

@@ -13,7 +13,7 @@
 
 /// Refuse a request as a whole, and count it.
 pus_reply_t st23_refuse(pus_files_t* files, uint16_t code, uint32_t detail);
-/// The reply to what the store said about the field at `offset`: done, refused or failed.
+/// The reply for a status of the store concerning the field at `offset`: done, refused or failed.
 pus_reply_t st23_reply_of(pus_files_t* files, status_t status, uint32_t offset);
 /// Keep a record, if records are kept. Statuses of `put`.
 status_t st23_keep(const pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);

@@ -118,7 +118,7 @@ static bool add(const pus_files_t* const files, pus_file_search_t* const search,
 /// What has become of an entry.
 typedef enum {
     PASSED,  ///< It is done with.
-    ENTERED, ///< The search goes on in it.
+    ENTERED, ///< The search continues in it.
     WAITING  ///< Its report was not taken.
 } passage_t;
 
@@ -138,13 +138,13 @@ static passage_t pass(pus_files_t* const files, pus_file_search_t* const search,
         search->after[0] = '\0';
         return ENTERED;
     } else {
-        // It is none that is looked for, or has been added.
+        // It does not match, or has been added.
     }
     (void)memcpy(search->after, entry->name, sizeof(search->after));
     return PASSED;
 }
 
-/// Go on behind a directory that has been searched. False: it was the first one.
+/// Continue after a directory that has been searched. False: it was the first one.
 static bool leave(pus_file_search_t* const search)
 {
     if (pus_file_path_is_same(&search->folder, &search->root)) {

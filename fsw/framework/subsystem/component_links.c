@@ -250,7 +250,7 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
     rtlink_terms_t agreed = {.methods = 0U};
     rtlink_terms_t wanted;
     read_terms(&request->properties, &wanted);
-    const rtlink_terms_t* supported = &wanted; // Without a port the APID is the best detail.
+    const rtlink_terms_t* supported = &wanted; // Without a port: the wanted terms.
     if ((component->machine.phase == PHASE_CONFIGURED) && (component->config.links != NULL)) {
         port    = port_of_request(component, request, &is_producer);
         verdict = RTLINK_REFUSED_PORT;

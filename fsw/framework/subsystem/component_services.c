@@ -212,7 +212,7 @@ static uint16_t first_out_of_bounds(const component_t* const component,
         for (uint16_t k = 0U; k < field->count; k++) {
             const double number = value_as_double(field->type, memory);
             memory += value_size(field->type);
-            if (!((number >= field->min) && (number <= field->max))) { // Nor is a value without numbers.
+            if (!((number >= field->min) && (number <= field->max))) { // NaN is refused as well.
                 return i;
             }
         }
@@ -516,7 +516,7 @@ static void add_further(component_t* const component)
         has_own_links |= (component->config.services[i].type == PUS_SERVICE_RTLINK);
         has_own_test |= (component->config.services[i].type == PUS_SERVICE_TEST);
     }
-    if (!has_own_test) { // The supervisor's test reaches any application.
+    if (!has_own_test) { // The supervisor has its own.
         const pus_service_t test = pus_test_service(&component->test);
         add(component, &test);
     }
