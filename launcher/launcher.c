@@ -326,7 +326,7 @@ void launcher_fly(launcher_t* const launcher)
         (void)osal_process_wait_any(processes, count,
                                     is_held_back ? LAUNCHER_REAL_LOOP_MS : LAUNCHER_LOOP_MS);
         reap(launcher);
-        launcher_watch_calendar(launcher);
+        launcher_watch_lives(launcher);
         show_progress(launcher, osal_clock_monotonic_ns());
         if (is_over(launcher, &stops_seen)) {
             break;

@@ -29,6 +29,7 @@ typedef struct { // Private: one child process.
     unsigned component;       // Index, if it is one.
     unsigned participant;     // Of the calendar; OSAL_CALENDAR_PARTICIPANTS_MAX: none.
     uint32_t life;            // Life of the component that it was started for.
+    uint64_t started_ns;      // Wall-clock time at which this life of a component was started.
     uint64_t asked_to_end_ns; // Wall-clock time at which it was first found unwanted; 0: it is wanted.
     bool is_asked;            // Asked by a signal.
     osal_process_result_t result;

@@ -3,6 +3,7 @@
 #include "launcher/launcher_internal.h"
 
 #include "base/assertion.h"
+#include "osal/include/osal/clock.h"
 #include "osal/include/osal/file.h"
 
 // What the simulator is told takes most arguments: four pairs for each bus, and a dozen pairs beside them.
@@ -97,6 +98,10 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
     arguments_t arguments  = {.count = 0U};
     child->life            = __atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE);
     child->asked_to_end_ns = 0U;
+    child->started_ns      = osal_clock_monotonic_ns();
+    if (!launcher->options.is_stepped) { // The supervisor's earlier life has left a beat.
+        run_block_beat(launcher->run, child->component, 0U, OSAL_CALENDAR_NEVER);
+    }
     __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_RUNNING, __ATOMIC_RELEASE);
     __atomic_store_n(&component->found_life, child->life, __ATOMIC_RELEASE);
     descriptors[count++] = component->message_descriptor;

@@ -125,14 +125,34 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-void launcher_watch_calendar(launcher_t* const launcher)
+/// Where time waits for no start, nobody else misses who never steps: it has promised nothing.
+static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
 {
-    if ((launcher->calendar == NULL) || launcher->options.is_image) {
-        return; // Everybody has a clock of its own; or one loop runs all.
+    for (size_t i = 0U; i < launcher->child_count; i++) {
+        child_t* const child = &launcher->children[i];
+        if (child->is_alive && child->is_component && (child->life > 1U) &&
+            ((now_ns - child->started_ns) >= JOIN_NS) &&
+            (run_block_last_beat(launcher->run, child->component).wake_ns == OSAL_CALENDAR_NEVER)) {
+            tell(child, " has not made a step within 10 s: killed");
+            (void)osal_process_stop(&child->process, true);
+            child->started_ns = now_ns;
+        }
+    }
+}
+
+void launcher_watch_lives(launcher_t* const launcher)
+{
+    if (launcher->options.is_image) {
+        return; // One loop runs all.
     }
     const uint64_t now_ns = osal_clock_monotonic_ns();
-    watch_holder(launcher, now_ns);
-    watch_joining(launcher, now_ns);
+    if (!launcher->options.is_stepped) {
+        watch_first_steps(launcher, now_ns);
+    }
+    if (launcher->calendar != NULL) { // Else everybody has a clock of its own.
+        watch_holder(launcher, now_ns);
+        watch_joining(launcher, now_ns);
+    }
 }
 
 bool launcher_is_starved(launcher_t* const launcher)

@@ -174,9 +174,10 @@ def test_a_start_that_does_not_join_is_ended_and_time_goes_on(folder):
     _assert_gone(flight)
 
 
-def test_nobody_waits_for_a_start_in_real_time(folder):
-    """The others answer while it is away."""
-    flight = flying.start(folder / "run", "--time", "real", "--scenario", "none", binaries=_programs(folder))
+@pytest.mark.parametrize("kind", ["real", "free"])
+def test_nobody_waits_for_a_start_in_real_time(folder, kind):
+    """The others answer while it is away; it is ended, and the next life answers."""
+    flight = flying.start(folder / "run", "--time", kind, "--scenario", "none", binaries=_programs(folder))
     try:
         flight.port()
         flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
@@ -184,8 +185,10 @@ def test_nobody_waits_for_a_start_in_real_time(folder):
         flying.wait_until(lambda: (folder / "starts").read_text().count("\n") == 2, "no second life")
         for _ in range(3):
             assert "MANIPULATOR is alive" in flying.gse(flight, "ping", "MANIPULATOR").stdout
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there again")
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     finally:
         flight.abandon()
+    assert "has not made a step within 10 s: killed" in flight.told(), flight.told()
     _assert_gone(flight)
