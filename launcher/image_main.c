@@ -149,7 +149,7 @@ static const char* seat_all(image_t* const self)
 
 // ---- Lives ----
 
-/// As the end of its process: what it had open is closed, and nobody hears of it.
+/// Like the end of its process: everything open is closed without notice.
 static void close_component(image_t* const self, const unsigned index)
 {
     if (self->is_open[index]) {
@@ -384,7 +384,7 @@ static void arm_refusal(void)
     take_check_refuse((number != NULL) ? (uint32_t)number_of(number) : 0U);
 }
 
-/// How many blocks and sockets were asked for: so many different refusals there are.
+/// Number of blocks and sockets taken, which is the number of refusals that a test can cause.
 static void tell_takes(void)
 {
     char line[64];

@@ -8,7 +8,7 @@
 
 #define WORDS_MAX 3U
 #define NS_PER_S 1000000000ULL
-#define SHOWN_MAX 120U ///< Characters of a wrong value that are repeated, so that the reason fits behind it.
+#define SHOWN_MAX 120U ///< Characters of a wrong value in an error message, so that the reason fits after it.
 
 const char* launch_options_help(void)
 {

@@ -26,7 +26,7 @@ typedef struct {
                           ///< the ending .scn. "none": no operator, no hand, no faults.
     uint64_t seed;
     bool is_image;
-    bool is_stepped; ///< Discrete time; where nothing is said: with a simulator.
+    bool is_stepped; ///< Discrete time; default with a simulator.
     bool is_free;    ///< Every process has its own clock, also the simulator; there is no calendar.
     launch_bus_t bus;
     const char* interfaces[LAUNCH_INTERFACES_MAX]; ///< "BUS=INTERFACE": flight's controllers.
@@ -38,7 +38,7 @@ typedef struct {
     uint8_t nodes;         ///< On-board computers, 1 or 2.
     uint16_t port;         ///< Ground port; 0: the first free from the mission's.
     uint16_t tools;        ///< Port of the simulator's socketcand server for bus tools; 0: none.
-    const char* output;    ///< Output folder; empty: one of its own under runs/.
+    const char* output;    ///< Output folder; empty: a new one under runs/.
     const char*
         storage;     ///< Folder of lasting records, stores and files; empty: "storage" in the output folder.
     const char* key; ///< File with the key of telecommands; empty: the mission's.
@@ -47,8 +47,8 @@ typedef struct {
     bool has_report;
 } launch_options_t;
 
-/// Parse. Options that were given as empty text count as not given (a Makefile passes all of them).
-/// False with a line in `error`: unknown option, bad value, or a combination that makes no sense and why.
+/// Parse. Options that were given as empty text count as not given (a Makefile passes all of them). False
+/// with a line in `error`: unknown option, bad value, or a combination that is not possible, with the reason.
 bool launch_options_parse(int argument_count, char* const arguments[], launch_options_t* out_options,
                           char error[LAUNCH_ERROR_MAX]);
 /// The scenario is named by its path.

@@ -10,8 +10,8 @@
 
 #define PROGRESS_NS 1000000000ULL      ///< Wall-clock time between lines of progress on a terminal.
 #define PROGRESS_FILE_NS 5000000000ULL ///< The same if the output is not a terminal.
-#define LEFT_NS 2000000000ULL    ///< Simulated time that a mission goes on without its operator, who left.
-#define STALL_NS 30000000000ULL  ///< Wall-clock time without any progress of simulated time.
+#define LEFT_NS 2000000000ULL   ///< Simulated time for which a mission continues after its operator has left.
+#define STALL_NS 30000000000ULL ///< Wall-clock time without any progress of simulated time.
 #define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to come up.
 #define ASK_NS 1000000000ULL     ///< Wall-clock time for a process to end by itself after its last grant.
 #define KILL_NS 2000000000ULL    ///< The same until it is killed.
@@ -37,8 +37,8 @@ uint64_t launcher_now_ns(const launcher_t* const launcher)
     return (wall_ns > launcher->run->origin_ns) ? (wall_ns - launcher->run->origin_ns) : 0U;
 }
 
-/// A participant of the calendar is gone. True if simulated time determines when: its life was ended before
-/// by somebody who held the grant, or it held the grant itself.
+/// A participant of the calendar has ended. True if simulated time determines the instant: the holder of a
+/// grant has ended its life before, or it held the grant itself.
 static bool end_participant(const launcher_t* const launcher, const child_t* const child)
 {
     if (launcher->calendar == NULL) {
@@ -52,7 +52,7 @@ static bool end_participant(const launcher_t* const launcher, const child_t* con
         osal_calendar_presence(launcher->calendar, child->participant, &life) == OSAL_CALENDAR_ABSENT;
     const bool is_ended = is_absent || (child->is_component && (life != child->life));
     osal_calendar_end(launcher->calendar, child->participant, of);
-    // A signal that ends comes from outside, at whatever instant; an error of its own does not.
+    // A terminating signal comes from outside at any instant; an error of the process itself does not.
     const bool is_from_outside = child->result.was_signalled && ((child->result.code == OSAL_SIGNAL_KILL) ||
                                                                  (child->result.code == OSAL_SIGNAL_END));
     return is_ended || (is_holder && !is_from_outside);
@@ -75,7 +75,7 @@ static void describe_end(const child_t* const child, text_t* const text)
     text_add_unsigned(text, (uint64_t)child->result.code);
 }
 
-/// A part has ended that should not have: the run goes on as far as it can, and fails.
+/// A part has ended unexpectedly: the run continues as far as possible, and fails.
 void launcher_part_lost(launcher_t* const launcher, child_t* const child)
 {
     char what[LAUNCHER_REASON_MAX];
@@ -87,7 +87,7 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
         run_component_t* const component = &launcher->run->components[child->component];
         __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_LOST, __ATOMIC_RELEASE);
         if (component->apid == DESCRIPTOR_SUPERVISOR_APID) {
-            // Without it the others reach their safe state by themselves.
+            // Without it the others go to their safe states on their own.
             launcher->abandon_ns = launcher_now_ns(launcher) + RETURN_ABANDON_NS;
         }
     } else if (strcmp(child->name, "packet-archive-sqlite") != 0) {
@@ -96,7 +96,7 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
         const bool is_vital  = (strcmp(child->name, "simulator") == 0) || (strcmp(child->name, "image") == 0);
         launcher->abandon_ns = is_vital ? ABANDONED : launcher->abandon_ns;
     } else {
-        // The spool holds what it had to write; the merge at the end takes it.
+        // The spool contains its unwritten records; the merge at the end takes them.
     }
     const bool is_determined =
         (child->participant != LAUNCHER_NO_PARTICIPANT) && end_participant(launcher, child);
@@ -121,7 +121,7 @@ static bool may_return(launcher_t* const launcher, child_t* const child)
     char what[LAUNCHER_REASON_MAX];
     text_t text = text_in(what, sizeof what);
     describe_end(child, &text);
-    launcher->is_broken = true; // The run fails, as with every death, but it goes on.
+    launcher->is_broken = true; // The run fails, as with every death, but it continues.
     launcher_give_up(launcher, what, " and was restarted; see console.log");
     return true;
 }
@@ -174,8 +174,8 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
     }
 }
 
-/// Who was started later may have ended because of who was started before, and is looked at first: so the
-/// cause of an end is seen with it, and is told first.
+/// A process may have ended because one started before it ended. So the processes are checked from the last
+/// to the first, and the cause is seen in the same pass and reported first.
 static void reap(launcher_t* const launcher)
 {
     bool has_ended[LAUNCHER_CHILDREN_MAX] = {false};
@@ -190,8 +190,8 @@ static void reap(launcher_t* const launcher)
     }
 }
 
-/// A process whose life is over. Who takes part in the calendar ends by itself; who does not, or has not done
-/// so, is asked to; who hangs is killed.
+/// A process whose life is over. Participants of the calendar end on their own; others, and those that have
+/// not ended in time, are asked to end; a process that hangs is killed.
 static void end_child(child_t* const child, const run_component_t* const component, const bool is_in_calendar)
 {
     const uint64_t now_ns = osal_clock_monotonic_ns();
@@ -207,11 +207,11 @@ static void end_child(child_t* const child, const run_component_t* const compone
         (void)osal_process_stop(&child->process, false);
         child->is_asked = true;
     } else {
-        // It has been told by the calendar, or asked.
+        // The calendar has ended its life, or it was asked to end.
     }
 }
 
-/// What the supervisor asks for: processes to start again or to stop.
+/// Orders of the supervisor: processes to start again or to stop.
 static void obey_supervisor(launcher_t* const launcher)
 {
     for (size_t i = 0U; i < launcher->child_count; i++) {
@@ -228,7 +228,7 @@ static void obey_supervisor(launcher_t* const launcher)
                     (osal_clock_monotonic_ns() >= launcher->return_wall_ns))) {
             launcher_start_component(launcher, child);
         } else {
-            // As it should be, or died: the supervisor decides what comes of it.
+            // It ended as ordered, or died: the supervisor decides what follows.
         }
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The launcher: parent and reaper of all processes of a run, owner of its names and its folder. It makes
-/// what they share, starts them, starts again what the supervisor asks for, and leaves nothing behind.
+/// The launcher: parent of all processes of a run, owner of its names and its folder. It makes the shared
+/// objects, starts the processes, restarts those that the supervisor orders, and removes everything at the
+/// end.
 ///
 /// Ownership  The program places launcher_t.
 /// Context    One task.
@@ -78,12 +79,12 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint32_t memory_limit_kib[MISSION_SUBSYSTEMS_MAX]; // Address space.
     child_t children[LAUNCHER_CHILDREN_MAX];
     size_t child_count;
-    struct guard* guard; // Cleans up if this process is killed. Null: nobody does.
+    struct guard* guard; // Cleans up if this process is killed. Null: no guard.
     bool is_taken_over;  // This is the guard: the launcher was killed.
     char door[LAUNCH_PATH_MAX];
     char scenario_path[LAUNCH_PATH_MAX];
     bool has_operator;
-    char equipment_path[LAUNCH_PATH_MAX]; // What hangs on the buses beside the arm and the joystick.
+    char equipment_path[LAUNCH_PATH_MAX]; // Further devices on the buses.
     bool has_equipment;
     uint64_t first_wall_ns; // When simulated time was first seen to move.
     uint64_t first_simulated_ns;
@@ -106,7 +107,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
 /// Read the mission, make the folder and everything shared. False: `reason` says what is wrong and what to
 /// do.
 bool launcher_prepare(launcher_t* launcher, const launch_options_t* options, const char* program_folder);
-/// Start all and stay until the run has ended. exit_code and reason tell how.
+/// Start all processes and wait until the run has ended. exit_code and reason give the result.
 void launcher_fly(launcher_t* launcher);
 /// End what is left, remove every name of the run, complete the logs, write run.json and the report.
 void launcher_clean_up(launcher_t* launcher);

@@ -124,7 +124,8 @@ static bool refuse_look(launcher_t* const launcher, const char* const name, cons
 
 // ---- What interfaces must be ----
 
-/// Up, of the frames that the mission's bus has, and of its bit rate where the kernel tells it.
+/// Check that the interface is up and has the frame format and, if the kernel reports it, the bit rate of the
+/// mission's bus.
 static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted, const char* const name,
                    const osal_can_interface_t* const seen)
 {
@@ -157,7 +158,7 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
 
 // ---- Virtual interfaces ----
 
-/// Use the interface that is there, or make it. What bears our label was left by a run that was killed.
+/// Use the existing interface, or make it. One with our label was left by a killed run.
 static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
                          const mission_bus_t* const wanted, const char* const name, bool* const out_is_made)
 {
@@ -349,7 +350,7 @@ bool launcher_make_buses(launcher_t* const launcher)
     return is_made;
 }
 
-/// Say how the counted hand-over of a bus went, where there is something to say.
+/// Report problems of the counted hand-over of a bus.
 static void tell_hand_over(launcher_t* const launcher, const char* const bus, const char* const address)
 {
     osal_can_hand_over_t counts;
@@ -413,7 +414,7 @@ void launcher_adopt_interfaces(launcher_t* const launcher)
     const bool are_made = (launcher->options.bus == LAUNCH_BUS_VCAN);
     for (uint16_t i = 0U; are_made && (i < launcher->mission.bus_count); i++) {
         launcher_bus_t* const bus = &launcher->buses[i];
-        // Who has claimed them since flies on them, and removes them.
+        // A run that has claimed them since uses and removes them.
         if (name_virtual(bus, &launcher->mission.buses[i]) &&
             (osal_can_interface_claim(bus->shown, &bus->claim) == STATUS_OK)) {
             bus->is_shown_made  = is_left(bus->shown);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Starting the children of a run, each with what it needs to know.
+// Starts the children of a run, each with its arguments.
 #include "launcher/launcher_internal.h"
 
 #include "base/assertion.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/file.h"
 
-// What the simulator is told takes most arguments: four pairs for each bus, and a dozen pairs beside them.
+// The simulator has most arguments: four pairs for each bus, and a dozen other pairs.
 CAPACITY_CHECK(arguments_fit, LAUNCHER_ARGUMENTS_MAX > ((8U * MISSION_BUSES_MAX) + 24U));
 CAPACITY_CHECK(children_are_waited_for, OSAL_PROCESS_WAIT_MAX >= LAUNCHER_CHILDREN_MAX);
 CAPACITY_CHECK(children_are_noted, RUN_PROCESSES_MAX >= LAUNCHER_CHILDREN_MAX);
@@ -118,7 +118,7 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
     }
 }
 
-/// What simulator and image are told of the world.
+/// Arguments of simulator and image about the simulated world.
 static void add_world(arguments_t* const arguments, const launcher_t* const launcher)
 {
     if (launcher->has_equipment) {

@@ -9,8 +9,8 @@
 #include "osal/include/osal/mqueue.h"
 
 /// Wall-clock time that children have to end by themselves before they are asked to, and before they are made
-/// to. An operator who has joined does not hear that it is asked: it ends by itself, slowly on an emulated or
-/// loaded machine.
+/// to. An operator that has joined does not react to the request: it ends on its own, slowly on an emulated
+/// or loaded machine.
 #define END_ASKED_NS 500000000ULL
 #define END_FORCED_NS 30000000000ULL
 #define REPORT_FIGURES_FAILED 3 ///< Its exit code.
@@ -61,7 +61,7 @@ static void end_children(launcher_t* const launcher)
     }
 }
 
-/// What a component that was killed has not removed itself. A name may stand for either kind.
+/// Remove names that a killed component has left. A name may be of either kind.
 static void remove_flows(const run_block_t* const run)
 {
     for (unsigned i = 0U; i < RUN_FLOWS_MAX; i++) {

@@ -19,8 +19,8 @@ typedef struct guard { // Private, except `starts`.
     unsigned starts; ///< 1, and 1 more for each time that it was killed.
 } guard_t;
 
-/// Start the guard of a run that is about to be prepared, with the run's options as they were given; they
-/// must stay. If it cannot be started there is none, and a word about it on the console.
+/// Start the guard before a run is prepared, with the options of the run, which must stay valid. If it cannot
+/// be started, the run has no guard and the console reports it.
 void guard_start(guard_t* guard, const char* program, int option_count, char* const options[]);
 /// Start another if it has been killed.
 void guard_keep(guard_t* guard);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Between the source files of the launcher; for nobody else.
+/// Shared by the source files of the launcher; private to them.
 #ifndef LAUNCHER_LAUNCHER_INTERNAL_H
 #define LAUNCHER_LAUNCHER_INTERNAL_H
 
@@ -26,15 +26,15 @@ void arguments_add_joined(arguments_t* arguments, const char* first, const char*
 void arguments_add_number(arguments_t* arguments, uint64_t number);
 /// A program that lies beside the launcher.
 void arguments_add_program(arguments_t* arguments, const launcher_t* launcher, const char* name);
-/// The project's own Python if it is there, else the system's.
+/// The project's own Python if it exists, else the system's.
 const char* launcher_python(void);
 void launcher_start_child(launcher_t* launcher, child_t* child, const arguments_t* arguments,
                           const int* descriptors, size_t descriptor_count);
 void launcher_start_component(launcher_t* launcher, child_t* child);
 void launcher_start_all(launcher_t* launcher);
 
-/// launcher_nodes.c: on-board computers, and the sockets of messages and links on them.
-/// What the options need of the system, before anything is made. False: `reason` says what is missing.
+/// launcher_nodes.c: on-board computers, and the sockets of messages and links on them. Check the
+/// requirements of the options before anything is made. False: `reason` says what is missing.
 bool launcher_check_system(launcher_t* launcher);
 bool launcher_make_nodes(launcher_t* launcher);
 /// Namespaces of a run that has this identity; no effect where there are none.
@@ -59,8 +59,8 @@ void launcher_limit(const launcher_t* launcher, const child_t* child, osal_proce
 /// Check once whether a child has ended, and note its peak memory. True only once for each end.
 bool launcher_has_ended(const launcher_t* launcher, child_t* child);
 
-/// launcher_prepare.c: what a launcher that was killed has left of a run, to be cleaned up; null: it had not
-/// made it yet.
+/// launcher_prepare.c: the remains of a run whose launcher was killed, to be cleaned up; null: there are none
+/// yet.
 void launcher_take_over(launcher_t* launcher, const launch_options_t* options, const char* program_folder,
                         run_block_t* run);
 /// Number of the process behind "hirosco-" in an identity, 0 if there is none.
@@ -72,8 +72,8 @@ void launcher_remove_all(const char* identity);
 bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const char* name);
 
 /// launcher_buses.c: interfaces of the buses, before there is a run; then shared memory, and the addresses in
-/// the run block. False: `reason` says what is wrong and what to do. Removing also tells how the hand-over
-/// went.
+/// the run block. False: `reason` says what is wrong and what to do. Removing also reports problems of the
+/// hand-over.
 bool launcher_ready_interfaces(launcher_t* launcher);
 bool launcher_make_buses(launcher_t* launcher);
 void launcher_remove_buses(launcher_t* launcher);
@@ -93,7 +93,7 @@ uint64_t launcher_now_ns(const launcher_t* launcher);
 bool launcher_is_flag(const uint32_t* flag);
 /// The run fails; the first reason counts.
 void launcher_give_up(launcher_t* launcher, const char* what, const char* detail);
-/// A part has ended that should not have: the run goes on as far as it can, and fails.
+/// A part has ended unexpectedly: the run continues as far as possible, and fails.
 void launcher_part_lost(launcher_t* launcher, child_t* child);
 
 #endif // LAUNCHER_LAUNCHER_INTERNAL_H

@@ -4,7 +4,8 @@
 
 #include "osal/include/osal/console.h"
 
-/// Address space beside the program itself: shared libraries, stacks, and the memories that a run shares.
+/// Address space in addition to the program itself: shared libraries, stacks, and the memories that a run
+/// shares.
 #define BESIDE_KIB 8192U
 /// Open descriptors: sockets and memories of all links, files of all stores, and as many again.
 #define DESCRIPTORS 128U
@@ -18,7 +19,7 @@ static void begin_line(text_t* const text, const char* const mission_path,
     text_add(text, ": ");
 }
 
-/// A quarter more than the program takes with what is beside it.
+/// A quarter more than the program and the mappings around it need.
 static uint32_t derived_kib(const uint64_t octets)
 {
     const uint64_t needed_kib = (octets / 1024U) + BESIDE_KIB;
@@ -77,7 +78,7 @@ void launcher_limit(const launcher_t* const launcher, const child_t* const child
     }
 }
 
-/// For whoever looks for the cause of an end: whether it was near its limit.
+/// Report whether it was near its limit, to help to find the cause of an end.
 static void tell_memory(const launcher_t* const launcher, const child_t* const child)
 {
     char line[LAUNCHER_REASON_MAX];

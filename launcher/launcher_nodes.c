@@ -78,7 +78,7 @@ static bool is_by_tipc(const launcher_t* const launcher)
            ((launcher->run->link_methods & tipc) != 0U);
 }
 
-/// Addresses and bearer of one node. The veth is there already.
+/// Addresses and bearer of one node. The veth already exists.
 static bool set_up_node(launcher_t* const launcher, const char* const name, const unsigned node)
 {
     const char* const interface                  = interfaces[node];
@@ -258,8 +258,8 @@ static bool open_on_node(launcher_t* const launcher, const unsigned node)
     return is_open;
 }
 
-/// Until the topology service of a node has told of `expected` names. Nodes know of each other only a moment
-/// after their bearers are up.
+/// Wait until the topology service of a node has reported `expected` names. Nodes discover each other only a
+/// moment after their bearers are up.
 static bool sees_names(launcher_t* const launcher, const uint32_t type, const unsigned expected)
 {
     const uint64_t end_ns = osal_clock_monotonic_ns() + NEIGHBOUR_PATIENCE_NS;

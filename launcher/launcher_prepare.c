@@ -184,7 +184,7 @@ static bool make_folder(launcher_t* const launcher, char* const folder, const si
 }
 
 /// The key of the ground link: asked for, or the mission's, whose path begins at the mission's file. It is
-/// opened once before anything runs: a mission that shall have a key flies with it or not at all.
+/// opened once before anything runs: a mission with a key must not fly without it.
 static bool check_key(launcher_t* const launcher, const char* const mission_path)
 {
     const char* const asked = launcher->options.key;
@@ -295,7 +295,7 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
     return true;
 }
 
-/// The supervisor that dies is there again after its declared time of booting.
+/// A supervisor that dies is running again after its declared boot time.
 static void let_supervisor_return(const launcher_t* const launcher)
 {
     unsigned index = 0U;
@@ -403,7 +403,7 @@ static bool tell_ground(launcher_t* const launcher)
             fail(launcher, "no room for run.json in ", launcher->run->folder));
 }
 
-/// What hangs on the buses beside the arm and the joystick, where the mission has such a file.
+/// Further devices on the buses, if the mission has a file of them.
 static void find_equipment(launcher_t* const launcher)
 {
     text_t text = text_in(launcher->equipment_path, sizeof launcher->equipment_path);
@@ -413,8 +413,8 @@ static void find_equipment(launcher_t* const launcher)
     launcher->has_equipment = osal_file_exists(launcher->equipment_path);
 }
 
-/// Beside the run's shared memory: who has a /dev/shm of its own and begins to count processes at 1 (a
-/// container) has doors of its own too, and what a killed launcher left is swept with the rest.
+/// In the folder of the run's shared memory: a container with its own /dev/shm and process numbers from 1
+/// then has its own doors, and remains of a killed launcher are removed with the rest.
 static void name_door(launcher_t* const launcher)
 {
     text_t text = text_in(launcher->door, sizeof launcher->door);

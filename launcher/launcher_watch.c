@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Watching over the hand-over of the calendar. Who holds the grant and does not hand it on stops simulated
-// time for all. A component that does so hangs: it is suspended, so that the others go on, and the supervisor
-// kills it. What wall-clock time has decided makes the run irreproducible.
+// Watchdog of the calendar. A process that holds the grant and does not pass it on stops simulated time for
+// all. A component that does so hangs: it is suspended, so that the others continue, and the supervisor kills
+// it. A decision by wall-clock time makes the run irreproducible.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
 
 #define NS_PER_MS 1000000ULL
-/// How long a holder may compute, or stand still by a signal, before it is taken for hanging: as simulated
-/// time is held back to the wall clock, and as it is not.
+/// How long a holder may compute, or be stopped by a signal, before it counts as hanging: with simulated time
+/// paced by the wall clock, and without.
 #define REAL_HANG_NS (20U * NS_PER_MS)
 #define STEPPED_HANG_NS (5000U * NS_PER_MS)
 /// How long it may wait for something of the system: a disk may take its time.
@@ -30,7 +30,7 @@ static child_t* child_of(launcher_t* const launcher, const unsigned participant)
     return NULL;
 }
 
-/// A process that is only short of a processor does not hang: a loaded machine decides nothing.
+/// A process that only waits for a processor does not hang: the load of the machine must not decide.
 static bool is_hanging(const launcher_t* const launcher, const osal_process_look_t* const look,
                        const uint64_t held_ns)
 {
@@ -57,7 +57,7 @@ static void suspend(launcher_t* const launcher, child_t* const child)
 {
     run_component_t* const component = &launcher->run->components[child->component];
     launcher->is_undetermined        = true;
-    if (component->apid == DESCRIPTOR_SUPERVISOR_APID) { // Nobody else would kill it.
+    if (component->apid == DESCRIPTOR_SUPERVISOR_APID) { // No other process would kill it.
         tell(child, " hangs: killed");
         (void)osal_process_stop(&child->process, true);
         return;
@@ -125,7 +125,7 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// Where time waits for no start, nobody else misses who never steps: it has promised nothing.
+/// In free-running time only the launcher detects a process that never steps, because it has promised nothing.
 static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
 {
     for (size_t i = 0U; i < launcher->child_count; i++) {
@@ -149,7 +149,7 @@ void launcher_watch_lives(launcher_t* const launcher)
     if (!launcher->options.is_stepped) {
         watch_first_steps(launcher, now_ns);
     }
-    if (launcher->calendar != NULL) { // Else everybody has a clock of its own.
+    if (launcher->calendar != NULL) { // Otherwise each process has its own clock.
         watch_holder(launcher, now_ns);
         watch_joining(launcher, now_ns);
     }

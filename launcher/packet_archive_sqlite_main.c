@@ -7,8 +7,8 @@
 //                                           packets.ascii, .spool, .ring -> packets.db and packets.log
 //
 // The merge fails (exit code 1) if a record number up to RECORDS is missing, and names those, or occurs twice
-// with other content. packets.log is whole or not there. Where the disk has no room for both, packets.db
-// gives way: it can be made again from the parts.
+// with other content. packets.log is complete or absent. If the disk has no room for both, packets.db is
+// dropped: it can be made again from the parts.
 #include "base/octets.h"
 #include "base/text.h"
 #include "osal/include/osal/clock.h"
@@ -139,7 +139,7 @@ static void bind_optional(sqlite3_stmt* const statement, const int column, const
     }
 }
 
-/// True if the record that is there has the same packet.
+/// True if the existing record has the same packet.
 static bool is_same(archive_t* const archive, const uint64_t number, const uint8_t* const packet,
                     const size_t size)
 {
@@ -225,8 +225,7 @@ static void take_spool(archive_t* const archive, tail_t* const tail)
             break;
         }
         if ((size < RECORD_HEADER) || (size > RECORD_MAX)) { // Before waiting for octets that never come.
-            used =
-                tail->held; // Out of step: nothing after it can be trusted; the merge tells what is missing.
+            used = tail->held; // Framing lost: the rest is unreliable; the merge reports what is missing.
             break;
         }
         if (octet_reader_left(&reader) < size) {

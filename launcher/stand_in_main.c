@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stand-in of a foreign program (foreign_wire.h): starts it, takes its component's place in the calendar
-// and its ends of the buses, and hands over. It lives as long as its program, and not longer.
+// and its ends of the buses, and passes data on. It ends with its program.
 #include "fsw/programs/foreign_wire.h"
 #include "base/text.h"
 #include "osal/include/osal/console.h"
@@ -58,8 +58,8 @@ static const char* open_run(stand_in_t* const self, const char* const name)
     return (self->calendar != NULL) ? NULL : "the run's calendar is of another version";
 }
 
-/// `runner` runs the program, which is told the run's name for whoever lists processes, and keeps the sockets
-/// of the run and its end of the stream.
+/// `runner` runs the program. The program gets the run's name, which shows in process lists, the sockets of
+/// the run and its end of the stream.
 static bool start_program(stand_in_t* const self, const char* const name, const char* const runner)
 {
     osal_socket_t peer = OSAL_SOCKET_CLOSED;
@@ -180,7 +180,7 @@ static bool serve(stand_in_t* const self)
     return false;
 }
 
-/// The stream is closed: the program ends by itself, or is made to.
+/// The stream is closed: the program ends on its own, or is killed.
 static osal_process_result_t await_end(stand_in_t* const self)
 {
     osal_process_result_t result  = {.has_ended = false};

@@ -14,7 +14,7 @@ typedef struct {
     communication_t communication;
     communication_services_t services;
     ground_key_t key;
-    bool has_key; // Opened, though perhaps in vain.
+    bool has_key; // Open attempted, perhaps without success.
 } communication_program_t;
 
 static communication_program_t storage;
@@ -55,7 +55,7 @@ static void intruded(void* const context)
     __atomic_store_n(&seat->run->is_intruded, 1U, __ATOMIC_RELAXED);
 }
 
-/// A while of wall-clock time, or until there is something to take in.
+/// Wait for a short wall-clock time, or until packets arrive.
 static void await(communication_program_t* const self)
 {
     osal_socket_t* sockets[SEAT_SOCKETS_MAX];

@@ -14,7 +14,7 @@
 
 #define REAL_WAIT_MAX_NS 50000000ULL ///< Real time: look at least so often whether the run has ended.
 
-typedef struct { // All storage that the program itself needs, beside its component's.
+typedef struct { // All storage that the program itself needs, in addition to its component's.
     seat_t seat;
     const mission_scope_t* scope;
     mission_descriptor_t mission;
@@ -108,7 +108,7 @@ static const char* join_by_stand_in(const unsigned descriptor)
     return error;
 }
 
-/// Where time is real, services that have a loop of their own have a task of their own.
+/// In real time each service loop has its own task.
 static bool start_loop_tasks(const program_t* const program)
 {
     const seat_t* const seat = &storage.seat;
@@ -116,7 +116,7 @@ static bool start_loop_tasks(const program_t* const program)
            (loop_tasks_start(&storage.loop_tasks, program->component, seat->run->origin_ns) == STATUS_OK);
 }
 
-/// What the system has not granted to a loop in real time, for whoever reads the console.
+/// Report on the console the real-time attributes that the system has not granted.
 static void note_attributes(const char* const executable)
 {
     const osal_clock_t* const clock = &storage.seat.clock;
@@ -149,8 +149,8 @@ static void follow_priority(const char* const executable, const program_t* const
     }
 }
 
-/// Until the run has ended or the process is asked to. STATUS_OK, STATUS_CLOSED; others: the stand-in and
-/// this program do not understand each other.
+/// Run until the end of the run, or until the process is asked to end. STATUS_OK, STATUS_CLOSED; others:
+/// protocol error between the stand-in and this program.
 static status_t loop(const char* const executable, const program_t* const program)
 {
     seat_t* const seat = &storage.seat;

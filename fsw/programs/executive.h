@@ -9,7 +9,8 @@
 /// Command line `--run NAME --component INDEX`, as the launcher gives it, or `--run NAME --stand-in
 /// DESCRIPTOR`, as the stand-in of a foreign program does (foreign_wire.h). Returns the exit code: 0 the run
 /// ended, 1 could not start (one line on standard error), 2 usage. `scope`: `mission_whole` for the
-/// supervisor; others read no more of the mission than what is theirs, NULL: the launcher has looked at all.
+/// supervisor; others read only their own part of the mission (NULL); the launcher has checked the whole
+/// mission.
 int executive_main(int argument_count, char* const arguments[], const char* executable, program_open_t open,
                    const mission_scope_t* scope);
 

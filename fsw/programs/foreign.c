@@ -6,9 +6,9 @@
 
 #include <string.h>
 
-#define PATIENCE_MS 1000U ///< One round of waiting; the stream tells when the stand-in is gone.
+#define PATIENCE_MS 1000U ///< One round of waiting; the stream shows the end of the stand-in.
 
-/// Wait for as long as the stand-in is there.
+/// Wait until the stand-in ends.
 static status_t receive(foreign_t* const foreign, const foreign_kind_t kind, octet_reader_t* const out_reader)
 {
     status_t status = STATUS_TIMEOUT;
@@ -70,7 +70,7 @@ static status_t open_ring(foreign_t* const foreign, const unsigned bus)
     return status;
 }
 
-/// The component is about to open the bus that it asks for.
+/// The component opens the bus of this address next.
 static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
                         endnode_address_t* const out_address)
 {

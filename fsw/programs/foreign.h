@@ -19,8 +19,8 @@ typedef struct { // Private, except `run` and `component`: read-only.
     flow_resolver_t inner;
 } foreign_t;
 
-/// Hear of the run from the stand-in, whose stream is the inherited descriptor. STATUS_OK, STATUS_INVALID (no
-/// such descriptor, or it says something else), STATUS_CLOSED, STATUS_IO.
+/// Receive the data of the run from the stand-in, whose stream is the inherited descriptor. STATUS_OK,
+/// STATUS_INVALID (no such descriptor, or another message), STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t foreign_join(foreign_t* foreign, int descriptor);
 /// From here on buses that the component opens are served. After seat_take, before the program is opened.
 void foreign_serve(foreign_t* foreign, seat_t* seat);

@@ -61,8 +61,7 @@ MUST_USE status_t foreign_send(foreign_wire_t* wire, const octet_writer_t* write
 MUST_USE status_t foreign_receive(foreign_wire_t* wire, foreign_kind_t kind, uint32_t patience_ms,
                                   octet_reader_t* out_reader);
 
-/// Contents. The readers return false where the octets are no such content; what they wrote is then of no
-/// use.
+/// Contents. The readers return false if the octets are malformed; their output is then invalid.
 void foreign_write_run(octet_writer_t* writer, const run_block_t* run, unsigned component);
 bool foreign_read_run(octet_reader_t* reader, run_block_t* out_run, unsigned* out_component);
 void foreign_write_done(octet_writer_t* writer, const foreign_done_t* done);

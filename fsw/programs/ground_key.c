@@ -76,7 +76,7 @@ static bool open_mark(ground_key_t* const self, const char* const path, char err
     text_t text = text_in(name, sizeof name);
     text_add(&text, path);
     text_add(&text, ".received");
-    if (text.cut || !osal_file_exists(name)) { // Not made anew: old sessions would be taken once more.
+    if (text.cut || !osal_file_exists(name)) { // Not created here: old sessions would be accepted again.
         return fail(error, path, ".received",
                     "the mark of the key is missing; `gse key make FILE` makes a new key");
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A task for each loop of services of a component, where time is real: its own rate and its own priority.
 ///
-/// The tasks run from loop_tasks_start to loop_tasks_stop, whatever configuration is applied; one without a
-/// loop only looks now and then whether it has one. Each takes the priority its configuration gives, where
-/// that is permitted; else it keeps the ordinary one, and the console says so.
+/// The tasks run from loop_tasks_start to loop_tasks_stop, whatever configuration is applied; a task without
+/// a loop only checks periodically whether it has one. Each takes the priority that its configuration gives,
+/// if permitted; otherwise it keeps the ordinary one and reports that on the console.
 ///
 /// Ownership  The caller places loop_tasks_t; the component, initialised with `has_loop_tasks`, outlives the
 ///            tasks.

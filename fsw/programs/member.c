@@ -172,7 +172,7 @@ void member_close(void* const self)
     member_t* const member = (member_t*)self;
     component_release(&member->component);
     record_store_close(&member->records);
-    member->seat->own = member->in_force; // Descriptors may have changed places when one was read anew.
+    member->seat->own = member->in_force; // The descriptor may be another one after it was reloaded.
 }
 
 static uint64_t step(void* const self, const uint64_t now_ns, const uint32_t octets_due)

@@ -27,8 +27,8 @@ typedef struct { // Private, except `component`.
     bool has_told_damage;     // Damage to its records was reported.
 } member_t;
 
-/// Check that the seat's descriptor is the one the program was made for and requires nothing that the program
-/// cannot do; open its lasting records. False: seat->error says file, line, value and what was expected.
+/// Check that the seat's descriptor matches the program and requires only what the program supports; open its
+/// lasting records. False: seat->error has file, line, value and the expected value.
 bool member_load(member_t* member, seat_t* seat, uint64_t interface_hash,
                  const subsystem_callbacks_t* callbacks);
 /// Begin life in OFFLINE with the loaded descriptor, and the services that it lists with their lasting
@@ -40,7 +40,7 @@ uint64_t member_step(member_t* member, uint64_t now_ns);
 /// Release the system resources of the component and its records, without any message.
 void member_close(void* self);
 void member_link_datagram(void* self, const uint8_t* frame, size_t size);
-/// The program of a member that does nothing around its steps; `storage` holds the member and all else of it.
+/// The program of a member without work around its steps; `storage` contains the member and everything else.
 program_t member_program(member_t* member, void* storage, size_t size);
 
 /// Path of a descriptor named relative to the mission's file. False if it does not fit.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One component of a mission with its storage, ready to be stepped: what the processes form runs alone and
-/// the image runs in turn. Each component's file holds its static storage and its wiring.
+/// One component of a mission with its storage, ready to be stepped. In the processes form it runs alone; the
+/// image steps all of them in turn. Each component's file holds its static storage and its wiring.
 #ifndef FSW_PROGRAMS_PROGRAM_H
 #define FSW_PROGRAMS_PROGRAM_H
 
@@ -12,7 +12,7 @@
 
 typedef struct {
     void* self;
-    /// Take in what has come, run what is due. Returns the next wake [ns of the run].
+    /// Take in messages, run what is due. Returns the next wake [ns of the run].
     uint64_t (*step)(void* self, uint64_t now_ns, uint32_t octets_due);
     /// Further sockets that wake it. May be null.
     size_t (*sockets)(void* self, osal_socket_t** out_sockets, size_t capacity);

@@ -61,7 +61,7 @@ static bool name_file(const seat_t* const seat, const unsigned index, char* cons
     return !text.cut;
 }
 
-/// Make the next copy of what is, or would be, at `path`.
+/// Make the next copy for `path`.
 static status_t open_copy(osal_file_t* const copy, const char* const path, char* const out_path)
 {
     status_t status = STATUS_OK;
@@ -98,13 +98,13 @@ static status_t copy_file(osal_file_t* const from, osal_file_t* const to)
     return status;
 }
 
-typedef struct { // What is copied: a file or, where it is null, octets.
+typedef struct { // Source of the copy: a file or, if it is null, octets.
     osal_file_t* file;
     const uint8_t* octets;
     size_t size;
 } original_t;
 
-/// Copy what is damaged. A copy that is not whole is removed.
+/// Copy the damaged data. An incomplete copy is removed.
 static status_t keep_copy(const char* const path, const original_t* const original)
 {
     char copy_path[RUN_PATH_MAX] = {'\0'};

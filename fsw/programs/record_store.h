@@ -2,9 +2,9 @@
 /// Lasting records of one component: a journal on two files in the run's storage folder. A flight that is
 /// given the storage of an earlier one (hirosco run --storage) finds its records there.
 ///
-/// A commit waits for the disk, unless the store is opened not to: then what was acknowledged outlives a
-/// crash of the program at once, and a power cut when the operating system has written it back. So it is
-/// where a subsystem keeps the pace of a wall clock, which no disk may stop (docs/decisions/0026).
+/// A commit waits for the disk, unless the store is opened otherwise: then acknowledged records survive a
+/// crash of the program at once, and a power cut as soon as the operating system has written them back.
+/// Subsystems in real time use this, because the disk must not delay them (docs/decisions/0026).
 ///
 /// Damaged media (fsw/framework/journal/journal.h) are copied to
 /// `<storage>/<component>.journal.<n>.damaged.<m>`, m 0 to RECORD_STORE_COPIES - 1, before the journal
@@ -22,7 +22,7 @@
 
 #define RECORD_STORE_COPIES 4U ///< Of each damaged medium.
 
-/// What stands between the journal and each of its media, the first or the second; null: nothing.
+/// Returns the medium that the journal uses in front of its first or second medium; null: none.
 typedef struct {
     void* context;
     medium_t (*open)(void* context, unsigned index, medium_t medium);
@@ -42,8 +42,7 @@ typedef struct { // Private, except `journal`, and `guard`, which is set before 
 MUST_USE status_t record_store_open(record_store_t* store, seat_t* seat, journal_slot_t* slots,
                                     size_t capacity, bool waits);
 void record_store_close(record_store_t* store);
-/// Copy something else that is damaged to `<storage>/<component>.<kind>.damaged.<m>`, as media. True: there
-/// is a copy.
+/// Copy other damaged data to `<storage>/<component>.<kind>.damaged.<m>`, as media. True: there is a copy.
 MUST_USE bool record_store_keep(const seat_t* seat, const char* kind, const uint8_t* octets, size_t size);
 
 #endif // FSW_PROGRAMS_RECORD_STORE_H

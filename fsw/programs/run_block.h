@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the processes of one run share: who takes part, where each is reached, and what the launcher and the
-/// supervisor ask of each other. Lies in shared memory "/<identity>.run", made by the launcher before anybody
-/// else starts. Nothing of it may enter a packet.
+/// Data that the processes of one run share: components, their addresses, and requests between the launcher
+/// and the supervisor. Shared memory "/<identity>.run", made by the launcher before any other process starts.
+/// Nothing of it may enter a packet.
 ///
 /// Participants of the calendar: 0 simulator, then the mission's subsystems in its order, then the operator.
 #ifndef FSW_PROGRAMS_RUN_BLOCK_H
@@ -67,7 +67,7 @@ typedef struct {      // Of one component, in a cache line of its own; written b
 typedef struct {                  // Addresses of one CAN bus (osal/can.h); in the mission's order.
     char flight[RUN_NAME_MAX];    ///< Controller of the flight side.
     char simulator[RUN_NAME_MAX]; ///< Wire end of the simulator; "": it has no part in this bus.
-    char published[RUN_NAME_MAX]; ///< Where the simulator shows the bus to tools; "": nowhere.
+    char published[RUN_NAME_MAX]; ///< Where the simulator publishes the bus to tools; "": nowhere.
 } run_bus_t;
 
 typedef struct {       // A shared memory or message queue that a component makes for a flow of its own.
@@ -88,7 +88,7 @@ typedef struct {
     uint64_t origin_ns;                ///< Real time: mission time 0 on the machine's monotonic clock.
     char mission_path[RUN_PATH_MAX];
     char folder[RUN_PATH_MAX];  ///< Output folder.
-    char storage[RUN_PATH_MAX]; ///< Folder of what outlives a power cut.
+    char storage[RUN_PATH_MAX]; ///< Folder of lasting data.
     char key[RUN_PATH_MAX];     ///< File with the key of telecommands; "": telecommands need none.
     int ground_descriptor;      ///< Listening TCP socket that `communication` inherits.
     uint16_t ground_port;
@@ -96,7 +96,7 @@ typedef struct {
     run_component_t components[MISSION_SUBSYSTEMS_MAX];
     run_beat_t beats[MISSION_SUBSYSTEMS_MAX];
     run_bus_t buses[MISSION_BUSES_MAX];
-    run_flow_t flows[RUN_FLOWS_MAX]; ///< Removed by the launcher, whoever died before it could.
+    run_flow_t flows[RUN_FLOWS_MAX]; ///< Removed by the launcher if its component died.
     /// UDP or TIPC socket of the consumer of link number i + 1; -1 without.
     int link_descriptors[RUN_LINKS_MAX];
     uint16_t link_ports[RUN_LINKS_MAX];

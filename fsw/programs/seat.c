@@ -9,12 +9,12 @@
 
 #define NS_PER_US 1000U
 #define PUMP_PATIENCE_MS 100U
-#define PUMP_TRIES 50U      ///< Five seconds of wall-clock time for what the kernel owes.
+#define PUMP_TRIES 50U      ///< Five seconds of wall-clock time for datagrams that the kernel still has.
 #define CUT_PATIENCE_MS 10U ///< The same, where something was lost already: the way may be cut.
 #define CUT_TRIES 1U
-#define CUT_HOPE 16U     ///< Intakes in vain after which only one of so many waits.
-#define SWEEP_MAX 4096U  ///< Datagrams of one socket at a time: who floods it does not hold its reader.
-#define HINTS_EVERY 128U ///< Intakes between two looks at what the topology service has told.
+#define CUT_HOPE 16U     ///< After this many intakes without success only one in this many waits.
+#define SWEEP_MAX 4096U  ///< Datagrams of one socket at a time: a flood must not block the reader.
+#define HINTS_EVERY 128U ///< Intakes between two readings of the topology service.
 
 // ---- Resolvers ----
 
@@ -210,9 +210,9 @@ static bool has_ended(const run_component_t* const one, const uint32_t life)
            (__atomic_load_n(&one->process, __ATOMIC_ACQUIRE) != (uint32_t)RUN_PROCESS_RUNNING);
 }
 
-/// What the run says of the lives of all. It changes in grants of the supervisor only, so it is the same for
-/// all that is sent in one grant. Where time is real, a process may end at any instant: this looks before the
-/// sockets are read, so that its last words are known before its end.
+/// The lives of all components, from the run. They change only in grants of the supervisor, so they are
+/// constant during another component's grant. Where time is real, a process may end at any instant: this
+/// looks before the sockets are read, so that its last words are known before its end.
 static void learn_lives(seat_t* const seat)
 {
     for (unsigned i = 0U; i < seat->run->component_count; i++) {
@@ -358,7 +358,7 @@ status_t seat_open_inbox(seat_t* const seat, message_place_t* const places, cons
     return (status == STATUS_OK) ? STATUS_OK : fail(seat, "too many components", status);
 }
 
-/// The supervisor is started again without being ordered to, and its messages go on in the life they have.
+/// The supervisor is restarted without an order, and its messages continue in their present life.
 static uint32_t process_life(const run_component_t* const component)
 {
     return (component->apid == DESCRIPTOR_SUPERVISOR_APID)
@@ -474,9 +474,8 @@ static uint32_t sweep_link(seat_t* const seat, osal_socket_t* const socket,
     return taken;
 }
 
-/// Read the sockets once over: all there is, for nobody sends unannounced but in error or with intent, and
-/// what was left would be taken for what is announced next. Returns the datagrams that may have been
-/// announced.
+/// Read the sockets until they are empty: unannounced datagrams are errors or attacks, and would otherwise be
+/// taken for the ones announced next. Returns the datagrams that may have been announced.
 static uint32_t sweep(seat_t* const seat, void (*const link_datagram)(void* context, const uint8_t*, size_t),
                       void* const context)
 {
@@ -500,7 +499,7 @@ static void wait_for_more(seat_t* const seat, const uint32_t patience_ms)
     }
 }
 
-/// Waits for what was announced: none at most intakes where long nothing came.
+/// Number of waits for announced datagrams: none at most intakes if none arrived for long.
 static unsigned tries_of(const seat_t* const seat)
 {
     if (seat->owed == 0U) {
@@ -509,8 +508,8 @@ static unsigned tries_of(const seat_t* const seat)
     return ((seat->vain < CUT_HOPE) || ((seat->vain % CUT_HOPE) == 0U)) ? CUT_TRIES : 0U;
 }
 
-/// What was announced, and what has come late of earlier announcements. Where the way is cut, simulated time
-/// goes on without what does not come.
+/// Take in announced datagrams, and late ones of earlier announcements. If the connection is cut, simulated
+/// time continues without the missing ones.
 static void take_due(seat_t* const seat, const uint32_t due,
                      void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
 {

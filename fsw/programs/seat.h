@@ -24,7 +24,8 @@
 typedef struct { // How descriptors are read: once for all components of a program, one after the other.
     descriptor_loader_t loader;
     subsystem_descriptor_t model;
-    subsystem_descriptor_t* spare; ///< What is read anew goes there; who takes it leaves its old one.
+    subsystem_descriptor_t*
+        spare; ///< A reloaded descriptor is read into it; the component then uses it and returns its old one.
 } seat_reader_t;
 
 typedef struct { // Private, except the members named below.
@@ -32,14 +33,15 @@ typedef struct { // Private, except the members named below.
     const mission_descriptor_t* mission;
     unsigned component; ///< Index in run->components.
     uint16_t apid;
-    subsystem_descriptor_t* own; ///< The component's descriptor, read with the mission; it may read it anew.
-    seat_reader_t* reader;       ///< With which it does.
+    subsystem_descriptor_t*
+        own; ///< The component's descriptor, read with the mission; the component may reload it.
+    seat_reader_t* reader; ///< With which it does.
     osal_clock_t clock;
     osal_deliveries_t deliveries; // Where the calendar is out of reach.
     message_endpoint_t endpoint;
     udp_carrier_t udp;
     tipc_carrier_t tipc;
-    osal_socket_t topology; // What the kernel tells of TIPC names.
+    osal_socket_t topology; // Notices of the kernel about TIPC names.
     uint32_t life;          // Its own.
     uint32_t link_floor;    // Links of this life have later epochs.
     struct {                // Of each component, from the run block at the last intake.
@@ -59,7 +61,7 @@ typedef struct { // Private, except the members named below.
     link_resolver_t links;
     pus_port_t uplink; ///< To the supervisor.
     char error[SEAT_ERROR_MAX];
-    bool is_kept;        // Its message channels continue although the component begins anew.
+    bool is_kept;        // Its message channels continue although the component restarts.
     ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run says.
 } seat_t;
 
@@ -84,8 +86,8 @@ MUST_USE status_t seat_take(seat_t* seat, const seat_surroundings_t* surrounding
 /// live as long as the seat. No message is taken in before this call.
 /// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t seat_open_inbox(seat_t* seat, message_place_t* places, size_t place_count);
-/// Use it in place of seat_take if a component begins anew in the same program and continues its earlier
-/// life: the message endpoint and the messages in its inbox stay.
+/// Use it in place of seat_take if a component restarts in the same program and continues its earlier life:
+/// the message endpoint and the messages in its inbox stay.
 void seat_keep(seat_t* seat);
 /// Sockets that wake this component, for the program's wait. Returns their number.
 size_t seat_sockets(seat_t* seat, osal_socket_t** out_sockets, size_t capacity);
@@ -98,13 +100,12 @@ void seat_pump(seat_t* seat, uint32_t messages, void (*link_datagram)(void* cont
 void seat_delivered(void* context, uint16_t to);
 /// A message was sent to another component at that time [ns of the run].
 void seat_told(seat_t* seat, unsigned component, uint64_t now_ns);
-/// When another component is to step again, at the latest: what its last step has promised, or, before the
-/// first step of a life, the beginning of that life. OSAL_CALENDAR_NEVER: nobody knows. The calendar may be
-/// null.
+/// Latest time of the next step of another component: the promise of its last step, or, before the first step
+/// of a life, the beginning of that life. OSAL_CALENDAR_NEVER: unknown. The calendar may be null.
 uint64_t seat_promise_ns(const seat_t* seat, osal_calendar_t* calendar, unsigned component);
-/// Kill the supervisor if it is later than its promise by more than the mission allows: it finds who hangs,
-/// and nobody else would find it. Called after each step. Null calendar: not in simulated time, nothing is
-/// done.
+/// Kill the supervisor if it is later than its promise by more than the mission allows: the supervisor
+/// detects hanging components, but no other component would detect a hanging supervisor. Called after each
+/// step. Null calendar: not in simulated time, nothing is done.
 void seat_watch_supervisor(const seat_t* seat, osal_calendar_t* calendar, uint64_t now_ns);
 /// Life of another component to which deliveries go now, as the calendar counts lives.
 uint32_t seat_life_of(const seat_t* seat, unsigned component);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Media of packet stores: files `<storage>/<component>.store.<n>` in the run's storage folder, which a later
-/// flight with the same storage finds again. Who holds the folder's journal (fsw/programs/record_store.h)
-/// holds these, too.
+/// flight with the same storage finds again. The lock of the folder's journal (fsw/programs/record_store.h)
+/// protects these, too.
 ///
 /// Ownership  The program places it (static).
 /// Context    The component's loop.

@@ -19,7 +19,7 @@
 typedef struct {
     seat_t* seat;
     supervisor_t supervisor;
-    subsystem_descriptor_t other; // The last one that was asked for.
+    subsystem_descriptor_t other; // The last order.
     record_store_t records;
     osal_directory_t files;
     store_files_t stores;
@@ -32,7 +32,7 @@ typedef struct {
 } supervisor_program_t;
 
 static supervisor_program_t storage;
-/// What waits there outlives the supervisor where the program does (image).
+/// In the image its content outlives the supervisor.
 static message_place_t inbox[MISSION_SUBSYSTEMS_MAX - 1U];
 
 // ---- Platform: processes, by way of the launcher ----
@@ -44,7 +44,7 @@ static run_component_t* component_of(void* const context, const uint16_t apid)
     return run_block_find(seat->run, apid, &index) ? &seat->run->components[index] : NULL;
 }
 
-/// In stepped time the calendar knows who lives, else the launcher.
+/// In stepped time the calendar knows the running processes, otherwise the launcher.
 static bool is_alive(const seat_t* const seat, const run_component_t* const component)
 {
     if (seat->clock.mode == OSAL_CLOCK_STEPPED) {
@@ -138,7 +138,7 @@ static uint64_t promise_of(void* const context, const uint16_t apid)
         return seat_promise_ns(seat, seat->clock.calendar, index); // It begins a life.
     }
     const bool is_late     = (seat->clock.mode == OSAL_CLOCK_REAL);
-    const uint64_t told_ns = seat->peers[index].told_ns; // What it is told wakes it.
+    const uint64_t told_ns = seat->peers[index].told_ns; // Its notices wake the supervisor.
     const uint64_t due_ns  = ((told_ns > beat.step_ns) && (told_ns < beat.wake_ns)) ? told_ns : beat.wake_ns;
     return is_late ? (due_ns + REAL_LATENESS_NS) : due_ns;
 }
@@ -160,14 +160,14 @@ static void finished(void* const context)
 
 // ---- Program ----
 
-/// For the merge at the end: it knows by this what is missing behind the last record that it finds.
+/// For the merge at the end: shows missing records after the last one it finds.
 static void count_records(supervisor_program_t* const program)
 {
     const uint64_t records = program->supervisor.log.next_number - 1U;
     __atomic_store_n(&program->seat->run->log_records, records, __ATOMIC_RELEASE);
 }
 
-/// A disk that was slow held the supervisor up: told to people only, since it is time of the wall.
+/// A slow disk delayed the supervisor: reported on the console only, because it is wall-clock time.
 static void tell_slow_disk(const supervisor_program_t* const program)
 {
     char line[96];
@@ -193,7 +193,7 @@ static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t 
 static void close_program(void* const context)
 {
     supervisor_program_t* const program = (supervisor_program_t*)context;
-    if (program->seat->is_kept) { // It died in a program that goes on.
+    if (program->seat->is_kept) { // It died in a program that continues.
         supervisor_abandon(&program->supervisor);
     } else {
         supervisor_close(&program->supervisor);
@@ -250,7 +250,7 @@ static status_t load_descriptor(void* const context, const uint16_t index,
                : STATUS_TOO_LARGE;
 }
 
-/// The folder of ST[23], which nothing leads out of.
+/// The folder of ST[23]; no path leaves it.
 static bool open_files(seat_t* const seat)
 {
     char path[RUN_PATH_MAX];
@@ -304,7 +304,7 @@ static void note_arrival(void* const context, const uint8_t* const frame, const 
     (void)vitals_add(vitals, &vitals->arrivals, frame, size, NULL, 0U);
 }
 
-/// What has arrived outlives the process: it stays in the socket until it is in the vitals.
+/// Datagrams outlive the process: they stay in the socket until they are in the vitals.
 static void keep_arrivals(seat_t* const seat, vitals_t* const vitals)
 {
     if ((vitals != NULL) && osal_socket_is_open(&seat->message_socket)) {

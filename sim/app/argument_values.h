@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Values of the simulator's command line. An invalid value is refused with a message on the console: the
-/// option, the value, what was expected.
+/// option, the value, and the expected values.
 #ifndef SIM_APP_ARGUMENT_VALUES_H
 #define SIM_APP_ARGUMENT_VALUES_H
 

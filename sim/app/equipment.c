@@ -38,7 +38,7 @@ typedef struct {
     char* error;
 } line_t;
 
-// --- what devices see and tell
+// --- inputs and outputs of devices
 // -----------------------------------------------------------------------------------
 
 static void look(void* context, drive_truth_t* out_truth)

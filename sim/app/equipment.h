@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Devices of a mission beside the arm and the joystick, from a text file: one line per device,
-/// `<bus> <node> joint-drive <contact rad> <stiffness Nm/rad>`, `#` starts a comment. The device is made from
-/// its EDS; its motor stands on a bench (sim/plant/bench.h) and meets something elastic at the contact angle;
-/// stiffness 0: nothing.
+/// Devices of a mission beside the arm and the joystick, from a text file: one line per device, `<bus> <node>
+/// joint-drive <contact rad> <stiffness Nm/rad>`, `#` starts a comment. The device is made from its EDS; its
+/// motor is on a bench (sim/plant/bench.h) and touches an elastic object at the contact angle; stiffness 0:
+/// none.
 ///
 /// Ownership  equipment_open allocates, equipment_close frees. Buses outlive the equipment.
 /// Context    One task.

@@ -355,7 +355,7 @@ static void switch_node(const fault_world_t* world, const fault_t* fault)
     }
 }
 
-/// Index on its bus of the node a fault names; BUS_NODES_MAX: one that is not there.
+/// Index on its bus of the node a fault names; BUS_NODES_MAX: absent.
 static unsigned bus_node(const fault_world_t* world, const fault_t* fault)
 {
     const node_t* node = device_node(world, fault->node);
@@ -382,12 +382,12 @@ static void order_restart(bus_t* bus, unsigned node, const fault_t* fault)
     }
 }
 
-/// SYNC of somebody who is not the master: all devices of the bus act on it.
+/// SYNC of a node that is not the master: all devices of the bus act on it.
 static void send_syncs(bus_t* bus, unsigned node, const fault_t* fault)
 {
     const osal_can_frame_t sync = {.id = SYNC_ID};
     for (unsigned i = 0U; i < (unsigned)fault->value; i++) {
-        (void)bus_submit(bus, node, &sync, 0U); // Not by who is off the bus.
+        (void)bus_submit(bus, node, &sync, 0U); // Not from a node in bus-off.
     }
 }
 

@@ -97,7 +97,7 @@ MUST_USE status_t faults_load(faults_t* faults, const char* scenario_path, char 
 uint64_t faults_next_ns(const faults_t* faults);
 /// Apply the next fault; the buses have run to its time. Returns it.
 const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world);
-/// The word of the scenario for a kind.
+/// The verb of the scenario for a kind.
 const char* fault_word(fault_kind_t kind);
 /// True if the fault begins something, false if it ends it.
 bool fault_is_onset(const fault_t* fault);

@@ -82,7 +82,7 @@ static void reopen(gateway_t* gateway, uint64_t now_ns)
 
 static void submit(gateway_t* gateway, const osal_can_frame_t* frame, uint64_t now_ns)
 {
-    const bus_callbacks_t deaf = {.on_frame = NULL}; // Tools hear the bus by what is shown.
+    const bus_callbacks_t deaf = {.on_frame = NULL}; // Tools receive the bus by the published frames.
     status_t status            = STATUS_OK;
     gateway->counters.foreign++;
     if ((frame->id & OSAL_CAN_ERROR) != 0U) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A bus of the simulator shown on a SocketCAN interface, where candump, cansniffer, canplayer or Wireshark
-/// attach: every frame in the order of arbitration, error reports of flight's controller too. What such tools
-/// send there goes onto the bus as from a controller of its own, which is there from the first such frame on;
-/// an error frame of a tool is handed to flight as a report of its controller.
+/// A bus of the simulator published on a SocketCAN interface, where candump, cansniffer, canplayer or
+/// Wireshark attach: every frame in the order of arbitration, and error reports of flight's controller.
+/// Frames that such tools send go onto the bus from a separate controller, which exists from the first such
+/// frame on; an error frame of a tool is passed to flight as a report of its controller.
 ///
-/// An interface that goes down or away stops nothing: frames are counted as unshown, and it is opened again.
+/// If the interface goes down or disappears, frames are counted as unshown, and it is opened again.
 ///
 /// Ownership  gateway_open allocates, gateway_close frees.
 /// Context    One task.
@@ -34,8 +34,8 @@ MUST_USE status_t gateway_open(const char* address, bus_t* bus, gateway_report_t
                                gateway_t** out_gateway);
 /// Null is allowed.
 void gateway_close(gateway_t* gateway);
-/// Show a frame that was on the bus, as bus_tap_t tells of it. What came from there is not shown again: who
-/// is on the interface has seen it, and a controller does not hear itself.
+/// Publish a frame that was on the bus (bus_tap_t). Frames received from the interface are not sent there
+/// again: its users have seen them, and a controller does not receive its own frames.
 void gateway_show(gateway_t* gateway, uint32_t senders, const osal_can_frame_t* frame);
 /// Put on the bus what tools have sent since.
 void gateway_take(gateway_t* gateway, uint64_t now_ns);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A bus of the simulator with flight's controller on it, its log, and where it is shown to tools.
+/// A bus of the simulator with flight's controller, its log, and its publication to tools.
 ///
 /// Ownership  The caller places segment_t; it must not be moved. segment_close frees what segment_open made.
 /// Context    One task.
@@ -27,7 +27,7 @@ typedef struct { // Private, except name, bus, flight_node and the listener.
     uint64_t refused; ///< Frames of flight that the bus did not take.
     frame_log_t* log;
     gateway_t* gateway;
-    /// Told of every frame on the wire, without being a node of the bus; null: nobody.
+    /// Called for every frame on the wire, without a node on the bus; null: none.
     void (*listen)(void* context, const osal_can_frame_t* frame);
     void* listener;
 } segment_t;

@@ -167,7 +167,8 @@ static simulator_bus_t* bus_of(options_t* options, const char* name)
     return &config->bus[config->bus_count - 1U];
 }
 
-/// "NAME=ADDRESS" of flight's controller, or of where the bus is shown; the name is cut off in place.
+/// "NAME=ADDRESS" of flight's controller, or of the interface that publishes the bus; the name is cut off in
+/// place.
 static bool take_bus(options_t* options, const char* option, char* text)
 {
     char* equals = strchr(text, '=');
@@ -358,7 +359,7 @@ static bool check_options(options_t* options)
     return true;
 }
 
-/// Returns 0 to go on, else the exit code + 1.
+/// Returns 0 to continue, else the exit code + 1.
 static int parse(options_t* options, int count, char* arguments[])
 {
     opterr = 0;
@@ -389,7 +390,7 @@ static int parse(options_t* options, int count, char* arguments[])
 // --- the run
 // -----------------------------------------------------------------------------------------------------
 
-/// Last breath of a crashed simulator: what the logs hold so far.
+/// A simulator that crashes writes the buffered log records.
 static void save_logs(int signal_number)
 {
     if (dying_simulator != NULL) {
@@ -437,8 +438,8 @@ static void close_door(doorman_t* doorman, osal_calendar_t* calendar)
     }
 }
 
-/// Wait until the wall clock has come to `now_ns`. A run that has fallen far behind does not race to catch
-/// up: its time goes on from here.
+/// Wait until the wall clock has come to `now_ns`. A run that is far behind does not catch up: its time
+/// continues from here.
 static void hold_back(osal_clock_t* wall, uint64_t now_ns)
 {
     const uint64_t wall_ns = osal_clock_now_ns(wall);

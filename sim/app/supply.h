@@ -10,7 +10,7 @@
 #define SUPPLY_NODE 0x1FU
 
 /// Let it listen on segment `arm` and on that of `channel_b` (null: there is none), and supply the drives in
-/// their order. The unit must not be moved any more.
+/// their order. The unit must not be moved afterwards.
 void supply_open(power_unit_t* unit, segment_t* segments, unsigned segment_count, unsigned arm,
                  const bus_t* channel_b, drive_t* const* drives, unsigned drive_count);
 

@@ -13,7 +13,7 @@
 #define ERROR_DELIMITER_BITS 8U
 #define REPORT_RECEIVE_OVERFLOW 0x01U // data[1] of a SocketCAN controller report.
 #define SUSPEND_BITS 8U               // An error-passive transmitter lets others go first.
-#define STUCK_TICKS 600U              // Octets of dominant bits after which every counter stands at its end.
+#define STUCK_TICKS 600U // Octets of dominant bits after which every counter has its final value.
 
 /// Copy what counts of a frame.
 static void copy_frame(osal_can_frame_t* to, const osal_can_frame_t* from)
@@ -254,7 +254,8 @@ static bool is_equal(const osal_can_frame_t* a, const osal_can_frame_t* b)
            (memcmp(a->data, b->data, a->length) == 0);
 }
 
-/// Find who sends: the lowest arbitration field; several if their fields are equal. Sets senders and outcome.
+/// Find the senders: the lowest arbitration field; several if their fields are equal. Sets senders and
+/// outcome.
 static const node_t* arbitrate(bus_t* bus, uint64_t start_ns)
 {
     const node_t* winner = NULL;
@@ -292,7 +293,7 @@ static bool has_receiver(const bus_t* bus)
     return false;
 }
 
-/// Those who had a frame ready and fell silent at the first bit that differs from the winner's.
+/// Nodes that had a frame ready and stopped at the first bit that differs from the winner's.
 static void tell_losers(bus_t* bus, uint64_t start_ns, uint32_t winning_key)
 {
     for (unsigned i = 0U; i < bus->node_count; i++) {
@@ -386,7 +387,7 @@ static void deliver_frame(bus_t* bus)
     if (bus->tap != NULL) {
         bus->tap(bus->tap_context, bus->senders, &bus->wire);
     }
-    // The sender that sees an error in the last bit repeats a frame that everybody has taken already.
+    // A sender that sees an error in the last bit repeats a frame that all receivers have taken already.
     const bool is_repeated = bus_random_chance(&bus->random, bus->duplication);
     const uint32_t senders = bus->senders;
     for (unsigned i = 0U; i < bus->node_count; i++) {

@@ -82,7 +82,8 @@ bool bus_is_busy(const bus_t* bus);
 /// True on a bus with FD bit timing.
 bool bus_is_fd(const bus_t* bus);
 
-/// Cut a node off: its frame on the wire breaks, its queue is lost, it neither sends nor hears. Wakes go on.
+/// Cut a node off: its frame on the wire breaks, its queue is lost, it neither sends nor receives. Wakes
+/// continue.
 void bus_unplug(bus_t* bus, unsigned node);
 /// Connect it again with counters at zero.
 void bus_plug(bus_t* bus, unsigned node);
@@ -96,7 +97,7 @@ void bus_set_duplication(bus_t* bus,
                          double probability); ///< Error in the last bit: repeated though received.
 void bus_set_delay(bus_t* bus, unsigned node, uint64_t delay_ns); ///< Frames of the node are ready later.
 void bus_set_babbling(bus_t* bus, unsigned node, bool on);        ///< Sends identifier 0 all the time.
-void bus_set_stuck(bus_t* bus, bool on);                          ///< The wire is dominant for ever.
+void bus_set_stuck(bus_t* bus, bool on);                          ///< The wire is permanently dominant.
 void bus_lose_next(bus_t* bus, unsigned node, unsigned frames);   ///< Its receiver overflows so many times.
 void bus_force_off(bus_t* bus, unsigned node); ///< Transmit errors take its controller off the bus.
 
@@ -109,7 +110,7 @@ void bus_set_arbitration_reports(bus_t* bus, unsigned node, bool on);
 /// Report a frame that waits longer than this in the transmit queue; 0, as it begins: none.
 void bus_set_transmit_timeout(bus_t* bus, unsigned node, uint64_t timeout_ns);
 
-/// Frames on the wire, and the error reports of node `reporter`. Null: nobody listens.
+/// Frames on the wire, and the error reports of node `reporter`. Null: none.
 void bus_set_tap(bus_t* bus, bus_tap_t tap, void* context, unsigned reporter);
 const bus_statistics_t* bus_statistics(const bus_t* bus);
 

@@ -25,7 +25,7 @@ typedef struct {
     uint64_t recover_ns; // End of bus-off.
     uint64_t suspend_ns; // May not start a frame before.
     uint64_t delay_ns;
-    uint64_t timeout_ns; // A frame that waits longer is told; 0: none is.
+    uint64_t timeout_ns; // A frame that waits longer is reported; 0: none is.
     uint64_t watch_ns;   // When to look at the oldest frame; BUS_NEVER: nothing waits.
     queued_t queue[BUS_QUEUE_FRAMES];
     unsigned head;
@@ -65,7 +65,7 @@ struct bus {
     node_t node[BUS_NODES_MAX];
 };
 
-/// Account for an event in a controller and tell its software and the tap what is to be told.
+/// Account for an event in a controller and report it to its software and the tap if necessary.
 void bus_account(bus_t* bus, unsigned index, controller_event_t event);
 /// Tell a node's software, and the tap, about its controller.
 void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report);

@@ -203,8 +203,7 @@ void door_close(door_t* door)
     }
 }
 
-/// Take in who stands before the door, if nobody does wait for somebody. STATUS_OK, STATUS_TIMEOUT,
-/// STATUS_IO.
+/// Accept a waiting client, or wait for one. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
 static status_t let_in(door_t* door, uint64_t until_ns)
 {
     osal_address_t peer;
@@ -251,7 +250,7 @@ status_t door_exchange(door_t* door, const osal_grant_t* grant, uint16_t served_
     if (!osal_socket_is_open(&door->client)) {
         return STATUS_CLOSED;
     }
-    // One line is outstanding at most: a socket that does not take it whole is one that nobody reads.
+    // One line is outstanding at most: if the socket does not take all of it, the client does not read.
     if ((osal_stream_send(&door->client, (const uint8_t*)line, (size_t)length, &sent) != STATUS_OK) ||
         (sent != (size_t)length)) {
         let_go(door, &door->count.vanished);
@@ -308,7 +307,7 @@ status_t door_serve(door_t* door, osal_calendar_t* calendar, unsigned order, uns
         }
     }
     osal_socket_close(&door->client);
-    // Its client is gone, or its place was ended by somebody else.
+    // Its client has disconnected, or its place was ended otherwise.
     const bool is_ended =
         (status == STATUS_NOT_FOUND) || ((status == STATUS_CLOSED) && !osal_calendar_is_closed(calendar));
     return is_ended ? STATUS_OK : status;

@@ -40,8 +40,8 @@ typedef struct { // All fields are private, except stream_port and count: read-o
     struct {
         uint32_t joined;
         uint32_t left;      ///< Said leave.
-        uint32_t vanished;  ///< Closed its end without a word.
-        uint32_t malformed; ///< Said something else than was due.
+        uint32_t vanished;  ///< Closed its end without `leave`.
+        uint32_t malformed; ///< Sent another line than expected.
         uint32_t silent;    ///< Ran out of the door's patience.
     } count;
 } door_t;
@@ -57,8 +57,8 @@ void door_close(door_t* door);
 /// has come and not joined yet is waited for by the next call, as long as the door has patience. STATUS_OK,
 /// STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t door_accept(door_t* door, uint32_t timeout_ms);
-/// Tell the client of its grant and wait for its answer; `served_port`: of osal_calendar_served_port.
-/// STATUS_OK, STATUS_CLOSED (it left, was counted out, or the run ended; it is not inside any more).
+/// Send the grant to the client and wait for its answer; `served_port`: of osal_calendar_served_port.
+/// STATUS_OK, STATUS_CLOSED (it left, was removed, or the run ended; it no longer takes part).
 MUST_USE status_t door_exchange(door_t* door, const osal_grant_t* grant, uint16_t served_port,
                                 uint64_t* out_wake_ns, uint32_t* out_octets_sent);
 /// The turn of the client, which is `order` of the calendar and has been granted: door_exchange, and what the

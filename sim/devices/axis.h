@@ -3,7 +3,7 @@
 /// mode.
 ///
 /// axis_next is the table of the standard as a pure function; axis_t joins it with the objects of a node
-/// (axis 2 lies 0x800 higher). The device behind asks for the state and tells of the end of a ramp.
+/// (axis 2 lies 0x800 higher). The device queries the state and reports the end of a ramp.
 #ifndef SIM_DEVICES_AXIS_H
 #define SIM_DEVICES_AXIS_H
 

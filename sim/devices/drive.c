@@ -9,7 +9,7 @@
 #define MNM 1e-3
 #define PER_MILLE 1000.0
 #define STANDSTILL_RAD_S 0.02
-#define RAMP_LIMIT_NS 200000000U // A stop that does not come to rest ends with the brake all the same.
+#define RAMP_LIMIT_NS 200000000U // A stop that does not reach standstill ends with the brake all the same.
 #define HOT_CELSIUS 80.0
 #define COOL_CELSIUS 75.0
 #define TENTH 0.1
@@ -141,7 +141,7 @@ static void look(drive_t* drive, drive_truth_t* out_truth)
     drive->velocity_rad_s = out_truth->motor_velocity_rad_s;
 }
 
-/// From where the motor stands, with nothing asked yet.
+/// From the present position of the motor, without a command.
 static void hold_here(drive_t* drive)
 {
     drive->from_rad        = drive->position_rad;
@@ -215,7 +215,7 @@ static void on_sample(void* context, uint64_t now_ns)
     drive_truth_t truth;
     look(drive, &truth);
     if (!axis_moves(drive->axis.state)) {
-        hold_here(drive); // What nobody controls is where it should be.
+        hold_here(drive); // Without control the position is its own target.
     }
     const uint64_t step = now_ns / drive->config.step_ns;
     const double torque =

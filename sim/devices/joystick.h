@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Force-reflecting joystick (joystick.eds): two torque axes behind one node, encoders on the axes, buttons.
 ///
-/// An enabled axis gives the torque it is told; any other has none. Quick stop takes the torque away and ends
+/// An enabled axis gives the commanded torque; any other has none. Quick stop takes the torque away and ends
 /// after 1 ms.
 #ifndef SIM_DEVICES_JOYSTICK_H
 #define SIM_DEVICES_JOYSTICK_H

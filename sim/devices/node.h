@@ -52,7 +52,7 @@ typedef struct {
     void (*written)(void* context, const object_t* object, uint64_t now_ns);
     /// Abort code for an SDO write, or 0. May be null.
     uint32_t (*check)(void* context, const object_t* object, int64_t value);
-    /// The master cannot be heard any more, or has stopped the node.
+    /// The heartbeat of the master is lost, or the master has stopped the node.
     void (*connection_lost)(void* context, uint64_t now_ns);
     /// Power-on state; objects have their initial values again.
     void (*reset)(void* context, uint64_t now_ns);

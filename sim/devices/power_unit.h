@@ -5,8 +5,8 @@
 /// It listens to the process data at 0x200 + its node id and sends nothing, no acknowledge either. Such a
 /// frame is a pulse on an output line: line (u16, lowest octet first), exponent (u8, 0..7); it lasts
 /// POWER_UNIT_PULSE_NS x 2^exponent. Line 2k - 1 closes the relay of the k-th node, line 2k opens it. A relay
-/// moves when its coil has had current for POWER_UNIT_LATCH_NS, so that a shorter pulse does nothing. What is
-/// no such pulse is ignored.
+/// moves when its coil has had current for POWER_UNIT_LATCH_NS, so that a shorter pulse does nothing. Other
+/// frames are ignored.
 ///
 /// Ownership  The caller places it; nodes outlive it.
 /// Context    One task.

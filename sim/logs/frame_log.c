@@ -179,7 +179,7 @@ static void flush_sink(sink_t* sink)
     if (!sink->is_broken) {
         sink->size += (off_t)done;
     } else if (ftruncate(sink->descriptor, sink->size) != 0) {
-        // It ends within a line: told at the end, as that it is not complete.
+        // It ends within a line: reported at the end like an incomplete log.
     } else {
         // It ends with a whole one.
     }

@@ -27,7 +27,7 @@ typedef struct frame_log frame_log_t;
 MUST_USE status_t frame_log_open(const char* folder, const char* interface, frame_log_t** out_log);
 /// Append a data or error frame with its time.
 void frame_log_write(frame_log_t* log, const osal_can_frame_t* frame);
-/// Hand what is buffered to the operating system.
+/// Pass buffered records to the operating system.
 void frame_log_flush(frame_log_t* log);
 /// Null is allowed. Returns STATUS_OK, STATUS_IO: something was not written.
 status_t frame_log_close(frame_log_t* log);

@@ -33,7 +33,7 @@ typedef struct {
     double argument[ARGUMENTS_MAX];
 } command_t;
 
-/// A verb of the script: what it takes, what it changes at once, how it moves the wanted pose.
+/// A verb of the script: its arguments, its immediate changes, its motion of the wanted pose.
 struct verb {
     const char* name;
     const char* usage;
@@ -238,7 +238,7 @@ static const verb_t* find_verb(const char* name)
     return NULL;
 }
 
-/// Targets out of reach are told when the script is read, not when the arm is stretched.
+/// Targets out of reach are reported when the script is read, not during the flight.
 static status_t check_reach(const hand_t* hand, const scenario_line_t* line, const command_t* command,
                             char error[SCENARIO_ERROR_MAX])
 {
@@ -330,7 +330,7 @@ static double slew(double value, double target, double unit_s, double dt_s)
 static void begin_command(hand_t* hand, const command_t* command)
 {
     if (command->verb->begin == begin_grip) {
-        begin_grip(hand, command); // Goes on with what it was doing.
+        begin_grip(hand, command); // Continues its present motion.
         return;
     }
     hand->pulling           = hand->pulling && hand->expecting; // After a rest the spring is forgotten.

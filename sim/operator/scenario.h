@@ -4,8 +4,8 @@
 ///
 /// Actors of the simulator are `hand` and `fault`; `operator` belongs to the ground segment. Each reader
 /// takes the lines of its actor and skips the others; a line with an unknown actor or without a time is an
-/// error for every reader. Times of one actor do not decrease. Errors name file:line, what was found and what
-/// is expected.
+/// error for every reader. Times of one actor do not decrease. Errors name file:line, the value found and the
+/// expected one.
 #ifndef SIM_OPERATOR_SCENARIO_H
 #define SIM_OPERATOR_SCENARIO_H
 

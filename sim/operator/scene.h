@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the operator knows of the scene: where the finger goes for which joint angles, and what contour and
-/// spring will do to it. Static models, written apart from the plant's.
+/// The operator's knowledge of the scene: position of the finger by joint angles, and forces of contour and
+/// spring. Static models, written independently of the plant's.
 #ifndef SIM_OPERATOR_SCENE_H
 #define SIM_OPERATOR_SCENE_H
 

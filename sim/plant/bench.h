@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A motor on its own: the rotor of a joint with friction, brake and end stops, whose output meets something
-/// elastic at an angle. Enough plant for a gripper, a lamp's shutter, a drive on a table.
+/// A motor on its own: the rotor of a joint with friction, brake and end stops, whose output touches an
+/// elastic object at an angle. Sufficient for a gripper, a lamp's shutter, a drive on a table.
 ///
 /// Ownership  The caller places bench_t.
 /// Context    One task.
@@ -16,8 +16,8 @@ typedef struct { // Read-only for others.
     const plant_parameters_t* parameters;
     plant_rotor_t rotor;
     double contact_rad;      ///< Where the output meets something, in the positive direction.
-    double stiffness_nm_rad; ///< Of what it meets; 0: nothing.
-    double output_torque_nm; ///< Gear torque on the output: what the drive's torque sensor sees.
+    double stiffness_nm_rad; ///< Of the elastic object; 0: none.
+    double output_torque_nm; ///< Gear torque on the output, as the drive's torque sensor measures it.
 } bench_t;
 
 /// At rest at angle 0. The parameters outlive the bench.

@@ -75,7 +75,7 @@ typedef struct {
     bool free_base;              ///< Base floats instead of being bolted to the world.
     double base_velocity_m_s[3]; ///< Initial, whole assembly; only with free_base.
     double base_rate_rad_s[3];   ///< Initial, whole assembly; only with free_base.
-    uint32_t seed;               ///< Handed to ODE; has no effect on dWorldStep, is set all the same.
+    uint32_t seed;               ///< Passed to ODE, although it has no effect on dWorldStep.
 } plant_options_t;
 
 /// Motor of a joint, referred to the joint (motor angle / N).
@@ -91,7 +91,7 @@ typedef struct {
     void (*drive)(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
                   double out_torque_nm[PLANT_JOINTS]);
     void* drive_context;
-    /// Called before each rotor step: torque of the operator's hand on the stick. May be null: nobody there.
+    /// Called before each rotor step: torque of the operator's hand on the stick. May be null: no hand.
     void (*hand)(void* context, unsigned substep, const double stick_position_rad[PLANT_AXES],
                  const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES]);
     void* hand_context;
@@ -106,7 +106,7 @@ typedef struct {
     double link_position_rad[PLANT_JOINTS];
     double link_velocity_rad_s[PLANT_JOINTS];
     double motor_torque_nm[PLANT_JOINTS]; ///< Mean over the step, as the drives gave it.
-    double joint_torque_nm[PLANT_JOINTS]; ///< Gear torque on the link: what the sensor sees.
+    double joint_torque_nm[PLANT_JOINTS]; ///< Gear torque on the link, as the sensor measures it.
     double friction_nm[PLANT_JOINTS];     ///< On the rotor, brake included; opposes motion.
     bool brake_engaged[PLANT_JOINTS];
     double tip_m[3];           ///< Centre of the finger's sphere.

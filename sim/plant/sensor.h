@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Errors of the sensors: what a device measures of the true state.
+/// Errors of the sensors: from the true state to the measured value.
 ///
-/// Noise is a function of (seed, device, step) and of nothing else, so that a device more or less, or a
-/// sample left out, does not change what the others see. No libm in the noise: the same on every machine.
+/// Noise is a function of (seed, device, step) only: adding a device or omitting a sample does not change the
+/// noise of the others. No libm in the noise: the same on every machine.
 #ifndef SIM_PLANT_SENSOR_H
 #define SIM_PLANT_SENSOR_H
 

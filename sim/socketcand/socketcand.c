@@ -12,7 +12,8 @@
 
 #define INPUT_OCTETS 4096U
 #define OUTPUT_OCTETS 65536U
-#define ACCEPT_INTERVAL 64U // Calls of socketcand_receive between two looks at the door, when nobody is in.
+#define ACCEPT_INTERVAL                                                                                      \
+    64U // Calls of socketcand_receive between two checks for new clients, while there is none.
 #define NO_NODE BUS_NODES_MAX
 #define STEPS_MAX 1000U
 #define NS_PER_S 1000000000U
@@ -26,7 +27,7 @@ typedef struct {
     bool is_raw;         // Frames may flow.
     bool has_heard_ok;   // It has read the answer to rawmode: it has spoken since, or had the time.
     unsigned step_every; // In lock-step: time waits for it after so many steps. 0: it does not.
-    unsigned steps_owed; // Steps told that it is not yet done with.
+    unsigned steps_owed; // Steps reported that it has not finished yet.
     uint64_t raw_ns;     // Wall-clock time of rawmode.
     osal_socket_t socket;
     bus_t* bus;
@@ -118,7 +119,7 @@ static void reply(client_t* client, const char* text)
     queue_text(client, text, strlen(text));
 }
 
-/// Clients compare all they read with the answer to rawmode: a frame right behind it would confuse them.
+/// Clients compare all they read with the answer to rawmode: a frame directly after it would confuse them.
 static bool may_show(client_t* client)
 {
     client->has_heard_ok =
@@ -310,8 +311,7 @@ void socketcand_send(socketcand_t* server)
     }
 }
 
-/// True when the client is done with the step, or what it sent fills its controller: the bus has to run
-/// first.
+/// True when the client has finished the step, or its frames fill its controller: the bus has to run first.
 static bool is_done(const client_t* client)
 {
     return !client->is_used || (client->steps_owed == 0U) ||
@@ -368,7 +368,7 @@ void socketcand_wait(socketcand_t* server, uint32_t timeout_ms)
         }
     }
     const status_t status = osal_socket_wait_readable(socket, timeout_ms);
-    (void)status; // Time is up: look all the same.
+    (void)status; // Time is up: poll once more.
 }
 
 void socketcand_close(socketcand_t* server)

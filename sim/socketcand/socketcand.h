@@ -6,8 +6,8 @@
 /// simulation. FD frames go out as plain frames, as the protocol has no flag for them.
 ///
 /// One message is an addition: a client that sends `< step N >` (1 to 1000) is in lock-step from then on. It
-/// is told `< step SEC.USEC >` behind the frames of every N-th step, and time stands still until it sends `<
-/// step N >` again: what it has sent meanwhile is on the bus in the next step, however slow it is.
+/// gets `< step SEC.USEC >` after the frames of every N-th step, and time stands still until it sends `< step
+/// N >` again: frames sent meanwhile are on the bus in the next step, however slow the client is.
 ///
 /// Ownership  socketcand_open allocates; the buses outlive the server.
 /// Context    The task that runs the buses, between two runs.
@@ -41,10 +41,10 @@ uint16_t socketcand_port(const socketcand_t* server);
 /// Let new clients in, take what clients have sent and submit it at the bus's present time.
 /// Returns the number of frames submitted.
 unsigned socketcand_receive(socketcand_t* server);
-/// Send what the clients' nodes have heard.
+/// Send the frames that the clients' nodes have received.
 void socketcand_send(socketcand_t* server);
-/// End of a step at now_ns: tell the clients in lock-step, and wait (wall-clock, at most timeout_ms) until
-/// each is done with it. One that is not is dropped. Returns the number of those.
+/// End of a step at now_ns: report it to the clients in lock-step, and wait (wall-clock, at most timeout_ms)
+/// until each has finished it. One that is not is dropped. Returns the number of those.
 unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t timeout_ms);
 /// Wait (wall-clock) until a client has sent something or wants in, at most timeout_ms.
 void socketcand_wait(socketcand_t* server, uint32_t timeout_ms);

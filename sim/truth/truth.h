@@ -3,7 +3,7 @@
 /// against it. Two runs of one seed give the same file, octet for octet.
 ///
 /// Types are the .lcm files beside this header; encoding follows LCM's wire format. Channels and rates are in
-/// sim/truth/README.md. Writing costs about 0.4 us per event; the disk is the operating system's business.
+/// sim/truth/README.md. Writing costs about 0.4 us per event, without waiting for the disk.
 ///
 /// Ownership  truth_open allocates, truth_close frees and flushes.
 #ifndef SIM_TRUTH_TRUTH_H

@@ -54,8 +54,8 @@ static void disconnected(void* const context, const unsigned client)
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_LOST, NULL, 0U);
 }
 
-/// The client that gives its place up to a new one: who has been silent longest, and long enough; never the
-/// participant of the calendar, which others count on.
+/// The client to replace by a new one: the one silent longest, and long enough; never the participant of the
+/// calendar, on which others rely.
 static unsigned idle_client(const communication_t* const self)
 {
     const uint64_t now_ns = subsystem_now_ns(self->generic);
@@ -72,7 +72,7 @@ static unsigned idle_client(const communication_t* const self)
     return found;
 }
 
-/// Remember where a user speaks from. More users than places: the last place is taken over.
+/// Remember the connection of a user. If the table is full, the last entry is replaced.
 static void note_user(communication_t* const self, const uint16_t user, const unsigned client)
 {
     size_t place = COMMUNICATION_USERS - 1U;
@@ -124,11 +124,11 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
     }
     if (!pus_packet_is_tc(unit.packet, unit.size)) {
         ground_security_accept(&self->security, client);
-        self->not_requests++; // A report from the ground is none of ours.
+        self->not_requests++; // Reports from the ground are invalid.
         return unit.taken;
     }
     if (ground_queue_room(&self->queues[client]) < ANSWERS_ROOM) {
-        self->is_uplink_full = true; // It shall read first what it has asked for.
+        self->is_uplink_full = true; // It has to read its answers first.
         return FLOW_TCP_BUSY;
     }
     if (self->uplink.send(self->uplink.context, unit.packet, unit.size) != STATUS_OK) {
@@ -165,8 +165,8 @@ static unsigned participant_client(const communication_t* const self)
     return NO_CLIENT;
 }
 
-/// Where there is a key, who has shown none goes for who may have one; else who is idle. Never the
-/// participant.
+/// With a key, a client that has not shown it is replaced by one that may have it; otherwise an idle client
+/// is. Never the participant.
 static unsigned make_room(void* const context)
 {
     const communication_t* const self = (const communication_t*)context;
@@ -184,8 +184,8 @@ static flow_tcp_user_t user_of(communication_t* const self)
                              .allowance    = allowance};
 }
 
-/// True while the connection of a participant that has left the calendar is open. It hangs up before it
-/// leaves, but the kernel may tell us later, and what we report of it has its place in simulated time.
+/// True while the connection of a participant that has left the calendar is open. It disconnects before it
+/// leaves, but the kernel may report that later, and our reports about it have a defined simulated time.
 static bool is_hanging_up(communication_t* const self)
 {
     osal_address_t peer = {0U, 0U};
@@ -199,8 +199,8 @@ static bool is_hanging_up(communication_t* const self)
     return false;
 }
 
-/// The participant has named `port` and has connected before; the kernel may tell us later. Returns whether
-/// that connection is still on its way.
+/// The participant has named `port` and has connected before; the kernel may report it later. Returns whether
+/// that connection is still expected.
 static bool is_coming(communication_t* const self, const uint16_t port, const bool is_connected)
 {
     if (is_connected && (self->participant != port)) {
@@ -232,7 +232,7 @@ bool communication_take_in(communication_t* const self, const uint32_t octets_du
     self->owed += octets_due;
     self->is_uplink_full = false;
     if (flow_tcp_step(&self->flow, &user, FLOW_TCP_UNLIMITED, &taken) != STATUS_OK) {
-        return false; // Not listening in this state; what is owed waits in the kernel.
+        return false; // Not listening in this state; pending connections wait in the kernel.
     }
     self->counters.octets_received += (uint64_t)(self->flow.counters.octets_in - of_all);
     const unsigned client = participant_client(self);
@@ -257,7 +257,7 @@ static void queue_for(communication_t* const self, const unsigned client, const 
     const uint32_t dropped_before = self->queues[client].dropped;
     const status_t status         = ground_queue_put(&self->queues[client], packet, size);
     self->counters.tm_dropped += self->queues[client].dropped - dropped_before;
-    if (status != STATUS_OK) { // It reads nothing at all: better no link than a link with holes.
+    if (status != STATUS_OK) { // It reads nothing at all: end the connection instead of dropping reports.
         const flow_tcp_user_t user = user_of(self);
         flow_tcp_end(&self->flow, &user, client);
     } else if ((self->queues[client].dropped != dropped_before) && !self->is_drop_told) {
@@ -285,7 +285,7 @@ static void report(void* const context, const uint8_t* const packet, const size_
     }
 }
 
-/// Send to one client what the kernel takes; tell how much.
+/// Send to one client as much as the kernel takes; returns how much.
 static void send_to(communication_t* const self, const unsigned client)
 {
     uint32_t total      = 0U;
@@ -359,7 +359,7 @@ static status_t listen(void* const context, const descriptor_configuration_t* co
     return STATUS_OK;
 }
 
-/// What was refused or ended; not more often than somebody can read, whoever knocks.
+/// Events of refused or ended connections, limited in rate, whatever clients do.
 static void tell_misuse(communication_t* const self)
 {
     const communication_clients_t* const misuse = &self->misuse;
@@ -410,8 +410,8 @@ static void update_status(void* const context)
     tell_misuse(self);
 }
 
-/// As the end of its process does to every connection, without a word to anybody on board; the listening
-/// socket is the launcher's.
+/// Like the end of its process: end every connection without notice on board; the listening socket belongs to
+/// the launcher.
 static void hang_up(void* const context)
 {
     communication_t* const self  = (communication_t*)context;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The communication subsystem: frames packets between the ground port (TCP) and the supervisor. It judges
-/// nothing: requests go to the supervisor as they came, reports go to the connection that their user last
+/// The communication subsystem: frames packets between the ground port (TCP) and the supervisor. It does not
+/// check them: requests go to the supervisor unchanged, reports go to the connection that their user last
 /// used, or, unsolicited, to every connection.
 ///
 /// Stepped time: one client may be a participant of the calendar. Its connection is expected as soon as the
-/// calendar names its port, and exactly the octets that were announced are taken in. The participant is told
-/// in simulated time when its connection is served, and when it has ended. Other clients are taken in as they
-/// come and make the run irreproducible, since events and counters tell of them.
+/// calendar names its port, and exactly the octets that were announced are taken in. The participant is
+/// informed in simulated time when its connection is served, and when it has ended. Other clients are
+/// accepted at any time and make the run irreproducible, since they show in events and counters.
 ///
 /// Ownership  The program places communication_t (static; about 2 MiB).
 /// Context    One loop; never blocks.
@@ -25,7 +25,7 @@
 #define COMMUNICATION_BUFFER 5120U
 CAPACITY_CHECK(buffer_holds_a_packet, COMMUNICATION_BUFFER >= PUS_PACKET_MAX);
 CAPACITY_CHECK(buffer_holds_a_frame, COMMUNICATION_BUFFER >= SDLS_FRAME_MAX);
-/// A new client may replace one that has sent no valid telecommand for so long; the longest silent first.
+/// A new client may replace one that has sent no valid telecommand for this time; the longest silent first.
 #define COMMUNICATION_IDLE_NS 10000000000ULL
 #define COMMUNICATION_TELL_NS 1000000000ULL ///< Between two events GROUND_MISUSED, at least.
 
@@ -79,11 +79,12 @@ void communication_init(communication_t* communication, subsystem_t* generic, co
 /// outlive the subsystem.
 void communication_secure(communication_t* communication, sdls_receiver_t* receiver);
 const subsystem_callbacks_t* communication_callbacks(void);
-/// Take in what the ground sent; `octets_due` more were announced for the participant. Call before the
+/// Take in octets from the ground; `octets_due` more were announced for the participant. Call before the
 /// component's step. True if something of the participant is on its way, its connection, announced octets or,
 /// when it has left the calendar, the end of its connection: wait and call again.
 bool communication_take_in(communication_t* communication, uint32_t octets_due);
-/// Expect no connection of the present participant any more, and no end of that of one that has left.
+/// No longer expect a connection of the present participant, or the end of the connection of one that has
+/// left.
 void communication_let_go(communication_t* communication);
 /// Send what waits. Call after the component's step.
 void communication_send_out(communication_t* communication);

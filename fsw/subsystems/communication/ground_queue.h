@@ -26,7 +26,7 @@ typedef struct { // Private, except `dropped`.
     size_t sending_size; // Of the block under way; 0: none.
     size_t sent;         // How much of it has left.
     uint32_t dropped;    ///< Housekeeping reports dropped [wraps].
-    // From here on nothing is read that was not written before, so that ground_queue_init leaves it alone.
+    // The octets below are written before they are read, so ground_queue_init does not clear them.
     uint8_t sending[GROUND_STAMP_OCTETS + PUS_PACKET_MAX];
     uint8_t housekeeping_storage[GROUND_QUEUE_OCTETS];
     uint8_t firm_storage[GROUND_QUEUE_OCTETS];
@@ -36,7 +36,7 @@ void ground_queue_init(ground_queue_t* queue);
 /// STATUS_OK (kept; old housekeeping may have gone for it), STATUS_FULL (a firm report has no room: the
 /// client does not read at all).
 MUST_USE status_t ground_queue_put(ground_queue_t* queue, const uint8_t* packet, size_t size);
-/// Octets to send next, or null if nothing waits. They stay until ground_queue_sent tells they have left.
+/// Octets to send next, or null if nothing waits. They stay until ground_queue_sent.
 const uint8_t* ground_queue_next(ground_queue_t* queue, size_t* out_size);
 void ground_queue_sent(ground_queue_t* queue, size_t size);
 /// Octets of room left for reports that must not be lost.

@@ -25,7 +25,7 @@ unsigned ground_security_stranger(const ground_security_t* const self, const uns
 {
     FSW_ASSERT(self != NULL);
     unsigned stranger = GROUND_CLIENTS;
-    uint32_t longest  = 0U; // Who has come in this cycle has not been listened to.
+    uint32_t longest  = 0U; // A client accepted in this cycle could not send yet.
     for (unsigned client = 0U; (self->receiver != NULL) && (client < GROUND_CLIENTS); client++) {
         const uint32_t age = self->cycle - self->since[client];
         if ((client != spared) && !self->sessions[client].is_bound && (age > longest)) {
@@ -63,7 +63,7 @@ static status_t next_frame(ground_security_t* const self, const unsigned client,
     if (frame.packet == NULL) { // Parts are to come.
         sdls_accept(self->receiver, &self->sessions[client]);
     } else if ((pus_packet_frame(frame.packet, frame.size, &packet_size) != STATUS_OK) ||
-               (packet_size != frame.size)) { // The owner of the key has sent something else.
+               (packet_size != frame.size)) { // Sent with the key, but not a telecommand packet.
         sdls_accept(self->receiver, &self->sessions[client]);
         self->receiver->refused[SDLS_REFUSED_PARTS]++;
         out_unit->packet = NULL;

@@ -110,7 +110,7 @@ static void count(joystick_t* const joystick, joystick_counters_t* const counter
     counters->foreign_syncs     = master->foreign_syncs;
 }
 
-/// Age of the samples of a link as the parameter LINK_AGE tells it [us]; without one, the largest number.
+/// Age of the samples of a link for the parameter LINK_AGE [us]; without a link the largest number.
 static uint32_t link_age_us(const joystick_t* const joystick)
 {
     const uint64_t age_us = subsystem_link_age_ns(joystick->generic, JOYSTICK_PORT_ROBOT_STATE) / NS_PER_US;

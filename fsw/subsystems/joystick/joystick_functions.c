@@ -31,7 +31,7 @@ void joystick_display_step(joystick_t* const joystick, const double period_s)
     if (!joystick->display.is_active) {
         return;
     }
-    // A ceiling of zero lets nothing through; the display then runs its time at the smallest rate.
+    // With a ceiling of zero the torque is zero; the display then runs its time at the smallest rate.
     const double rate = gains->torque_ceiling / gains->ramp_time;
     force_display_step(&joystick->display, period_s, (rate > 0.0) ? rate : 1.0);
     if (!joystick->display.is_active) {

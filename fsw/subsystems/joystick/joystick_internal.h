@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Between the source files of the joystick; for nobody else.
+/// Shared by the source files of the joystick; private to them.
 #ifndef FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_INTERNAL_H
 #define FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_INTERNAL_H
 
@@ -15,7 +15,7 @@ status_t joystick_perform(void* self, const subsystem_function_t* function);
 void joystick_parameter_set(void* self, uint32_t parameter_id);
 /// Next torque of the commanded display; ends its function command.
 void joystick_display_step(joystick_t* joystick, double period_s);
-/// Nothing that was commanded goes on.
+/// Abort everything commanded.
 void joystick_abandon(joystick_t* joystick);
 
 #endif // FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_INTERNAL_H

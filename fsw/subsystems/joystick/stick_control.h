@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Torque of the force-reflecting joystick: what the robot feels, and damping that grows in contact.
+/// Torque of the force-reflecting joystick: the external torque of the robot, and damping that grows in
+/// contact.
 ///
 ///     u = s_f r - (b0 + b1 s) v        s per axis: 0 in free space .. 1 in contact; rises fast, falls slowly
 ///

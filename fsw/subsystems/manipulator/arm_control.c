@@ -62,12 +62,12 @@ void arm_control_hold(arm_control_t* const control, const arm_setup_t* const set
     }
 }
 
-/// Lead the goal of one joint towards `wanted`: within the range about home, not faster than the speed limit.
+/// Move the goal of one joint towards `wanted`: within the range about home, not faster than the speed limit.
 static void lead_goal(arm_control_t* const control, const arm_setup_t* const setup, const unsigned joint,
                       const double wanted)
 {
     if (wanted != wanted) {
-        return; // A hand that is nowhere leads nowhere.
+        return; // Ignore a NaN hand position.
     }
     const manipulator_control_t* const gains = setup->gains;
     const double low                         = gains->home[joint] - gains->range[joint];

@@ -28,7 +28,7 @@ typedef struct {
     double period_s;
 } arm_observer_gains_t;
 
-/// Begin anew with the next step.
+/// Restart with the next step.
 void arm_observer_reset(arm_observer_t* observer);
 /// One cycle: link angle, and joint torque free of the sensor's offset.
 void arm_observer_step(arm_observer_t* observer, const manipulator_model_t* model,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Zero of the joint torque sensors: mean of measured minus gravity torque, at rest and free of contact.
 ///
-/// Motion starts the mean anew. An offset beyond the ceiling is no offset but a contact: the tare fails and
-/// the old zero stays.
+/// Motion restarts the mean. An offset beyond the ceiling is treated as contact: the tare fails and the old
+/// zero stays.
 ///
 /// Ownership  The caller places arm_tare_t.
 /// Context    One task.

@@ -2,9 +2,8 @@
 /// The subsystem MANIPULATOR: a two-joint torque-sensed arm.
 ///
 /// STAND_ALONE (drives close the position loop) executes MOVE_TO; TELEPRESENCE (torque loop here) follows the
-/// joystick and tells it the external torque at the joints. Which of the two a configuration is follows from
-/// the mode of operation its devices are set to. All tunable values are the parameters CONTROL, MODEL,
-/// TORQUE_LIMIT.
+/// joystick and sends it the external torque at the joints. The mode of operation of its devices decides
+/// which of the two a configuration is. All tunable values are the parameters CONTROL, MODEL, TORQUE_LIMIT.
 ///
 /// Ownership  The program places manipulator_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.

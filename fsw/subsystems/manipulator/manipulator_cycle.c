@@ -160,7 +160,7 @@ static void count(manipulator_t* const manipulator, manipulator_counters_t* cons
     counters->foreign_syncs     = master->foreign_syncs;
 }
 
-/// Age of the samples of a link as the parameter LINK_AGE tells it [us]; without one, the largest number.
+/// Age of the samples of a link for the parameter LINK_AGE [us]; without a link the largest number.
 static uint32_t link_age_us(const manipulator_t* const manipulator)
 {
     const uint64_t age_us =

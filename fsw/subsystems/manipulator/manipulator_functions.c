@@ -117,8 +117,8 @@ static status_t stop(manipulator_t* const manipulator)
     return STATUS_OK;
 }
 
-/// DES_POSITION set by telecommand: go there, where that is allowed; otherwise the next cycle shows the true
-/// one.
+/// DES_POSITION set by telecommand: move there if allowed; otherwise the next cycle restores the present
+/// position.
 static void go_to_parameter(manipulator_t* const manipulator)
 {
     const double* const goal = manipulator->parameters.des_position;
@@ -159,7 +159,7 @@ void manipulator_abandon(manipulator_t* const manipulator)
 
 // ---- Functions ----------------------------------------------------------------------------------
 
-/// A tare that began by itself is taken over by the command that asks for one.
+/// A command for a tare takes over one that was started automatically.
 static status_t tare(manipulator_t* const manipulator, const uint32_t ticket)
 {
     if ((manipulator->activity != MANIPULATOR_PREPARED) || (manipulator->tare_ticket != 0U)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Between the source files of the manipulator; for nobody else.
+/// Shared by the source files of the manipulator; private to them.
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_INTERNAL_H
 #define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_INTERNAL_H
 
@@ -20,7 +20,7 @@ void manipulator_parameter_set(void* self, uint32_t parameter_id);
 arm_motion_t manipulator_motion_step(manipulator_t* manipulator);
 /// At rest where the arm is; function commands under way are aborted.
 void manipulator_motion_reset(manipulator_t* manipulator);
-/// The controllers go off: nothing that was commanded goes on.
+/// The controllers are switched off: abort everything commanded.
 void manipulator_abandon(manipulator_t* manipulator);
 /// End a TARE under way with the result of the tare.
 void manipulator_tare_ended(manipulator_t* manipulator);
