@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which changes `make mutants` makes, and that its list of equivalent ones fits the sources."""
+
+import pathlib
+import sys
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import run_mutants
+
+
+@pytest.mark.parametrize(
+    "line, changes",
+    [
+        ("    if (a < b) {", ["    if (a <= b) {", "    if (!(a < b)) {"]),
+        ("    x->count += 2U;", ["    x->count -= 2U;", "    x->count += 3U;", "    {}"]),
+        ("    return STATUS_OK;", ["    return STATUS_IO;"]),
+        ("    (void)close(descriptor); // a == b", ["    {}"]),
+        ('    text_add(&text, "a < b");', ["    {}"]),
+        ("    const int x = f();", []),
+        ("    FSW_ASSERT(a < 2U);", []),
+        ("static const int x = 2;", []),
+    ],
+)
+def test_changes_of_a_line(line, changes):
+    assert [mutant.new for mutant in run_mutants.mutants_of_line("a.c", 1, line)] == changes
+
+
+def test_a_seed_draws_the_same_and_another_one_differs():
+    first = [str(mutant) for mutant in run_mutants.drawn("base/", 1)]
+    assert first == [str(mutant) for mutant in run_mutants.drawn("base/", 1)]
+    assert first != [str(mutant) for mutant in run_mutants.drawn("base/", 2)]
+    assert len(set(first)) == len(first)
+
+
+def test_equivalent_mutants_are_mutants():
+    for row in run_mutants.read_equivalent():
+        assert any(mutant.row() == row for mutant in run_mutants.mutants_of(row[0])), row
