@@ -123,7 +123,7 @@ static const char* open_component(image_t* const self, const unsigned index,
     }
     const program_open_t open = program_find(self->mission.subsystems[index].executable);
     if (open == NULL) {
-        return "the image holds no program for one of the mission's executables";
+        return "the image contains no program for one of the mission's executables";
     }
     if (!open(&self->seats[index], &self->programs[index])) {
         return self->seats[index].error;
@@ -180,7 +180,7 @@ static bool may_return(image_t* const self)
     const bool may        = return_budget_take(&self->returns, now_ns, &delay_ns);
     if (!may) {
         self->abandon_ns = now_ns + RETURN_ABANDON_NS;
-        (void)complain("the supervisor has died too often; members reach their safe state by themselves");
+        (void)complain("the supervisor has died too often; subsystems go to their safe state on their own");
     }
     return may;
 }
@@ -271,7 +271,7 @@ static const char* open_door(image_t* const self, const char* const path)
         return NULL;
     }
     if (status != STATUS_OK) {
-        return "the operator did not come";
+        return "the operator did not join";
     }
     osal_calendar_set_stream_port(self->calendar, order, self->door.stream_port);
     osal_calendar_done(self->calendar, order, 0U);

@@ -18,10 +18,9 @@ const char* launch_options_help(void)
            "                     none: fly until Ctrl-C\n"
            "  --seed N           of sensor noise and faults (default 1)\n"
            "  --form processes|image   a process per subsystem (default), or all in one program\n"
-           "  --time stepped|real|free   discrete time; the same held back to the wall clock; or every "
-           "process on "
-           "a\n"
-           "                     clock of its own, as on a spacecraft (default: stepped; real without "
+           "  --time stepped|real|free   discrete time; the same paced by the wall clock; or every "
+           "process\n"
+           "                     with its own clock, as on a spacecraft (default: stepped; real without "
            "simulator)\n"
            "  --bus shm|vcan|can carrier of the CAN buses: shared memory (default); virtual interfaces\n"
            "                     vcan-BUS, where candump and other tools attach; or real controllers:\n"
@@ -35,10 +34,10 @@ const char* launch_options_help(void)
            "  --port N           ground port on 127.0.0.1 (default: the first free from the mission's)\n"
            "  --tools N          serve bus tools on 127.0.0.1 at this port (socketcand; python-can, "
            "SavvyCAN)\n"
-           "  --out FOLDER       where the run leaves its logs (default: a new folder under runs/)\n"
-           "  --storage FOLDER   what outlives a power cut: schedules, definitions, stores, files; that of "
-           "an\n"
-           "                     earlier run is taken over (default: FOLDER/storage of --out)\n"
+           "  --out FOLDER       for the logs of the run (default: a new folder under runs/)\n"
+           "  --storage FOLDER   lasting data: schedules, definitions, stores, files; a run continues the "
+           "data\n"
+           "                     of an earlier run (default: FOLDER/storage of --out)\n"
            "  --key FILE         accept only telecommands protected with this key (`gse key make "
            "FILE`;\n"
            "                     default: that of the mission, if it has one)\n"
@@ -399,7 +398,7 @@ static bool is_sensible(const launch_options_t* const options, char error[LAUNCH
     const bool is_endless = (strcmp(options->scenario, "none") == 0) && (options->duration_ns == 0U);
     if (options->is_stepped && is_endless) {
         return fail(error, "--scenario none", "--time stepped",
-                    "nobody would end it; use --time real (Ctrl-C ends it) or give --duration");
+                    "the flight would never end; use --time real (Ctrl-C ends it) or give --duration");
     }
     return true;
 }

@@ -118,7 +118,7 @@ static bool refuse_look(launcher_t* const launcher, const char* const name, cons
         return refuse(launcher, name, " is an interface, but not for CAN; `ip link show type can` lists them",
                       "", "");
     default:
-        return refuse(launcher, "cannot look at the interface ", name, ": ", status_text(status));
+        return refuse(launcher, "cannot query the interface ", name, ": ", status_text(status));
     }
 }
 
@@ -253,7 +253,7 @@ static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* cons
     osal_can_interface_t seen;
     if ((simulated != NULL) && (strcmp(flight, simulated) == 0) &&
         ((osal_can_interface_look(flight, &seen) != STATUS_OK) || !seen.is_virtual)) {
-        return refuse(launcher, "flight and simulator need a controller each, both are given ", flight,
+        return refuse(launcher, "flight and simulator need separate controllers, both have ", flight,
                       " for bus ", wanted->name);
     }
     if (!look_at_controller(launcher, wanted, flight) ||

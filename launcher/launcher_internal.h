@@ -80,8 +80,8 @@ void launcher_remove_buses(launcher_t* launcher);
 /// Virtual interfaces that a launcher which was killed has made, to be removed with the buses.
 void launcher_adopt_interfaces(launcher_t* launcher);
 
-/// launcher_watch.c: suspend a process that hangs while it holds the grant; end the life of one that was started
-/// again and does not join, or, where time does not wait for it, makes no step.
+/// launcher_watch.c: suspend a process that hangs while it holds the grant; end the life of one that was
+/// started again and does not join, or, where time does not wait for it, makes no step.
 void launcher_watch_lives(launcher_t* launcher);
 /// True if the holder of the grant is ready to run but gets no processor.
 bool launcher_is_starved(launcher_t* launcher);

@@ -311,7 +311,7 @@ static bool note_identities(launcher_t* const launcher)
         is_noted = (osal_tipc_identity(&launcher->messages[i],
                                        &launcher->run->components[i].message_identity) == STATUS_OK);
     }
-    return is_noted || fail(launcher, "cannot tell the TIPC sockets of the components apart", "");
+    return is_noted || fail(launcher, "cannot number the TIPC sockets of the components", "");
 }
 
 bool launcher_open_sockets(launcher_t* const launcher)

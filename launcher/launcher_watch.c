@@ -125,7 +125,8 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// In free-running time only the launcher detects a process that never steps, because it has promised nothing.
+/// In free-running time only the launcher detects a process that never steps, because it has promised
+/// nothing.
 static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
 {
     for (size_t i = 0U; i < launcher->child_count; i++) {

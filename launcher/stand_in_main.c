@@ -174,7 +174,7 @@ static bool serve(stand_in_t* const self)
     }
     if ((status == STATUS_INVALID) || (status == STATUS_TOO_LARGE)) {
         (void)complain(
-            "what is said between it and its program is malformed; build both anew: make foreign, ",
+            "the protocol between it and its program was violated; build both again: make foreign, ",
             status_text(status));
     }
     return false;

@@ -99,7 +99,7 @@ static const char* join_by_stand_in(const unsigned descriptor)
     const status_t joined =
         (descriptor != UINT32_MAX) ? foreign_join(foreign, (int)descriptor) : STATUS_INVALID;
     if (joined != STATUS_OK) {
-        return "the stand-in does not tell of a run; `hirosco run --foreign SUBSYSTEM` starts both";
+        return "the stand-in has sent no run; `hirosco run --foreign SUBSYSTEM` starts both";
     }
     const char* const error = take_seat(&foreign->run, foreign->component, NULL);
     if (error == NULL) {
@@ -124,10 +124,10 @@ static void note_attributes(const char* const executable)
         return;
     }
     if (!clock->attributes.is_memory_locked) {
-        (void)complain(executable, "note: its memory may not be locked here");
+        (void)complain(executable, "note: locked memory is not permitted here");
     }
     if (!clock->attributes.is_slack_minimal) {
-        (void)complain(executable, "note: its timers may be put together with later ones");
+        (void)complain(executable, "note: the timer slack cannot be reduced here");
     }
 }
 

@@ -61,7 +61,7 @@ static void tell_refusal(const member_t* const member)
     char line[LINE_CHARACTERS];
     text_t text = text_in(line, sizeof line);
     text_add(&text, descriptor_error(&member->seat->reader->loader));
-    text_add(&text, " (not read anew: the descriptor in force stays)");
+    text_add(&text, " (not reloaded: the descriptor in force stays)");
     osal_console_complain(line);
 }
 

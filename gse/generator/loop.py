@@ -6,9 +6,9 @@ from dataclasses import dataclass
 SERVICES = ["17", "20"]
 # Services of every subsystem that stay in the loop of the control.
 BOUND = {
-    "1": "who performs a request verifies it",
+    "1": "the loop that performs a request verifies it",
     "3": "each <HKService> names its loop",
-    "5": "an event is told in the cycle that raises it",
+    "5": "an event is reported in the cycle that raises it",
     "8": "functions act on devices",
     "129": "the state machine leads the control",
     "130": "links are opened, read and written with the control",

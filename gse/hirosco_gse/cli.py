@@ -65,9 +65,9 @@ def _epilog():
         lines += [f"  {part.strip()}" for part in usage.split(", hk ")[:1]] + [f"        {about}"]
     lines += [
         "  hk [-f] [SUBSYSTEM]",
-        "        show housekeeping reports as they come; -f goes on until Ctrl-C",
+        "        show housekeeping reports as they arrive; -f continues until Ctrl-C",
         "  events [-f] [SUBSYSTEM]",
-        "        show events and state transitions as they come; -f goes on until Ctrl-C",
+        "        show events and state transitions as they arrive; -f continues until Ctrl-C",
         "  permissions",
         "        what is allowed in which mode and state (from the dictionary)",
         "  script FILE [--door PATH] [--run DIR]",

@@ -417,7 +417,7 @@ VERBS = {
     "cmd": (_cmd, "cmd SUBSYSTEM.FUNCTION [argument=value ...]", "perform a function; arrays as 0.5,-0.3"),
     "state": (_state, "state SUBSYSTEM|all TARGET", "ask for a state"),
     "config": (_config, "config SUBSYSTEM NAME", "select a configuration"),
-    "reload": (_reload, "reload SUBSYSTEM", "read its descriptor anew, at its next PRE_OPERATIONAL or OFFLINE"),
+    "reload": (_reload, "reload SUBSYSTEM", "reload its descriptor, at its next PRE_OPERATIONAL or OFFLINE"),
     "link": (_link, "link open|close NAME, link list", "real-time links"),
     "mode": (_mode, "mode NAME", "set the mission mode"),
     "log": (_log, "log ascii|sqlite|ring", "switch the packet log"),

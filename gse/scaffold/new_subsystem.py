@@ -196,7 +196,7 @@ def begin(name, apid, mission):
     return (
         f"{name.upper()}, APID {number}, in mission {mission_name}:\n{made}\n"
         f"Next:\n  make sim-run MISSION={mission_name} SCENARIO={file}\n  make test ONLY={name}\n"
-        "  docs/tutorial.md tells how it goes on"
+        "  docs/tutorial.md shows the next steps"
     )
 
 

@@ -77,10 +77,9 @@ static void signal_process(const char* process, const char* verb, int signal_num
     }
     if (!is_found) {
         char line[TEXT_OCTETS];
-        (void)snprintf(
-            line, sizeof line,
-            "simulator: fault %.8s %.64s: this run has no such process (any more); run.json names them", verb,
-            process);
+        (void)snprintf(line, sizeof line,
+                       "simulator: fault %.8s %.64s: no such process is running; run.json names them", verb,
+                       process);
         osal_console_complain(line);
     }
 }

@@ -67,20 +67,20 @@ static const char usage_text[] =
     "  the run\n"
     "    --calendar NAME       take part in the stepped run of this shared memory\n"
     "    --participant N       as this participant (default 0)\n"
-    "    --time stepped|real   as fast as it goes (default), or by the wall clock; with a calendar: held "
-    "back to it\n"
+    "    --time stepped|real   as fast as possible (default), or by the wall clock; with a calendar: paced "
+    "by it\n"
     "    --origin NS           real: monotonic time of the run's time 0 (default now)\n"
     "    --duration S          end after this much simulated time\n"
-    "    --free-run S          without flight: run for S seconds; --time stepped: as fast as it goes\n"
+    "    --free-run S          without flight: run for S seconds; --time stepped: as fast as possible\n"
     "    --process NAME=N      the process of participant N, for the scenario's kill, hang and resume\n"
     "    --bus NAME=ADDRESS    flight's controller on a bus, e.g. robot=shm:run1.robot\n"
     "    --redundant NAME=OF   that bus is channel B of bus OF, e.g. robot-b=robot\n"
-    "    --publish NAME=ADDRESS  show that bus to tools, e.g. robot=can:vcan-robot\n"
+    "    --publish NAME=ADDRESS  publish that bus to tools, e.g. robot=can:vcan-robot\n"
     "    --classic             1 Mbit/s classic CAN instead of FD 1/5 on all buses\n"
     "    --classic-bus NAME    the same on that bus\n"
-    "  what happens\n"
-    "    --scenario FILE       hand and faults (default: nothing happens)\n"
-    "    --equipment FILE      devices beside the arm and the joystick (default: none)\n"
+    "  the world\n"
+    "    --scenario FILE       hand and faults (default: none)\n"
+    "    --equipment FILE      further devices (default: none)\n"
     "    --seed N              of noise and faults (default 1)\n"
     "    --devices DIR         EDS files (default descriptors/devices)\n"
     "    --out DIR             write can-*.log, can-*.pcap, truth.lcm there\n"
@@ -88,7 +88,7 @@ static const char usage_text[] =
     "    --socketcand PORT|off serve the socketcand protocol on 127.0.0.1, 0 for any free port (default "
     "off)\n"
     "    --in-step             time stands still until the tool sends\n"
-    "    --quantum US          in step: time that each frame buys (default 5000)\n"
+    "    --quantum US          in step: simulated time for each frame (default 5000)\n"
     "  the operator's door into the calendar\n"
     "    --door PATH  --door-name NAME (default operator)  --door-seat N  --door-receiver N\n";
 
@@ -501,7 +501,7 @@ static void complain_of_tools(const simulator_t* simulator)
     simulator_statistics(simulator, &statistics);
     if (statistics.tools_lost > 0U) {
         osal_console_complain(
-            "simulator: a tool in lock-step was not done with its step in 20 s and was left behind");
+            "simulator: a tool in lock-step did not finish its step in 20 s and was disconnected");
     }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Walks the state machine and prints what it does, for test_states.py: each request and event in each state, each failure
-// of an action, and all changes of state that follow.
+// Walks the state machine and prints what it does, for test_states.py: each request and event in each state,
+// each failure of an action, and all changes of state that follow.
 #include "base/assertion.h"
 #include "fsw/framework/subsystem/state_machine.h"
 
@@ -29,7 +29,8 @@ static void print_changes(const state_machine_t* const machine)
     }
 }
 
-/// End the running action, and those that follow, successfully until the state is reached or the machine rests.
+/// End the running action, and those that follow, successfully until the state is reached or the machine
+/// rests.
 static void walk_to(state_machine_t* const machine, const state_t state)
 {
     while ((machine->action != ACTION_NONE) && (machine->state != state)) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The descriptors that this process has open, so that a test can tell that it gives back what it took. The Makefile
-/// links tests of the operating system layer so that each RUN_TEST counts: a test that leaves one open, or closes one
-/// that is not its own, fails. A test with cmocka calls both functions in its own set-up and tear-down.
+/// The descriptors that this process has open, so that a test can tell that it gives back what it took. The
+/// Makefile links tests of the operating system layer so that each RUN_TEST counts: a test that leaves one
+/// open, or closes one that is not its own, fails. A test with cmocka calls both functions in its own set-up
+/// and tear-down.
 #ifndef TEST_SUPPORT_DESCRIPTORS_H
 #define TEST_SUPPORT_DESCRIPTORS_H
 

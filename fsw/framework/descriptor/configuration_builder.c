@@ -62,9 +62,9 @@ void configuration_builder_initial(source_t* const source)
 /// The services of every subsystem that stay in the loop of the control, and why.
 static void refuse_bound_services(source_t* const source, const char* const services)
 {
-    static const char* const bound[][2] = {{"1", "who performs a request verifies it"},
+    static const char* const bound[][2] = {{"1", "the loop that performs a request verifies it"},
                                            {"3", "each <HKService> names its loop"},
-                                           {"5", "an event is told in the cycle that raises it"},
+                                           {"5", "an event is reported in the cycle that raises it"},
                                            {"8", "functions act on devices"},
                                            {"129", "the state machine leads the control"},
                                            {"130", "links are opened, read and written with the control"}};

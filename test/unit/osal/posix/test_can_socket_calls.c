@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the SocketCAN port asks of the kernel, and what it makes of each answer of a CAN controller: the system
-// calls are mocked, so that kernels without CAN test it, too. What a real kernel does is in
+// What the SocketCAN port asks of the kernel, and what it makes of each answer of a CAN controller: the
+// system calls are mocked, so that kernels without CAN test it, too. What a real kernel does is in
 // test/contract/osal/test_can_socket.c.
 #define _GNU_SOURCE
 #include "osal/posix/can_port.h"

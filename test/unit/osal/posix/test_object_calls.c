@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the ports of shared memory, message queues, locks and tasks make of errors of the system: the calls are mocked.
-// What the system does when all is well is in test/contract/osal.
+// What the ports of shared memory, message queues, locks and tasks make of errors of the system: the calls
+// are mocked. What the system does when all is well is in test/contract/osal.
 #define _GNU_SOURCE
 #include "osal/include/osal/mqueue.h"
 #include "osal/include/osal/mutex.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of docs/states.md row by row. They are written down here as the text has them, as walks, and not as
-// the code has them.
+// The tables of docs/states.md row by row. They are written down here as the text has them, as walks, and not
+// as the code has them.
 #include "fsw/framework/subsystem/state_machine.h"
 
 #include "test/unit/fsw/framework/subsystem/machine_states.h"
