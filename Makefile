@@ -215,13 +215,13 @@ fixtures   = $(filter-out $(dir $1)test_%,$(wildcard $(dir $1)*.c $(dir $(patsub
 # A test that defines __wrap_x takes the part of x in what it links; __real_x is x itself.
 WRAPPED   := $(shell grep -o '__wrap_[A-Za-z0-9_]*' $(TESTS) /dev/null | LC_ALL=C sort -u)
 wraps_of   = $(patsubst $1:__wrap_%,-Wl$(comma)--wrap=%,$(filter $1:%,$(WRAPPED)))
-counted    = $(if $(findstring /osal/,$1),-Wl$(comma)--wrap=UnityDefaultTestRun) # See test/support/descriptors.h.
+counted    = $(if $(S390X),,-Wl$(comma)--wrap=UnityDefaultTestRun) # See test/support/descriptors.h.
 TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm
 
 define test_rule
 $(call test_name,$1): $(call objects,$1 $(call fixtures,$1)) $(SUPPORT_A) $(call layer_libraries,$(call mirrored,$1))
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call wraps_of,$1) $(call counted,$1) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -Wl,--as-needed $(TEST_EXTERNALS)
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call wraps_of,$1) $(counted) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -Wl,--as-needed $(TEST_EXTERNALS)
 endef
 $(foreach t,$(TESTS),$(eval $(call test_rule,$t)))
 
