@@ -107,6 +107,22 @@ static bool is_valid(const uint8_t* const packet, const size_t size)
     return pus_tc_decode(packet, size, &tc, &failure) == STATUS_OK;
 }
 
+/// Who poses as a user on board is refused by the supervisor, and the refusal goes to that user: so the ground
+/// is told here.
+static void note_source(communication_t* const self, const uint8_t* const packet, const size_t size,
+                        const unsigned client)
+{
+    if (size < (SOURCE_OFFSET + 2U)) {
+        return;
+    }
+    const uint16_t user = u16_at(packet, SOURCE_OFFSET);
+    if ((user & PUS_USER_ONBOARD) != 0U) {
+        self->not_requests++;
+    } else {
+        note_user(self, user, client);
+    }
+}
+
 static size_t frame(void* const context, const unsigned client, const uint8_t* const octets,
                     const size_t size)
 {
@@ -140,9 +156,7 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
     if (is_valid(unit.packet, unit.size)) {
         self->heard_ns[client] = subsystem_now_ns(self->generic);
     }
-    if (unit.size >= (SOURCE_OFFSET + 2U)) {
-        note_user(self, u16_at(unit.packet, SOURCE_OFFSET), client);
-    }
+    note_source(self, unit.packet, unit.size, client);
     if (!is_participant(self, client)) {
         self->hooks.intruded(self->hooks.context);
     }

@@ -104,6 +104,20 @@ static void misuse_is_counted_and_told_once_a_second(void)
     TEST_ASSERT_TRUE(bed.events[COMMUNICATION_EVENT_GROUND_MISUSED] <= 4U);
 }
 
+/// The supervisor refuses it; what it says of that goes to the user on board.
+static void who_poses_as_a_user_on_board_is_counted_and_told(void)
+{
+    bed_run(100U);
+    bed_connect(0U);
+    bed_write_request(0U, (uint16_t)(PUS_USER_ONBOARD | 2U), 1U, 0U);
+    bed_run_until_requests(1U);
+    bed_write_request(0U, 2U, 2U, 0U);
+    bed_run_until_requests(2U);
+    bed_run(100U);
+    TEST_ASSERT_EQUAL(1U, bed.communication.misuse.no_telecommand);
+    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_GROUND_MISUSED]);
+}
+
 /// Who asks and does not read is asked to wait; its connection stays.
 static void who_does_not_read_sends_no_more(void)
 {
@@ -154,6 +168,7 @@ int main(void)
     RUN_TEST(what_is_no_valid_request_keeps_no_place);
     RUN_TEST(a_participant_keeps_its_place);
     RUN_TEST(misuse_is_counted_and_told_once_a_second);
+    RUN_TEST(who_poses_as_a_user_on_board_is_counted_and_told);
     RUN_TEST(who_does_not_read_sends_no_more);
     RUN_TEST(released_it_has_ended_every_connection);
     return UNITY_END();
