@@ -262,7 +262,7 @@ static void show_progress(launcher_t* const launcher, const uint64_t wall_ns)
     launcher->last_simulated_ns = simulated;
 }
 
-/// Somebody holds the grant and does not hand it on, or has not come at all.
+/// Simulated time has stopped: a process holds the grant and does not pass it on, or has not joined.
 static bool has_stalled(launcher_t* const launcher, const uint64_t simulated)
 {
     const uint64_t wall_ns = osal_clock_monotonic_ns();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The guard of a run: a process beside the launcher that outlives it. If somebody kills the launcher, the
-/// guard waits for the end of its children, removes every name of the run, completes the logs and writes
-/// run.json and the report. If somebody kills the guard, the launcher starts another.
+/// The guard of a run: a process beside the launcher that outlives it. If the launcher is killed, the guard
+/// waits for the end of its children, removes every name of the run, completes the logs and writes run.json
+/// and the report. If the guard is killed, the launcher starts another.
 ///
 /// Ownership  The program places guard_t.
 /// Context    One task.

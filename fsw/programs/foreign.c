@@ -76,7 +76,7 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
 {
     foreign_t* const foreign = (foreign_t*)context;
     if ((kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE)) {
-        return STATUS_NOT_FOUND; // Whoever is at the other end has numbers the other way round.
+        return STATUS_NOT_FOUND; // A program at the other end has the other byte order.
     }
     status_t status = foreign->inner.resolve(foreign->inner.context, kind, name, out_address);
     for (unsigned bus = 0U; (status == STATUS_OK) && (kind == ENDNODE_CAN) && (bus < MISSION_BUSES_MAX);

@@ -67,7 +67,7 @@ typedef struct {      // Of one component, in a cache line of its own; written b
 typedef struct {                  // Addresses of one CAN bus (osal/can.h); in the mission's order.
     char flight[RUN_NAME_MAX];    ///< Controller of the flight side.
     char simulator[RUN_NAME_MAX]; ///< Wire end of the simulator; "": it has no part in this bus.
-    char published[RUN_NAME_MAX]; ///< Where the simulator publishes the bus to tools; "": nowhere.
+    char published[RUN_NAME_MAX]; ///< Address where the simulator publishes the bus to tools; "": none.
 } run_bus_t;
 
 typedef struct {       // A shared memory or message queue that a component makes for a flow of its own.

@@ -33,7 +33,7 @@
 /// Who knows the sizes of parameters that are no scalars.
 typedef struct {
     void* context;
-    /// STATUS_OK (*out_size octets on the wire, >= 1), STATUS_NOT_FOUND. Null: nobody.
+    /// STATUS_OK (*out_size octets on the wire, >= 1), STATUS_NOT_FOUND. Null: none.
     status_t (*size_of)(void* context, uint32_t parameter_id, uint16_t* out_size);
 } mirror_sizes_t;
 

@@ -143,7 +143,7 @@ void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t life, u
     } else if (clock->mode == OSAL_CLOCK_STEPPED) {
         osal_calendar_deliver(clock->calendar, clock->participant, receiver, life, messages, octets);
     } else {
-        // Nobody counts in real time.
+        // Deliveries are not counted in real time.
     }
 }
 

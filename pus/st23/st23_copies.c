@@ -410,12 +410,12 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
     }
     if (status != STATUS_OK) {
         fail_copy(files, copy, status, now_ns);
-        (void)st23_commit(files); // What is not forgotten harms nobody.
+        (void)st23_commit(files); // If this fails, the record has no effect.
     } else if (is_whole) {
         files->counters.copied++;
         copy->is_begun = false; // It is the target now.
         end_copy(files, copy, pus_failure(PUS_FAILURE_NONE, 0U), files->config.process, now_ns);
-        (void)st23_commit(files); // What is not forgotten harms nobody.
+        (void)st23_commit(files); // If this fails, the record has no effect.
     } else {
         // More is to come.
     }
@@ -424,7 +424,7 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
 static void remove_left(pus_files_t* const files, pus_file_copy_t* const copy)
 {
     forget(files, copy, true);
-    (void)st23_commit(files); // What is not forgotten harms nobody.
+    (void)st23_commit(files); // If this fails, the record has no effect.
     files->counters.removed++;
 }
 

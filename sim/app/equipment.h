@@ -26,7 +26,7 @@ typedef struct {
     size_t segment_count;
     bus_t* const* channel_b; ///< Redundant channel of each segment, or null; null: none has one.
     uint64_t seed;
-    /// Told of every change of state of a device.
+    /// Called for every change of state of a device.
     void (*changed)(void* context, uint64_t now_ns, const truth_drive_t* drive);
     void* context;
 } equipment_config_t;

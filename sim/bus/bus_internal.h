@@ -35,7 +35,7 @@ typedef struct {
 typedef enum {
     OUTCOME_DELIVERED,
     OUTCOME_DESTROYED, // Bit error seen by all.
-    OUTCOME_UNHEARD    // Nobody acknowledges.
+    OUTCOME_UNHEARD    // No node acknowledges.
 } outcome_t;
 
 struct bus {

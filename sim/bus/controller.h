@@ -39,7 +39,7 @@ typedef enum {
     CONTROLLER_RECEIVED,       ///< Frame of another node received.
     CONTROLLER_TRANSMIT_ERROR, ///< Bit, stuff, form or CRC error seen while transmitting.
     CONTROLLER_RECEIVE_ERROR,  ///< Error seen while receiving.
-    CONTROLLER_NO_ACK,         ///< Nobody acknowledged.
+    CONTROLLER_NO_ACK,         ///< No node acknowledged.
     CONTROLLER_RECOVERED,      ///< Bus-off is over.
     CONTROLLER_EVENT_COUNT
 } controller_event_t;

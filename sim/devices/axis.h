@@ -43,7 +43,7 @@ uint16_t axis_state_bits(axis_state_t state);
 /// True where the holding brake is off.
 bool axis_moves(axis_state_t state);
 
-/// Told of every change of state (brake included) at its time.
+/// Called for every change of state (brake included) at its time.
 typedef void (*axis_observer_t)(void* context, uint8_t node, unsigned axis, uint16_t statusword, bool brake,
                                 uint64_t now_ns);
 

@@ -9,7 +9,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SKIPPED = {".git", "build", "runs", "__pycache__", ".pytest_cache"}
-FILE_LINES, FUNCTION_LINES, CONTRACT_LINES = 600, 60, 15
+FILE_LINES, FUNCTION_LINES, CONTRACT_LINES, COMMENT_COLUMNS = 600, 60, 15, 110
 
 
 def project_files():
@@ -70,7 +70,22 @@ def contract_breaches(path, lines):
             yield f"{path}:2: contract of {length} lines, {CONTRACT_LINES} allowed: move details to docs/"
 
 
-def breaches(path, words):
+SOURCES = {"base", "osal", "pus", "fsw", "launcher", "sim"}
+COMMENT = re.compile(r"(?:^|\s)///?<? (.*)$")
+
+
+def comment_breaches(path, lines, turns):
+    """Turns that no comment of the sources may use, and comments that are wider than the code."""
+    for number, line in enumerate(lines, 1):
+        comment = COMMENT.search(line)
+        found = turns.search(comment[1]) if comment and path.parts[0] in SOURCES else None
+        if found:
+            yield f"{path}:{number}: '{found[0]}' in a comment: say who acts, and what is done"
+        if comment and len(line) > COMMENT_COLUMNS and "NOLINT" not in line:
+            yield f"{path}:{number}: comment beyond column {COMMENT_COLUMNS}"
+
+
+def breaches(path, words, turns):
     try:
         text = (ROOT / path).read_text()
     except UnicodeDecodeError:
@@ -83,19 +98,23 @@ def breaches(path, words):
         yield from length_breaches(path, text)
     if path.suffix in {".c", ".h"}:
         yield from contract_breaches(path, text.splitlines())
+        yield from comment_breaches(path, text.splitlines(), turns)
     if path.suffix in {".c", ".h", ".py", ".sh"} and "SPDX-License-Identifier: Apache-2.0" not in text[:200]:
         yield f"{path}:1: no licence line"
 
 
 def read_words():
-    rules = (ROOT / "test/lint/words.txt").read_text().splitlines()
-    return re.compile("|".join(rule for rule in rules if rule and not rule.startswith("#")), re.IGNORECASE)
+    """Two patterns of words.txt: of words in any line, and of turns in comments, whose rules begin with `comment `."""
+    rules = [rule for rule in (ROOT / "test/lint/words.txt").read_text().splitlines() if rule and not rule.startswith("#")]
+    turns = [rule.removeprefix("comment ") for rule in rules if rule.startswith("comment ")]
+    words = [rule for rule in rules if not rule.startswith("comment ")]
+    return re.compile("|".join(words), re.IGNORECASE), re.compile("|".join(turns))
 
 
 def main():
-    words = read_words()
+    words, turns = read_words()
     files = [path.relative_to(ROOT) for path in project_files() if path.name != "LICENSE"]
-    failures = [text for path in files for text in breaches(path, words)]
+    failures = [text for path in files for text in breaches(path, words, turns)]
     print("\n".join(failures) if failures else f"check: words and lengths are right in {len(files)} files")
     return 1 if failures else 0
 

@@ -124,9 +124,9 @@ def test_symbols(tmp_path, source, place, complaint):
 
 def text_breaches(tmp_path, monkeypatch, name, text):
     (tmp_path / name).write_text(text)
-    words = check_text.read_words()
+    words, turns = check_text.read_words()
     monkeypatch.setattr(check_text, "ROOT", tmp_path)
-    return list(check_text.breaches(pathlib.Path(name), words))
+    return list(check_text.breaches(pathlib.Path(name), words, turns))
 
 
 LICENCE = "// SPDX-License-Identifier: Apache-2.0\n"
@@ -153,6 +153,23 @@ LICENCE = "// SPDX-License-Identifier: Apache-2.0\n"
 def test_text(tmp_path, monkeypatch, text, complaint):
     found = text_breaches(tmp_path, monkeypatch, "a.c", text)
     assert (not found) if complaint is None else any(complaint in line for line in found), found
+
+
+@pytest.mark.parametrize(
+    "name, line, complaint",
+    [
+        ("sim/a.c", "// Nobody takes it.", "'Nobody' in a comment"),
+        ("sim/a.c", "    return 0; ///< It waits for ever.", "'for ever' in a comment"),
+        ("sim/a.c", "    return nobody;", None),
+        ("test/a.c", "// Nobody takes it.", None),
+        ("sim/a.c", "// " + "x" * 107, None),
+        ("sim/a.c", "// " + "x" * 108, "beyond column 110"),
+    ],
+)
+def test_turns_and_width_of_comments(tmp_path, monkeypatch, name, line, complaint):
+    (tmp_path / name).parent.mkdir()
+    found = text_breaches(tmp_path, monkeypatch, name, LICENCE + line + "\n")
+    assert (not found) if complaint is None else any(complaint in text for text in found), found
 
 
 @pytest.mark.parametrize("lines, complaint", [(15, None), (16, "contract of 16 lines")])

@@ -31,7 +31,7 @@ typedef enum { // Error state of our controller, from its last error frame.
 
 typedef struct {
     flow_can_state_t state;
-    bool is_unacknowledged; ///< Nobody acknowledges our frames; ends with the next frame received.
+    bool is_unacknowledged; ///< No node acknowledges our frames; ends with the next frame received.
     uint8_t transmit_errors;
     uint8_t receive_errors;
 } flow_can_health_t;

@@ -150,7 +150,7 @@ void flow_mqueue_close(flow_mqueue_t* const flow)
     if (flow_mqueue_is_open(flow)) {
         lose(flow, STATUS_CLOSED);
         if (flow->setup.is_receiver) {
-            (void)osal_mqueue_remove(flow->address); // Somebody may have been faster.
+            (void)osal_mqueue_remove(flow->address); // Another receiver may have been faster.
         }
     }
     reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);

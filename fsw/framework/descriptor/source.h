@@ -49,7 +49,7 @@ typedef struct {
     uint32_t high;
     uint32_t otherwise;
     uint16_t member; ///< Where its value goes: offset in the item.
-    uint8_t width;   ///< [octets] 0: nowhere.
+    uint8_t width;   ///< [octets] 0: not stored.
     uint8_t form;    ///< SOURCE_..
 } source_attribute_t;
 

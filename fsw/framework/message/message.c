@@ -222,7 +222,7 @@ status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* cons
     while ((status == STATUS_FULL) && has_room) {
         status   = message_inbox_put(&channel->inbox, frame[MESSAGE_AT_KIND], endpoint->stamp, frame, size);
         has_room = (status == STATUS_FULL) && message_inbox_forget(&channel->inbox, life);
-        // Nobody has taken the last words of an earlier life, and now they go.
+        // The last frames of an earlier life were not taken, and are removed now.
         endpoint->counters.stale += has_room ? 1U : 0U;
     }
     if (status != STATUS_OK) { // No true sender sends beyond its window.

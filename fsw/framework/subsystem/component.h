@@ -58,7 +58,7 @@
 #define COMPONENT_LOOP_REPORTS 16U ///< Taken from one mailbox in one step, at most.
 #define COMPONENT_NEVER UINT64_MAX
 #define COMPONENT_SUPERVISOR_APID 1U
-#define COMPONENT_STATUS_INTERVAL_NS 1000000000ULL ///< Of the status report that nobody requests.
+#define COMPONENT_STATUS_INTERVAL_NS 1000000000ULL ///< Of unsolicited status reports.
 /// Cycles that a MEDIUM error waits for the supervisor's order.
 #define COMPONENT_MEDIUM_CYCLES 4U
 
@@ -84,7 +84,7 @@ typedef struct {
     uint32_t mission_epoch_s;        ///< Mission time 0 [s of TAI since 1958].
     uint64_t device_deadline_ns;     ///< See subsystem_device_deadline_ns.
     uint64_t supervisor_patience_ns; ///< A supervisor not heard for longer is lost; 0: it is itself one.
-    uint64_t status_interval_ns;     ///< Time between two status reports that nobody requests.
+    uint64_t status_interval_ns;     ///< Time between two unsolicited status reports.
     uint32_t start_count;            ///< 1 for the first start of this component in the run.
     pus_port_t port;                 ///< Where its packets go.
     const link_resolver_t* links;    ///< Null: no real-time links.

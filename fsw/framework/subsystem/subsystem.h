@@ -143,7 +143,7 @@ typedef struct { // Over all links this subsystem has consumed since it started 
 void subsystem_link_totals(const subsystem_t* subsystem, subsystem_link_totals_t* out_totals);
 typedef struct {                 // What was refused or lost since the start [wrap], for a COUNTERS parameter.
     uint16_t pool_peak;          ///< Most blocks ever out at once (not wrapping).
-    uint32_t pool_refused;       ///< Blocks that were not to be had.
+    uint32_t pool_refused;       ///< Allocations refused.
     uint32_t requests_refused;   ///< Telecommands rejected, or failed at their start.
     uint32_t parameters_refused; ///< Readings and settings of parameters.
     uint32_t events_refused;     ///< Events of unknown id, with wrong data, or without room.
