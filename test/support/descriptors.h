@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The descriptors that this process has open, so that a test can tell that it gives back what it took. The
-/// Makefile links tests so that each RUN_TEST of Unity counts: a test that leaves one open, or closes one that
-/// is not its own, fails.
+/// Makefile links tests so that each RUN_TEST of Unity counts: a test that leaves one open, or closes one
+/// that is not its own, fails.
 #ifndef TEST_SUPPORT_DESCRIPTORS_H
 #define TEST_SUPPORT_DESCRIPTORS_H
 
