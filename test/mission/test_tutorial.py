@@ -204,7 +204,7 @@ def test_nothing_was_compiled_for_a_change_of_configuration(pupil):
         ({"NAME": "../evil"}, "NAME=../evil: expected"),
         ({"NAME": "drives"}, "NAME=drives: expected another name: drives_t is there already, in fsw/drives/drives.h:"),
         ({"NAME": "seat"}, "NAME=seat: expected another name: seat_t is there already, in fsw/programs/"),
-        ({"NAME": "parameter"}, "NAME=parameter: expected another name: parameter_init is there already, in fsw/framework/parameter/parameter.h:"),
+        ({"NAME": "parameter"}, "NAME=parameter: expected another name: PARAMETER_APID is there already, in fsw/framework/parameter/parameter.h:"),
         ({"NAME": "gripper_parameters"}, "gripper_parameters_t is there already, in fsw/subsystems/gripper/"),
         ({"NAME": "size"}, "NAME=size: expected a name that is no type of C: size_t is one"),
         ({"NAME": "uint_least8"}, "NAME=uint_least8: expected a name that is no type of C"),
