@@ -1,0 +1,484 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the socket port makes of answers of the kernel that the loopback interface does not give: calls that are
+// interrupted, full buffers, routes that vanish, descriptors that run out. The system calls are mocked; what a real
+// kernel does is in test/contract/osal/test_socket.c.
+#define _GNU_SOURCE
+#include "osal/include/osal/socket.h"
+
+#include <errno.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <time.h>
+
+#include <cmocka.h>
+
+#define DESCRIPTOR 4711 // Open nowhere.
+#define COUNT(table) (sizeof(table) / sizeof((table)[0]))
+
+typedef struct {
+    int error;
+    status_t status;
+} told_t;
+
+static osal_socket_t sock;
+static uint8_t octets[16];
+static size_t size;
+static const osal_address_t somewhere = {OSAL_IPV4_LOOPBACK, 7U};
+static int flags_to_come;
+static int pending; // Error that getsockopt knows.
+static short events_to_come;
+static long passing_ns; // Time that passes with each look at the clock.
+static long now_ns;
+
+/// The next answer of a call: its result, or the negative number of its error.
+static int answer(const int result)
+{
+    errno = (result < 0) ? -result : 0;
+    return (result < 0) ? -1 : result;
+}
+
+int __wrap_socket(int domain, int type, int protocol)
+{
+    assert_int_equal(AF_INET, domain);
+    assert_int_equal(SOCK_CLOEXEC | SOCK_NONBLOCK, type & (SOCK_CLOEXEC | SOCK_NONBLOCK));
+    assert_int_equal(0, protocol);
+    return answer(mock_type(int));
+}
+
+int __wrap_setsockopt(int descriptor, int level, int option, const void* value, socklen_t octets_of_value)
+{
+    (void)level;
+    (void)option;
+    (void)value;
+    (void)octets_of_value;
+    assert_int_equal(DESCRIPTOR, descriptor);
+    return 0;
+}
+
+int __wrap_getsockopt(int descriptor, int level, int option, void* value, socklen_t* octets_of_value)
+{
+    assert_int_equal(DESCRIPTOR, descriptor);
+    assert_int_equal(SOL_SOCKET, level);
+    assert_int_equal(SO_ERROR, option);
+    assert_int_equal(sizeof pending, *octets_of_value);
+    (void)memcpy(value, &pending, sizeof pending);
+    return answer(mock_type(int));
+}
+
+int __wrap_bind(int descriptor, const struct sockaddr* address, socklen_t octets_of_address)
+{
+    assert_int_equal(DESCRIPTOR, descriptor);
+    assert_int_equal(AF_INET, address->sa_family);
+    assert_int_equal(sizeof(struct sockaddr_in), octets_of_address);
+    return answer(mock_type(int));
+}
+
+int __wrap_listen(int descriptor, int backlog)
+{
+    assert_int_equal(DESCRIPTOR, descriptor);
+    assert_in_range(backlog, 1, 4096);
+    return answer(mock_type(int));
+}
+
+int __wrap_connect(int descriptor, const struct sockaddr* address, socklen_t octets_of_address)
+{
+    (void)address;
+    (void)octets_of_address;
+    assert_int_equal(DESCRIPTOR, descriptor);
+    return answer(mock_type(int));
+}
+
+int __wrap_accept4(int descriptor, struct sockaddr* address, socklen_t* octets_of_address, int flags)
+{
+    (void)octets_of_address;
+    assert_int_equal(DESCRIPTOR, descriptor);
+    assert_int_equal(SOCK_CLOEXEC | SOCK_NONBLOCK, flags);
+    address->sa_family = AF_UNIX;
+    return answer(mock_type(int));
+}
+
+int __real_close(int descriptor);
+int __wrap_close(int descriptor)
+{
+    if (descriptor != DESCRIPTOR) {
+        return __real_close(descriptor); // Of those who measure coverage.
+    }
+    function_called();
+    return 0;
+}
+
+ssize_t __wrap_sendto(int descriptor, const void* from, size_t count, int flags, const struct sockaddr* to,
+                      socklen_t octets_of_address)
+{
+    (void)from;
+    (void)to;
+    (void)octets_of_address;
+    assert_int_equal(DESCRIPTOR, descriptor);
+    assert_int_equal(MSG_NOSIGNAL, flags);
+    assert_int_equal(sizeof octets, count);
+    return answer(mock_type(int));
+}
+
+ssize_t __wrap_send(int descriptor, const void* from, size_t count, int flags)
+{
+    (void)from;
+    assert_int_equal(DESCRIPTOR, descriptor);
+    assert_int_equal(MSG_NOSIGNAL | MSG_DONTWAIT, flags);
+    assert_int_equal(sizeof octets, count);
+    return answer(mock_type(int));
+}
+
+ssize_t __wrap_recv(int descriptor, void* to, size_t capacity, int flags)
+{
+    (void)to;
+    assert_int_equal(DESCRIPTOR, descriptor);
+    assert_int_equal(MSG_DONTWAIT, flags);
+    check_expected(capacity);
+    return answer(mock_type(int));
+}
+
+ssize_t __wrap_recvmsg(int descriptor, struct msghdr* message, int flags)
+{
+    assert_int_equal(DESCRIPTOR, descriptor);
+    check_expected(flags);
+    message->msg_flags = flags_to_come;
+    return answer(mock_type(int));
+}
+
+int __wrap_poll(struct pollfd* sockets, nfds_t count, int timeout_ms)
+{
+    assert_int_equal(1, count);
+    assert_int_equal(DESCRIPTOR, sockets[0].fd);
+    check_expected(timeout_ms);
+    sockets[0].revents = events_to_come;
+    return answer(mock_type(int));
+}
+
+int __wrap_clock_gettime(clockid_t clock, struct timespec* out_time)
+{
+    (void)clock;
+    now_ns += passing_ns;
+    *out_time = (struct timespec){5000, now_ns};
+    return 0;
+}
+
+static int set_up(void** state)
+{
+    (void)state;
+    sock           = (osal_socket_t){.descriptor = DESCRIPTOR};
+    flags_to_come  = 0;
+    pending        = 0;
+    events_to_come = 0;
+    passing_ns     = 0;
+    now_ns         = 0;
+    return 0;
+}
+
+// ---- Opening ----
+
+static void what_does_not_open_is_told_and_closed(void** state)
+{
+    static const told_t binds[] = {{EADDRINUSE, STATUS_EXISTS},
+                                   {EEXIST, STATUS_EXISTS},
+                                   {EACCES, STATUS_DENIED},
+                                   {EPERM, STATUS_DENIED},
+                                   {EINVAL, STATUS_IO}};
+    (void)state;
+    will_return_count(__wrap_socket, -EMFILE, 3);
+    assert_int_equal(STATUS_IO, osal_udp_open(&sock, somewhere, 0U));
+    assert_int_equal(STATUS_IO, osal_tcp_listen(&sock, somewhere));
+    assert_int_equal(STATUS_IO, osal_tcp_connect(&sock, somewhere));
+    for (size_t i = 0U; i < COUNT(binds); i++) {
+        will_return_count(__wrap_socket, DESCRIPTOR, 3);
+        will_return_count(__wrap_bind, -binds[i].error, 2);
+        expect_function_calls(__wrap_close, 3);
+        assert_int_equal(binds[i].status, osal_udp_open(&sock, somewhere, SIZE_MAX));
+        assert_int_equal(binds[i].status, osal_tcp_listen(&sock, somewhere));
+        will_return(__wrap_bind, 0);
+        will_return(__wrap_listen, -binds[i].error);
+        assert_int_equal(binds[i].status, osal_tcp_listen(&sock, somewhere));
+        assert_int_equal(-1, sock.descriptor);
+    }
+}
+
+static void why_nobody_is_accepted_is_told(void** state)
+{
+    static const told_t errors[] = {{EAGAIN, STATUS_EMPTY},     {EMFILE, STATUS_EXHAUSTED},
+                                    {ENFILE, STATUS_EXHAUSTED}, {ENOBUFS, STATUS_EXHAUSTED},
+                                    {ENOMEM, STATUS_EXHAUSTED}, {EBADF, STATUS_IO}};
+    osal_socket_t client;
+    osal_address_t peer;
+    (void)state;
+    for (size_t i = 0U; i < COUNT(errors); i++) {
+        will_return(__wrap_accept4, -EINTR);
+        will_return(__wrap_accept4, -ECONNABORTED); // It has hung up meanwhile: the next one.
+        will_return(__wrap_accept4, -errors[i].error);
+        assert_int_equal(errors[i].status, osal_tcp_accept(&sock, &client, &peer));
+        assert_int_equal(-1, client.descriptor);
+    }
+}
+
+// ---- Connecting ----
+
+static const told_t refusals[] = {{ECONNREFUSED, STATUS_CLOSED},
+                                  {EHOSTUNREACH, STATUS_CLOSED},
+                                  {ENETUNREACH, STATUS_CLOSED},
+                                  {ETIMEDOUT, STATUS_CLOSED},
+                                  {EINVAL, STATUS_IO}};
+
+static void a_connection_that_is_interrupted_is_waited_for(void** state)
+{
+    (void)state;
+    will_return(__wrap_socket, DESCRIPTOR);
+    will_return(__wrap_connect, -EINTR);
+    expect_value_count(__wrap_poll, timeout_ms, -1, 2);
+    will_return(__wrap_poll, -EINTR);
+    will_return(__wrap_poll, 1);
+    will_return(__wrap_getsockopt, 0);
+    assert_int_equal(STATUS_OK, osal_tcp_connect(&sock, somewhere));
+    assert_int_equal(DESCRIPTOR, sock.descriptor);
+    for (size_t i = 0U; i < COUNT(refusals); i++) {
+        pending = refusals[i].error;
+        will_return(__wrap_socket, DESCRIPTOR);
+        will_return(__wrap_connect, -EINPROGRESS);
+        expect_value(__wrap_poll, timeout_ms, -1);
+        will_return(__wrap_poll, 1);
+        will_return(__wrap_getsockopt, 0);
+        expect_function_call(__wrap_close);
+        assert_int_equal(refusals[i].status, osal_tcp_connect(&sock, somewhere));
+        assert_int_equal(-1, sock.descriptor);
+    }
+    pending = 0; // How it ended is not known.
+    will_return_count(__wrap_socket, DESCRIPTOR, 2);
+    will_return_count(__wrap_connect, -EINPROGRESS, 2);
+    expect_value_count(__wrap_poll, timeout_ms, -1, 2);
+    will_return(__wrap_poll, -ENOMEM);
+    expect_function_calls(__wrap_close, 2);
+    assert_int_equal(STATUS_IO, osal_tcp_connect(&sock, somewhere));
+    will_return(__wrap_poll, 1);
+    will_return(__wrap_getsockopt, -EBADF);
+    assert_int_equal(STATUS_IO, osal_tcp_connect(&sock, somewhere));
+}
+
+static void a_connection_that_is_begun_is_asked_for_its_end(void** state)
+{
+    static const told_t begins[] = {{0, STATUS_OK}, {EINPROGRESS, STATUS_BUSY}, {EINTR, STATUS_BUSY}};
+    (void)state;
+    will_return(__wrap_socket, -EMFILE);
+    assert_int_equal(STATUS_EXHAUSTED, osal_tcp_connect_begin(&sock, somewhere));
+    will_return(__wrap_socket, -EACCES);
+    assert_int_equal(STATUS_IO, osal_tcp_connect_begin(&sock, somewhere));
+    for (size_t i = 0U; i < COUNT(begins); i++) {
+        will_return(__wrap_socket, DESCRIPTOR);
+        will_return(__wrap_connect, -begins[i].error);
+        assert_int_equal(begins[i].status, osal_tcp_connect_begin(&sock, somewhere));
+        assert_int_equal(DESCRIPTOR, sock.descriptor);
+    }
+    expect_value_count(__wrap_poll, timeout_ms, 0, 2);
+    will_return(__wrap_poll, -EINTR);
+    will_return(__wrap_poll, 0);
+    assert_int_equal(STATUS_BUSY, osal_tcp_connect_result(&sock));
+    expect_value(__wrap_poll, timeout_ms, 0);
+    will_return(__wrap_poll, 1);
+    will_return(__wrap_getsockopt, 0);
+    assert_int_equal(STATUS_OK, osal_tcp_connect_result(&sock));
+    for (size_t i = 0U; i < COUNT(refusals); i++) {
+        will_return(__wrap_socket, DESCRIPTOR);
+        will_return(__wrap_connect, -refusals[i].error);
+        expect_function_call(__wrap_close);
+        assert_int_equal(refusals[i].status, osal_tcp_connect_begin(&sock, somewhere));
+        assert_int_equal(-1, sock.descriptor);
+        pending         = refusals[i].error;
+        sock.descriptor = DESCRIPTOR;
+        expect_value(__wrap_poll, timeout_ms, 0);
+        will_return(__wrap_poll, 1);
+        will_return(__wrap_getsockopt, 0);
+        expect_function_call(__wrap_close);
+        assert_int_equal(refusals[i].status, osal_tcp_connect_result(&sock));
+        assert_int_equal(-1, sock.descriptor);
+    }
+    sock.descriptor = DESCRIPTOR;
+    expect_value(__wrap_poll, timeout_ms, 0);
+    will_return(__wrap_poll, -ENOMEM);
+    expect_function_call(__wrap_close);
+    assert_int_equal(STATUS_IO, osal_tcp_connect_result(&sock));
+}
+
+// ---- Octets ----
+
+static const told_t sendings[] = {{EAGAIN, STATUS_FULL},
+                                  {ENOBUFS, STATUS_FULL},
+                                  {ENOMEM, STATUS_FULL},
+                                  {EMSGSIZE, STATUS_TOO_LARGE},
+                                  {EPIPE, STATUS_CLOSED},
+                                  {ECONNRESET, STATUS_CLOSED},
+                                  {ECONNREFUSED, STATUS_CLOSED},
+                                  {ECONNABORTED, STATUS_CLOSED},
+                                  {EHOSTUNREACH, STATUS_CLOSED},
+                                  {ENETUNREACH, STATUS_CLOSED},
+                                  {ENOTCONN, STATUS_CLOSED},
+                                  {ETIMEDOUT, STATUS_CLOSED},
+                                  {EINVAL, STATUS_IO}};
+
+static void why_octets_are_not_sent_is_told(void** state)
+{
+    (void)state;
+    for (size_t i = 0U; i < COUNT(sendings); i++) {
+        const status_t told = sendings[i].status;
+        will_return(__wrap_sendto, -EINTR);
+        will_return(__wrap_sendto, -sendings[i].error);
+        assert_int_equal(told, osal_udp_send(&sock, somewhere, octets, sizeof octets));
+        size = 9U;
+        will_return(__wrap_send, -EINTR);
+        will_return(__wrap_send, -sendings[i].error);
+        assert_int_equal((told == STATUS_TOO_LARGE) ? STATUS_IO : told, // A stream has no messages.
+                         osal_stream_send(&sock, octets, sizeof octets, &size));
+        assert_int_equal(0U, size);
+    }
+    will_return(__wrap_send, 0);
+    assert_int_equal(STATUS_FULL, osal_stream_send(&sock, octets, sizeof octets, &size));
+    assert_int_equal(0U, size);
+    will_return(__wrap_send, 1);
+    assert_int_equal(STATUS_OK, osal_stream_send(&sock, octets, sizeof octets, &size));
+    assert_int_equal(1U, size);
+}
+
+static void what_a_stream_ends_with_is_told(void** state)
+{
+    static const struct {
+        int result;
+        status_t status;
+    } ends[] = {
+        {0, STATUS_CLOSED}, {-EAGAIN, STATUS_EMPTY}, {-ECONNRESET, STATUS_CLOSED}, {-EBADF, STATUS_IO}};
+    (void)state;
+    for (size_t i = 0U; i < COUNT(ends); i++) {
+        size = 9U;
+        expect_value_count(__wrap_recv, capacity, sizeof octets, 2);
+        will_return(__wrap_recv, -EINTR);
+        will_return(__wrap_recv, ends[i].result);
+        assert_int_equal(ends[i].status, osal_stream_receive(&sock, octets, sizeof octets, &size));
+        assert_int_equal(0U, size);
+    }
+}
+
+static void receive(const status_t status, const size_t wanted)
+{
+    osal_address_t from;
+    size = 9U;
+    assert_int_equal(status, osal_udp_receive(&sock, &from, octets, sizeof octets, &size));
+    assert_int_equal(wanted, size);
+}
+
+static void a_datagram_is_told_from_the_errors_of_earlier_ones(void** state)
+{
+    (void)state;
+    expect_value_count(__wrap_recvmsg, flags, MSG_DONTWAIT, 3);
+    will_return(__wrap_recvmsg, -EINTR);
+    will_return(__wrap_recvmsg, -ECONNREFUSED);
+    will_return(__wrap_recvmsg, 5);
+    receive(STATUS_OK, 5U);
+    flags_to_come = MSG_TRUNC;
+    expect_value_count(__wrap_recvmsg, flags, MSG_DONTWAIT, 3);
+    will_return(__wrap_recvmsg, 5);
+    receive(STATUS_TOO_LARGE, 0U);
+    will_return(__wrap_recvmsg, -EAGAIN);
+    receive(STATUS_EMPTY, 0U);
+    will_return(__wrap_recvmsg, -EBADF);
+    receive(STATUS_IO, 0U);
+}
+
+/// The datagram stays in the socket until the next is asked for; only then is it taken out.
+static void a_deferred_datagram_is_taken_out_by_the_next_call(void** state)
+{
+    (void)state;
+    osal_socket_defer(&sock);
+    expect_value_count(__wrap_recvmsg, flags, MSG_DONTWAIT | MSG_PEEK, 4);
+    will_return(__wrap_recvmsg, 5);
+    receive(STATUS_OK, 5U);
+    expect_value_count(__wrap_recv, capacity, 1, 3);
+    will_return(__wrap_recv, -EINTR);
+    will_return(__wrap_recv, -ECONNREFUSED);
+    will_return(__wrap_recv, 1);
+    will_return(__wrap_recvmsg, -EAGAIN);
+    receive(STATUS_EMPTY, 0U);
+    will_return(__wrap_recvmsg, 5); // Nothing was held.
+    receive(STATUS_OK, 5U);
+    expect_value(__wrap_recv, capacity, 1);
+    will_return(__wrap_recv, -EBADF); // The next call tells.
+    will_return(__wrap_recvmsg, -EBADF);
+    receive(STATUS_IO, 0U);
+}
+
+// ---- Waiting ----
+
+/// One wait without success: `looks` polls without waiting before the one that waits.
+static void wait_in_vain(const int looks)
+{
+    if (looks > 0) {
+        expect_value_count(__wrap_poll, timeout_ms, 0, looks);
+        will_return_count(__wrap_poll, 0, looks);
+    }
+    expect_in_range(__wrap_poll, timeout_ms, 1, 10);
+    will_return(__wrap_poll, 0);
+    assert_int_equal(STATUS_TIMEOUT, osal_socket_wait_readable(&sock, 10U));
+}
+
+/// Looking costs time: after one in vain it is left out once, then three times, then seven times, and so on.
+static void a_wait_looks_the_less_the_less_often_it_finds_anything(void** state)
+{
+    (void)state;
+    passing_ns = OSAL_SOCKET_LOOK_NS; // One look takes all the time for looking.
+    for (unsigned left_out = 1U; left_out <= 7U; left_out = (2U * left_out) + 1U) {
+        wait_in_vain(1);
+        for (unsigned i = 0U; i < left_out; i++) {
+            wait_in_vain(0);
+        }
+    }
+    expect_value(__wrap_poll, timeout_ms, 0);
+    will_return(__wrap_poll, 1); // It finds something: from now on it looks each time.
+    assert_int_equal(STATUS_OK, osal_socket_wait_readable(&sock, 10U));
+    wait_in_vain(1);
+}
+
+static void a_wait_goes_on_after_a_signal_and_ends_with_an_error(void** state)
+{
+    (void)state;
+    sock.blind = 2U;
+    expect_value_count(__wrap_poll, timeout_ms, 10, 2);
+    will_return(__wrap_poll, -EINTR);
+    will_return(__wrap_poll, 1);
+    assert_int_equal(STATUS_OK, osal_socket_wait_readable(&sock, 10U));
+    events_to_come = POLLNVAL;
+    expect_value(__wrap_poll, timeout_ms, 10);
+    will_return(__wrap_poll, 1);
+    assert_int_equal(STATUS_IO, osal_socket_wait_readable(&sock, 10U));
+    sock.blind = 1U;
+    expect_value(__wrap_poll, timeout_ms, 10);
+    will_return(__wrap_poll, -ENOMEM);
+    assert_int_equal(STATUS_IO, osal_socket_wait_readable(&sock, 10U));
+    expect_value(__wrap_poll, timeout_ms, 0); // Without a time to wait nothing is looked for.
+    will_return(__wrap_poll, 0);
+    assert_int_equal(STATUS_TIMEOUT, osal_socket_wait_readable(&sock, 0U));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(what_does_not_open_is_told_and_closed, set_up),
+        cmocka_unit_test_setup(why_nobody_is_accepted_is_told, set_up),
+        cmocka_unit_test_setup(a_connection_that_is_interrupted_is_waited_for, set_up),
+        cmocka_unit_test_setup(a_connection_that_is_begun_is_asked_for_its_end, set_up),
+        cmocka_unit_test_setup(why_octets_are_not_sent_is_told, set_up),
+        cmocka_unit_test_setup(what_a_stream_ends_with_is_told, set_up),
+        cmocka_unit_test_setup(a_datagram_is_told_from_the_errors_of_earlier_ones, set_up),
+        cmocka_unit_test_setup(a_deferred_datagram_is_taken_out_by_the_next_call, set_up),
+        cmocka_unit_test_setup(a_wait_looks_the_less_the_less_often_it_finds_anything, set_up),
+        cmocka_unit_test_setup(a_wait_goes_on_after_a_signal_and_ends_with_an_error, set_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
