@@ -131,15 +131,14 @@ static void note_attributes(const char* const executable)
     }
 }
 
-/// Where time is real, the loop runs at the priority of the applied configuration.
+/// Where time is real, the loop runs at the priority that the descriptor gives it.
 static void follow_priority(const char* const executable, const program_t* const program,
                             uint8_t* const priority)
 {
     if ((storage.seat.clock.mode != OSAL_CLOCK_REAL) || (program->component == NULL)) {
         return;
     }
-    const descriptor_configuration_t* const applied = subsystem_configuration(program->component);
-    const uint8_t wanted                            = (applied != NULL) ? applied->priority : 0U;
+    const uint8_t wanted = component_priority(program->component);
     if (wanted == *priority) {
         return;
     }

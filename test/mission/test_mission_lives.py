@@ -122,6 +122,8 @@ def test_free_running_processes_fly_and_one_that_stands_still_is_replaced(folder
         flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
         for name in ("JOYSTICK", "MANIPULATOR"):
             assert "completed" in flying.gse(flight, "state", name, "PRE_OPERATIONAL").stdout  # its devices answer on the bus
+        # What speaks with devices has the priority of its descriptor, 80, as the simulator has it, where the system permits that.
+        assert len({os.sched_getparam(flight.children()[name]).sched_priority for name in ("joystick", "manipulator", "simulator")}) == 1
         stopped = flight.children()["joystick"]
         os.kill(stopped, signal.SIGSTOP)
         flying.wait_until(lambda: flight.children().get("joystick", stopped) != stopped, "it was not started again")

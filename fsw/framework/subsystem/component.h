@@ -229,6 +229,9 @@ void component_accept_large(component_t* component, const uint8_t* packet, size_
 void component_tell_time(component_t* component, uint64_t now_ns);
 /// Run what is due. Returns the time of the next wake [ns of the run].
 uint64_t component_step(component_t* component, uint64_t now_ns);
+/// Priority of the loop that runs component_step, 1..99: that of the applied configuration; before one is
+/// applied, the highest of all. The devices are there from HARDWARE_INIT on, and expect heartbeats.
+uint8_t component_priority(const component_t* component);
 /// The program ends: close everything that the component and its subsystem have open, without any message.
 void component_release(component_t* component);
 /// Run what is due in a loop of services, 0..COMPONENT_LOOPS - 1: only where it has a task of its own.

@@ -240,6 +240,22 @@ uint64_t component_loop_step(component_t* const component, const uint8_t index, 
     return wake_ns;
 }
 
+uint8_t component_priority(const component_t* const component)
+{
+    FSW_ASSERT(component != NULL);
+    const subsystem_descriptor_t* const descriptor  = subsystem_descriptor(component);
+    const descriptor_configuration_t* const applied = subsystem_configuration(component);
+    uint8_t highest                                 = 0U;
+    if (applied != NULL) {
+        return applied->priority;
+    }
+    for (uint16_t i = 0U; i < descriptor->configuration_count; i++) {
+        const uint8_t priority = descriptor->configurations[i].priority;
+        highest                = (priority > highest) ? priority : highest;
+    }
+    return highest;
+}
+
 uint8_t component_loop_priority(component_t* const component, const uint8_t index)
 {
     FSW_ASSERT((component != NULL) && (index < COMPONENT_LOOPS));

@@ -55,7 +55,7 @@ const char* bed_descriptor(void)
            "<HKService id='100' interval='10'><SampledOnce><ParamRef name='VALUES'/></SampledOnce>\n"
            "<SampledNREPTimes nrep='5'><ParamRef name='COUNT'/></SampledNREPTimes></HKService>\n"
            "</Configuration>\n"
-           "<Configuration name='LINKED' id='2' priority='10' samplingTime='1ms'><RTLinkService>\n"
+           "<Configuration name='LINKED' id='2' priority='7' samplingTime='1ms'><RTLinkService>\n"
            "<Provides name='OUT' id='1' methods='SHARED_MEMORY UDP'><ParamRef name='A' "
            "type='DOUBLE'/></Provides>\n"
            "<Requires name='IN' id='2' methods='SHARED_MEMORY UDP' required='true' staleAfter='4ms'>\n"

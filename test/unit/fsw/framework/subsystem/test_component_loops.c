@@ -112,6 +112,16 @@ static void the_component_wakes_for_the_fastest_loop(void)
     TEST_ASSERT_EQUAL(4U, reports); // Every 2.5 ms, though the component's cycle is one millisecond.
 }
 
+static void before_a_configuration_the_highest_priority_counts(void)
+{
+    TEST_ASSERT_EQUAL(10U, component_priority(&bed.component));
+    bed_bring(STATE_PRE_OPERATIONAL, BED_LINKED);
+    TEST_ASSERT_EQUAL(7U, component_priority(&bed.component));
+    (void)bed_state(STATE_OFFLINE);
+    bed_run(20U);
+    TEST_ASSERT_EQUAL(10U, component_priority(&bed.component));
+}
+
 static void without_its_configuration_a_loop_rests(void)
 {
     TEST_ASSERT_TRUE(component_loop_step(&bed.component, SLOW, 1000U * SLOW_NS) == COMPONENT_NEVER);
@@ -263,6 +273,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_structure_keeps_the_rate_of_its_loop);
     RUN_TEST(the_component_wakes_for_the_fastest_loop);
+    RUN_TEST(before_a_configuration_the_highest_priority_counts);
     RUN_TEST(without_its_configuration_a_loop_rests);
     RUN_TEST(requests_reach_structures_of_every_loop);
     RUN_TEST(the_component_leaves_loops_with_tasks_alone);
