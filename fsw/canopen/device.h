@@ -53,12 +53,12 @@ MUST_USE status_t device_attach(canopen_device_t* device, canopen_master_t* mast
 /// Back to the defaults of its profile, as after a boot-up.
 void device_reset(canopen_device_t* device);
 
-/// Begin to identify the device; go on with device_identify_step. STATUS_BUSY; STATUS_OK: type, identity and
-/// mapping are those of the profile, and the axes know their units; else as setting_run_step, and
+/// Start to identify the device; continue with device_identify_step. STATUS_BUSY; STATUS_OK: type, identity
+/// and mapping are those of the profile, and the axes know their units; else as setting_run_step, and
 /// run.position is the access that failed.
 void device_identify(canopen_device_t* device);
 status_t device_identify_step(canopen_device_t* device);
-/// Begin to write settings; go on with device_configure_step. Statuses as setting_run_step.
+/// Start to write settings; continue with device_configure_step. Statuses as setting_run_step.
 void device_configure(canopen_device_t* device, canopen_setting_t* settings, uint16_t count);
 status_t device_configure_step(canopen_device_t* device);
 

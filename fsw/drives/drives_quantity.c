@@ -72,7 +72,7 @@ static bool round_to(const double real, const size_t octets, const bool has_sign
     return true;
 }
 
-/// The nearest number of single precision. False: there is none.
+/// The nearest number of single precision. False: out of range.
 static bool narrow_to(const double real, uint64_t* const out_bits)
 {
     if (!((real >= -(double)FLT_MAX) && (real <= (double)FLT_MAX))) { // NaN fails both comparisons.

@@ -79,7 +79,7 @@ typedef struct {
     uint32_t magic;
     char identity[RUN_IDENTITY_MAX]; ///< "hirosco-<number>": prefix of every name of this run.
     bool is_stepped;                 ///< The processes take part in the calendar.
-    bool is_real;                    ///< Time goes on while a process waits for a disk.
+    bool is_real;                    ///< Time continues while a process waits for a disk.
     uint8_t transport;               ///< run_transport_t.
     uint32_t instance;               ///< Number of this mission instance, part of its TIPC names.
     uint8_t node_count;

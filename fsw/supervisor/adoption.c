@@ -357,7 +357,7 @@ void adoption_commit(supervisor_t* const supervisor)
     }
 }
 
-/// The verification of a negotiation or of the shutdown goes on.
+/// True if a request continues: a negotiation or the shutdown.
 static bool is_going_on(const supervisor_t* const supervisor, const pus_token_t* const token)
 {
     for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {

@@ -202,7 +202,7 @@ static link_session_t* begin_negotiation(supervisor_t* const supervisor, const m
     if (session == NULL) {
         return NULL;
     }
-    close_now(supervisor, link->number); // Before what is agreed on anew.
+    close_now(supervisor, link->number); // Before the new negotiation.
     supervisor->link_transaction++;
     session->ends =
         (pus_link_ends_t){link->producer_apid, link->producer_port, link->consumer_apid, link->consumer_port};

@@ -143,7 +143,7 @@ static status_t add_entry(mirror_t* const mirror, mirror_structure_t* const stru
     return STATUS_OK;
 }
 
-/// Add a list of parameters of which a report has so many samples.
+/// Add a list of parameters; a report has this number of samples of each.
 static status_t add_parameters(mirror_t* const mirror, mirror_structure_t* const structure,
                                octet_reader_t* const content, const uint16_t samples)
 {

@@ -30,7 +30,7 @@
 #define MIRROR_AGE_MIN_NS 3000000000ULL
 #define MIRROR_ENTRIES 8192U ///< Of all structures' definitions.
 
-/// Who knows the sizes of parameters that are no scalars.
+/// Source of the sizes of parameters that are not scalars.
 typedef struct {
     void* context;
     /// STATUS_OK (*out_size octets on the wire, >= 1), STATUS_NOT_FOUND. Null: none.

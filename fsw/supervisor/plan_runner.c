@@ -14,7 +14,7 @@ static const mission_action_t built_in = {.kind     = MISSION_ACTION_STATE,
                                           .state    = 0U, // OFFLINE.
                                           .after_us = PLAN_BUILT_IN_DELAY_US};
 
-/// Position of a subsystem among the members of a run; member_count if it is none.
+/// Position of a subsystem among the members of a run; member_count if it is not a member.
 static uint16_t position_in(const plan_run_t* const run, const uint16_t apid)
 {
     uint16_t position = 0U;

@@ -31,7 +31,7 @@ typedef struct { // Private.
     uint16_t size; // On the wire [octets].
 } telemetry_parameter_t;
 
-typedef struct {   // Private: so many scalars one after the other.
+typedef struct {   // Private: a number of consecutive scalars.
     uint64_t name; // Hash; collisions are not expected.
     telemetry_scalar_t first;
     uint16_t count;

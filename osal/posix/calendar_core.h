@@ -57,12 +57,12 @@ uint64_t calendar_earlier(uint64_t a_ns, uint64_t b_ns);
 /// was used for that grant; a later one comes from a delivery to itself.
 uint64_t calendar_pending_wake_ns(const osal_calendar_t* calendar, uint32_t participant);
 void calendar_leave(osal_calendar_t* calendar, uint32_t participant);
-/// The stream of the participant has ended: it has none any more, and is woken.
+/// The stream of the participant has ended: remove it and wake the participant.
 void calendar_cut_stream(osal_calendar_t* calendar, uint32_t participant);
 /// Wake a joined participant: at the present instant if its turn is still to come, else in the next slot.
 void calendar_rouse(osal_calendar_t* calendar, uint32_t participant);
-/// Hand the grant to the smallest (wake time, order). Leaves `running` at NOBODY if there is none, if an
-/// expected participant has not joined, or if the run is over.
+/// Give the grant to the participant with the smallest (wake time, order). Leaves `running` at NOBODY if
+/// there is none, if an expected participant has not joined, or if the run is over.
 void calendar_grant_next(osal_calendar_t* calendar);
 /// The later of `wake_ns` and the start of the life: deliveries do not bring a grant before it begins.
 uint64_t calendar_not_before_begin(const participant_t* one, uint64_t wake_ns);

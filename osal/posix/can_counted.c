@@ -14,7 +14,7 @@
 
 #define COUNTS_MAGIC 0x68697263616E636EULL
 #define PATIENCE_NS (OSAL_CAN_PATIENCE_MS * 1000000ULL)
-#define QUIET_NS 50000000ULL // A controller hands over within milliseconds.
+#define QUIET_NS 50000000ULL // A controller delivers within milliseconds.
 
 typedef struct {
     uint32_t announced; ///< By the sender [wraps].

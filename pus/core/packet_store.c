@@ -401,7 +401,7 @@ static size_t size_of_slot(const uint64_t medium_size, const uint16_t slot)
     return (size_t)((left < PUS_STORE_BLOCK) ? left : PUS_STORE_BLOCK);
 }
 
-/// Number of the block whose header this is, 0 if it is none of this store.
+/// Number of the block of a header, 0 if it does not belong to this store.
 static uint64_t number_in_header(const pus_packet_store_t* const store, const uint8_t* const header)
 {
     octet_reader_t reader     = octet_reader(header, HEADER_SIZE);

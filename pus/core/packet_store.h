@@ -27,7 +27,7 @@ typedef struct { // Private: one block that holds packets, at the place number %
     uint64_t number;
     uint64_t earliest_ns;
     uint64_t latest_ns;
-    uint16_t end; // Offset behind the last record.
+    uint16_t end; // Offset after the last record.
     uint16_t packets;
     uint16_t slot;      // Where it lies on the medium.
     bool is_slot_taken; // Of the slot that has this entry's index.
@@ -86,7 +86,7 @@ MUST_USE status_t pus_packet_store_append(pus_packet_store_t* store, uint64_t ti
 /// Make it last. STATUS_OK, STATUS_IO: try again.
 status_t pus_packet_store_sync(pus_packet_store_t* store);
 
-/// Addresses of the oldest packet and behind the newest; equal if there is none.
+/// Addresses of the oldest packet and after the newest; equal if there is none.
 uint64_t pus_packet_store_tail(const pus_packet_store_t* store);
 uint64_t pus_packet_store_head(const pus_packet_store_t* store);
 /// The address that a reader at *cursor reads next: the oldest packet if the packet there was deleted, else
@@ -102,7 +102,7 @@ uint64_t pus_packet_store_seek(const pus_packet_store_t* store, uint64_t cursor,
                                uint64_t to_ns);
 /// Address of the first packet stored at from_ns or later; the head if there is none.
 uint64_t pus_packet_store_find(pus_packet_store_t* store, uint64_t from_ns);
-/// Address behind the packets, from the oldest on, that were stored at time_ns or earlier.
+/// Address after the packets, from the oldest on, that were stored at time_ns or earlier.
 uint64_t pus_packet_store_find_after(pus_packet_store_t* store, uint64_t time_ns);
 /// Delete the packets before an address.
 void pus_packet_store_cut(pus_packet_store_t* store, uint64_t tail);

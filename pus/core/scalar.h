@@ -20,7 +20,7 @@ typedef enum {
     PUS_UNORDERED ///< One of both is not a number.
 } pus_comparison_t;
 
-/// A scalar parameter behind the port.
+/// A scalar parameter of the port.
 typedef struct {
     uint32_t id;
     value_type_t type; ///< A scalar type.
@@ -35,7 +35,7 @@ MUST_USE status_t pus_scalar_find(const pus_parameter_port_t* port, uint32_t par
 /// Failure code for a status of pus_scalar_find other than STATUS_OK; its detail is the parameter id.
 uint16_t pus_scalar_failure(status_t status);
 /// The present value's bits. The parameter is looked up each time, since it may be withdrawn and come back
-/// while its owner's software is started anew. Status of pus_scalar_find, or STATUS_EMPTY (no value yet);
+/// while its owner's software is restarted. Status of pus_scalar_find, or STATUS_EMPTY (no value yet);
 /// *out_bits is 0 unless STATUS_OK.
 MUST_USE status_t pus_scalar_sample(const pus_parameter_port_t* port, const pus_scalar_t* scalar,
                                     uint64_t* out_bits);

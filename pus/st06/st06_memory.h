@@ -99,7 +99,7 @@ void pus_memory_init(pus_memory_service_t* memory, const pus_memory_config_t* co
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_memory_service(pus_memory_service_t* memory);
 /// Take back a record, `key` being a memory id. STATUS_OK, STATUS_NOT_FOUND (no such memory), STATUS_INVALID
-/// (no such record), STATUS_UNSUPPORTED (it cannot be scrubbed any more).
+/// (no such record), STATUS_UNSUPPORTED (it can no longer be scrubbed).
 MUST_USE status_t pus_memory_restore(void* self, uint32_t key, const uint8_t* octets, size_t size);
 /// Move all operations and scrubbing on.
 void pus_memory_step(pus_memory_service_t* memory, uint64_t now_ns);

@@ -66,7 +66,7 @@ pus_service_t pus_time_service(pus_time_t* time);
 /// True if these octets begin as a spacecraft time packet, which pus_tm_decode does not take.
 bool pus_is_time_packet(const uint8_t* octets, size_t size);
 /// Check and decode a time packet of this format that fills `octets` exactly. STATUS_OK, STATUS_INVALID
-/// (another packet or format, or a CDS time that is none), STATUS_CHECKSUM.
+/// (another packet or format, or an invalid CDS time), STATUS_CHECKSUM.
 MUST_USE status_t pus_time_decode(const uint8_t* octets, size_t size, pus_time_format_t format,
                                   pus_time_report_t* out_report);
 

@@ -24,7 +24,7 @@ pus_service_t pus_time_schedule_service(pus_time_schedule_t* self);
 /// Take a lasting record back. Statuses of pus_schedule_restore.
 MUST_USE status_t pus_time_schedule_restore(pus_time_schedule_t* self, uint32_t key, const uint8_t* octets,
                                             size_t size);
-/// Release what is due, and go on with a report.
+/// Release due activities, and continue a report.
 void pus_time_schedule_step(pus_time_schedule_t* self, uint64_t now_ns);
 /// Mission time at which the next activity is due, now_ns or earlier if it is already; UINT64_MAX if there is
 /// none. Activities that wait for the port (pus_schedule_is_waiting) are not included.

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { // Subtypes that are told apart below.
+enum { // Subtypes that are distinguished below.
     ENABLE              = 1,
     DISABLE             = 2,
     ADD_TYPES           = 3,
@@ -281,7 +281,7 @@ static uint16_t carry_out(order_t* const order)
     return PUS_FAILURE_NONE;
 }
 
-/// Detail of a refusal; `offset` is that behind the instruction.
+/// Detail of a refusal; `offset` is that after the instruction.
 static uint32_t detail_of(const order_t* const order, const uint16_t code, const size_t offset)
 {
     switch (code) {

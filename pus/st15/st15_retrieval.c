@@ -52,7 +52,7 @@ static status_t next_in(pus_packet_store_t* const log, const window_t* const win
 
 // ---- Retrieval ----
 
-/// The store to be served next: of the lowest priority number, behind the one served last. store_count if
+/// The store to be served next: of the lowest priority number, after the one served last. store_count if
 /// nothing can be sent.
 static uint8_t next_store(const pus_storage_t* const storage)
 {
@@ -153,7 +153,7 @@ void st15_retrieve(pus_storage_t* const storage)
 
 // ---- Copy ----
 
-/// End the copy and tell how.
+/// End the copy and report the result.
 static void end_copy(pus_storage_t* const storage, const status_t status, const uint64_t now_ns)
 {
     pus_store_copy_t* const copy = &storage->copy;
@@ -169,7 +169,7 @@ static void end_copy(pus_storage_t* const storage, const status_t status, const 
     pus_verify_ended(storage->config.process, &copy->token, failure, now_ns);
 }
 
-/// Copy one packet. STATUS_OK or STATUS_BUSY: go on; STATUS_EMPTY: all is copied; STATUS_FULL, STATUS_IO.
+/// Copy one packet. STATUS_OK or STATUS_BUSY: continue; STATUS_EMPTY: all is copied; STATUS_FULL, STATUS_IO.
 static status_t copy_one(pus_storage_t* const storage, budget_t* const budget)
 {
     pus_store_copy_t* const copy = &storage->copy;

@@ -171,7 +171,7 @@ static bool begin_step(pus_procedures_t* const self, pus_procedure_t* const proc
     return !run->is_held;
 }
 
-/// Wait until so many seconds are over. Returns whether there is nothing to wait for.
+/// Wait for a number of seconds. Returns whether there is nothing to wait for.
 static bool wait_for(const pus_procedures_t* const self, pus_procedure_run_t* const run,
                      const pus_waiting_t waiting)
 {

@@ -35,7 +35,7 @@ typedef struct { // Private.
 } pus_event_action_definition_t;
 
 typedef struct {
-    pus_process_t* process; ///< For reports that go on in a step.
+    pus_process_t* process; ///< For reports that continue in a step.
     pus_port_t release;
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
     pus_event_action_definition_t* definitions;
@@ -76,7 +76,7 @@ MUST_USE status_t pus_event_action_restore(pus_event_action_t* self, uint32_t ke
                                            size_t size);
 /// A report or notice of an event was seen: release the request that waits for it, if any.
 void pus_event_action_observe(pus_event_action_t* self, uint16_t apid, uint16_t event);
-/// Release what waits, and go on with a report.
+/// Release waiting requests, and continue a report.
 void pus_event_action_step(pus_event_action_t* self, uint64_t now_ns);
 /// True if the next step has something to do.
 bool pus_event_action_is_waiting(const pus_event_action_t* self);

@@ -108,7 +108,7 @@ static pus_failure_t check(sequences_t* const self, const sequence_t* const sequ
                                : pus_failure(PUS_FAILURE_OUT_OF_RANGE, sequence->content.size - reader.left);
 }
 
-// Lasting records: a content in parts, each behind the identifier and the size of the whole.
+// Lasting records: a content in parts, each after the identifier and the size of the whole.
 
 static uint32_t parts_of(const uint32_t size)
 {
@@ -324,7 +324,7 @@ static pus_reply_t reply_of_open(const status_t status)
     }
 }
 
-/// Read a file of `size` octets behind the content so far.
+/// Read a file of `size` octets and append it to the content.
 static pus_reply_t read_file(sequences_t* const self, const uint16_t slot, const uint32_t file,
                              const uint32_t size)
 {

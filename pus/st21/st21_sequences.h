@@ -38,7 +38,7 @@ typedef struct { // Private.
 } pus_sequence_t;
 
 typedef struct {
-    pus_process_t* process; ///< For reports that go on in a step.
+    pus_process_t* process; ///< For reports that continue in a step.
     pus_port_t release;
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
     const pus_file_port_t* files;         ///< Null: there are none.
@@ -75,12 +75,12 @@ pus_service_t pus_sequences_service(pus_sequences_t* self);
 /// next of its sequence), STATUS_EXISTS (such a sequence is there), STATUS_EXHAUSTED (no room for it).
 MUST_USE status_t pus_sequences_restore(pus_sequences_t* self, uint32_t key, const uint8_t* octets,
                                         size_t size);
-/// Release what is due, and go on with a report. uptime_ns: counts of cycles since the start, as a time;
-/// never goes back. now_ns stamps reports.
+/// Release due requests, and continue a report. uptime_ns: counts of cycles since the start, as a time; never
+/// goes back. now_ns stamps reports.
 void pus_sequences_step(pus_sequences_t* self, uint64_t now_ns, uint64_t uptime_ns);
 /// Uptime at which the next step has something to release; UINT64_MAX if nothing is under execution.
 uint64_t pus_sequences_next_ns(const pus_sequences_t* self);
-/// True if the next step has something to do whatever the time: a report goes on.
+/// True if the next step has something to do whatever the time: a report continues.
 bool pus_sequences_is_waiting(const pus_sequences_t* self);
 
 #endif // PUS_ST21_ST21_SEQUENCES_H

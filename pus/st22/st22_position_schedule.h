@@ -36,7 +36,7 @@ pus_service_t pus_position_schedule_service(pus_position_schedule_t* self);
 /// Take a lasting record back. Statuses of pus_schedule_restore.
 MUST_USE status_t pus_position_schedule_restore(pus_position_schedule_t* self, uint32_t key,
                                                 const uint8_t* octets, size_t size);
-/// Release what is due, and go on with a report. now_ns stamps reports.
+/// Release due activities, and continue a report. now_ns stamps reports.
 void pus_position_schedule_step(pus_position_schedule_t* self, uint64_t now_ns);
 /// The present position as the schedule takes it [2^-16 orbits].
 uint64_t pus_position_schedule_now(pus_position_schedule_t* self);

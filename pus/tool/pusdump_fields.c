@@ -162,7 +162,7 @@ static void open_entry(walk_t* const walk)
     walk->needs_glue = false;
 }
 
-/// Begin a list; returns where the layout goes on.
+/// Begin a list; returns where the layout continues.
 static const char* open_list(walk_t* const walk, const char* const name, const char* const width,
                              const char* const body)
 {
@@ -180,7 +180,7 @@ static const char* open_list(walk_t* const walk, const char* const name, const c
     return body;
 }
 
-/// End an entry; returns where the layout goes on: at the next entry or after the list.
+/// End an entry; returns where the layout continues: at the next entry or after the list.
 static const char* close_entry(walk_t* const walk, const char* const next)
 {
     list_t* const list = &walk->lists[walk->depth - 1U];

@@ -7,7 +7,7 @@
 
 typedef struct {
     bool as_json;
-    uint64_t epoch_ns; ///< Packet times are told relative to this if has_epoch.
+    uint64_t epoch_ns; ///< Packet times are printed relative to this if has_epoch.
     bool has_epoch;
 } dump_style_t;
 

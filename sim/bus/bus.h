@@ -98,7 +98,8 @@ void bus_set_duplication(bus_t* bus,
 void bus_set_delay(bus_t* bus, unsigned node, uint64_t delay_ns); ///< Frames of the node are ready later.
 void bus_set_babbling(bus_t* bus, unsigned node, bool on);        ///< Sends identifier 0 all the time.
 void bus_set_stuck(bus_t* bus, bool on);                          ///< The wire is permanently dominant.
-void bus_lose_next(bus_t* bus, unsigned node, unsigned frames);   ///< Its receiver overflows so many times.
+void bus_lose_next(bus_t* bus, unsigned node,
+                   unsigned frames);           ///< Its receiver overflows this number of times.
 void bus_force_off(bus_t* bus, unsigned node); ///< Transmit errors take its controller off the bus.
 
 /// How a controller's driver is set up. Bus-off ends by itself after 128 times 11 bits (as it begins), or

@@ -46,8 +46,8 @@ typedef enum {
 
 void controller_reset(controller_t* controller);
 
-/// Account for one event. Returns true if software is told: then *out_report is the error frame, complete but
-/// for its time.
+/// Account for one event. Returns true if it is reported to software: then *out_report is the error frame,
+/// complete except its time.
 bool controller_apply(controller_t* controller, controller_event_t event, osal_can_frame_t* out_report);
 
 /// An error frame of these classes with the counters as they are, without details and time.

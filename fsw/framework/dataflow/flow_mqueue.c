@@ -29,7 +29,7 @@ static status_t open_queue(flow_mqueue_t* const flow)
     }
     (void)memcpy(flow->address, address.address, sizeof flow->address);
     if (flow->setup.is_receiver) {
-        (void)osal_mqueue_remove(flow->address); // What a predecessor left; mostly there is none.
+        (void)osal_mqueue_remove(flow->address); // Left by a predecessor; usually absent.
         return osal_mqueue_create(&flow->queue, flow->address, flow->setup.depth, flow->setup.message_octets);
     }
     status = osal_mqueue_open(&flow->queue, flow->address);

@@ -100,7 +100,7 @@ static void end_region(const osal_shm_t* const shm)
     }
 }
 
-/// What a predecessor left; mostly there is none.
+/// Remove the memory of a predecessor; usually there is none.
 static void end_predecessor(const flow_shm_t* const flow)
 {
     osal_shm_t left;

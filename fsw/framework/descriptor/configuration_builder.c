@@ -221,10 +221,10 @@ void configuration_builder_port_end(source_t* const source)
 
 // ---- Devices ----
 
-/// Index and subindex of an object like 0x6060:00. False if it is none.
+/// Index and subindex of an object like 0x6060:00. False if malformed.
 static bool read_object(const char* const words, uint16_t* const out_index, uint8_t* const out_subindex)
 {
-    char number[9]; // Both, one behind the other: 0x606000.
+    char number[9]; // Both in one number: 0x606000.
     const char* at  = number;
     uint64_t object = 0U;
     if ((strlen(words) != 9U) || (strncmp(words, "0x", 2U) != 0) || (words[6] != ':')) {

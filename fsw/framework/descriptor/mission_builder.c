@@ -24,7 +24,7 @@ static uint32_t days_of(const uint32_t year, const uint32_t month, const uint32_
            (day - 1U);
 }
 
-/// Numbers of a time like 2026-06-01T12:00:00: year to second. False if it is none.
+/// Numbers of a time like 2026-06-01T12:00:00: year to second. False if malformed.
 static bool read_numbers(const char* const words, uint32_t* const out_numbers)
 {
     static const char shape[] = "0000-00-00T00:00:00";

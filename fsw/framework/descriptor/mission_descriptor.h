@@ -162,7 +162,7 @@ typedef struct {
     uint64_t configuration_hash; ///< Over this file and the configuration hashes of all subsystems.
     uint32_t power_available_w;
     uint16_t initial_mode; ///< Id.
-    uint8_t fallback_mode; ///< Id of the mode that is entered when the mission cannot go on as it was.
+    uint8_t fallback_mode; ///< Id of the mode that is entered when the mission cannot continue normally.
     uint8_t time_reports;  ///< Format of spacecraft time packets: the subtype of ST[09], 2 CUC, 3 CDS.
     mission_log_t log_strategy;
     uint32_t log_ring_records;

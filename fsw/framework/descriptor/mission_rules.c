@@ -95,7 +95,7 @@ static void read_select(source_t* const source, mission_rule_t* const rule, cons
     } else if ((tc == TC_CONFIGURATION) && (rule->target == MISSION_ANY_TARGET)) {
         source_wrong(source, "select", "* where to is *, because each subsystem numbers its configurations");
     }
-    // Links stand behind the permissions in the file; their names are resolved with all others.
+    // Links follow the permissions in the file; their names are resolved with all others.
     *out_pending = source_text(source, "select", SOURCE_UPPER,
                                (tc == TC_FUNCTION) ? DESCRIPTOR_FUNCTION_NAME_MAX : DESCRIPTOR_NAME_MAX);
     if (tc == TC_FUNCTION) {

@@ -137,7 +137,7 @@ uint32_t subsystem_builder_referred(const subsystem_descriptor_t* const descript
 
 // ---- Events ----
 
-/// Number of "<number>/s"; 0 if it is none from 1 to 1000.
+/// Number of "<number>/s"; 0 if it is not from 1 to 1000.
 static uint16_t rate_of(const char* const words)
 {
     uint16_t rate = 0U;

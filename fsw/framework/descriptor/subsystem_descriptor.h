@@ -143,7 +143,7 @@ typedef struct { // Service beside those that all subsystems have.
     uint32_t line;
 } descriptor_service_t;
 
-typedef struct {        // Initial value of one field that a configuration sets anew.
+typedef struct {        // Initial value of one field that a configuration overrides.
     uint16_t parameter; ///< Index in `parameters`.
     uint16_t field;     ///< Index in `fields`.
     const char* text;

@@ -25,7 +25,7 @@
 #include <stdint.h>
 
 #define JOURNAL_RECORD_MAX 8192U ///< Largest record [octets].
-/// Slots of the index for so many records: three in four are taken at most.
+/// Slots of the index for a number of records: three in four are used at most.
 #define JOURNAL_SLOTS(records) ((records) + ((records) / 3U) + 1U)
 
 /// Octets that a record of `size`, a head, an erased record and a commit take on a medium.
@@ -90,7 +90,7 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
         uint32_t unknown;     ///< Records to be erased that were not there.
         uint32_t failed;      ///< Calls that a medium's error has failed.
         uint32_t unmarked;    ///< Commits whose mark could not be written.
-        uint64_t discarded;   ///< Octets behind the last commit, cut off at open.
+        uint64_t discarded;   ///< Octets after the last commit, cut off at open.
     } stats;
 } journal_t;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/journal/journal_damage.h"
 
-/// Records behind the place where reading ends.
+/// Records after the place where reading ends.
 typedef struct {
     uint32_t records;
     bool has_commit;

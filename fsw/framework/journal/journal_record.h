@@ -42,12 +42,12 @@ status_t journal_write_mark(const medium_t* medium, const journal_mark_t* mark);
 /// STATUS_OK, STATUS_EMPTY (there is none), STATUS_IO.
 status_t journal_read_mark(const medium_t* medium, journal_mark_t* out_mark);
 
-/// Write a record whose octets are in the buffer already, and go on behind it. Statuses of the medium's
+/// Write a record whose octets are in the buffer already, and advance past it. Statuses of the medium's
 /// `write`; then the place stays.
 status_t journal_write_record(const medium_t* medium, journal_place_t* place, const journal_record_t* record,
                               uint8_t* buffer);
-/// Read a record into the buffer, whole, and go on behind it. STATUS_OK, STATUS_EMPTY (what lies there is not
-/// the next record: the place stays), STATUS_IO.
+/// Read a complete record into the buffer, and advance past it. STATUS_OK, STATUS_EMPTY (not the next record:
+/// the place does not change), STATUS_IO.
 status_t journal_read_record(const medium_t* medium, journal_place_t* place, journal_record_t* out_record,
                              uint8_t* buffer);
 /// Find the next octets from `place` up to `end` that are a valid record with a possible sequence number,

@@ -79,7 +79,8 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
     return status;
 }
 
-/// Blocks that may be sent and leave so many and so many octets: none where the largest one would not fit.
+/// Blocks that may be sent while a number of blocks and octets stay free: none if the largest one would not
+/// fit.
 static uint32_t credit_of(const message_channel_t* const channel, const uint32_t blocks,
                           const uint32_t octets)
 {
@@ -199,7 +200,7 @@ status_t message_send_plain(message_endpoint_t* const endpoint, const uint16_t t
     return send_leaving(endpoint, to, octets, size, MESSAGE_RESERVE, MESSAGE_RESERVE_OCTETS);
 }
 
-/// Channel of the peer that a frame says it is from; null if there is none, or the frame is none.
+/// Channel of the peer that a frame names as its sender; null if there is none, or the frame is malformed.
 static message_channel_t* channel_of_frame(const message_endpoint_t* const endpoint,
                                            const uint8_t* const frame, const size_t size)
 {

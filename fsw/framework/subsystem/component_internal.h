@@ -28,8 +28,8 @@ size_t component_sample_auxiliary(component_t* component, const descriptor_event
                                   size_t capacity);
 
 /// component_loops.c: loops begin when their configuration is applied, and end before it is revoked: then
-/// none samples any more, requests that wait are performed, and housekeeping that waits in the mailboxes is
-/// dropped and counted. `values` is what their instance of ST[20] reads.
+/// none samples, waiting requests are performed, and housekeeping that waits in the mailboxes is dropped and
+/// counted. `values` is what their instance of ST[20] reads.
 void component_init_loops(component_t* component, const pus_parameter_port_t* values);
 /// Call it before any service is set up, because a service may lock loop_guard at once.
 void component_create_guards(component_t* component);

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define OFFSET_TIME 2U ///< In the header of what is in a mailbox, behind the structure's id [octets].
+#define OFFSET_TIME 2U ///< In the header of an entry of a mailbox, after the structure's id [octets].
 #define REPORT 0U      ///< In the place of a structure's id, which is never 0 in a loop: a whole report.
 
 static void lock(osal_mutex_t* const mutex)

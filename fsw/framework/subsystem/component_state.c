@@ -153,7 +153,7 @@ void component_run_action(component_t* const component)
     } else if (is_late) {
         end_action(component, action, OUTCOME_TIMEOUT);
     } else {
-        // It goes on in the next cycle.
+        // It continues in the next cycle.
     }
 }
 

@@ -107,8 +107,8 @@ static bool is_valid(const uint8_t* const packet, const size_t size)
     return pus_tc_decode(packet, size, &tc, &failure) == STATUS_OK;
 }
 
-/// Who poses as a user on board is refused by the supervisor, and the refusal goes to that user: so the
-/// ground is told here.
+/// The supervisor refuses requests of a client that uses the source of an on-board user, and the refusal goes
+/// to that user: so the ground is informed here.
 static void note_source(communication_t* const self, const uint8_t* const packet, const size_t size,
                         const unsigned client)
 {

@@ -94,7 +94,7 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     onboard_memory_t memory; // Of ST[06], which the component has.
     onboard_procedures_t procedures;
     telemetry_directory_t directory;
-    uint16_t defined[MISSION_SUBSYSTEMS_MAX]; // Configuration whose structures the mirror was told; 0: none.
+    uint16_t defined[MISSION_SUBSYSTEMS_MAX]; // Configuration whose structures the mirror has; 0: none.
     mirror_t mirror;                          // Of the subsystems' parameters, for services that read them.
 } onboard_t;
 

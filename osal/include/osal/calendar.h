@@ -62,7 +62,7 @@ osal_calendar_t* osal_calendar_attach(void* storage);
 void osal_calendar_expect(osal_calendar_t* calendar, unsigned participant, uint32_t life, uint64_t at_ns);
 /// The process of that life has died. If it held the grant, the next participant gets the grant. A wait in
 /// that life returns STATUS_CLOSED. Any process may call this at any time, and it must be called for every
-/// process that dies: the process may have been killed anywhere, even while it handed over the grant. A life
+/// process that dies: the process may have been killed anywhere, even while it passed the grant on. A life
 /// that has not had its first grant yet ends at the simulated time of that grant. No effect on another life.
 void osal_calendar_end(osal_calendar_t* calendar, unsigned participant, uint32_t life);
 /// Called by the holder of the grant: that life gets no further grant. Its wait returns STATUS_CLOSED.
