@@ -318,8 +318,7 @@ static status_t take_one(supervisor_t* const supervisor, const message_filter_t*
                                       : NULL;
     uint8_t* const packet       = (block != NULL) ? block : supervisor->packet;
     const size_t capacity       = (block != NULL) ? size : sizeof supervisor->packet;
-    const message_filter_t same = {out_from,
-                                   is_peer}; // The packet taken may have changed which peers are admitted.
+    const message_filter_t same = {out_from, is_peer}; // The intake may have changed who is admitted.
     status                      = message_receive_if(endpoint, &same, out_from, packet, capacity, &size);
     if ((status != STATUS_OK) || (size == 0U)) {
         supervisor->counters.tm_malformed++;

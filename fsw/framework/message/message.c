@@ -108,8 +108,8 @@ static void sync(message_endpoint_t* const endpoint, message_channel_t* const ch
     }
 }
 
-/// The more refusals without credit from the peer, the rarer the SYNCs, down to one in SYNC_SPACING: they
-/// must not fill the connection that is congested, but must soon detect when it is free.
+/// The more refusals, the rarer the SYNCs, down to one in SYNC_SPACING: they must not fill a congested
+/// connection.
 static void refused_for_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     endpoint->counters.no_credit++;
