@@ -301,8 +301,7 @@ static void in_step(message_channel_t* const channel)
 }
 
 /// An answer to a SYNC comes from the present life of the peer: if it is an earlier life than the known one,
-/// the later one came from a forged or damaged frame. Its numbers are unrelated to ours: another exchange
-/// gives both.
+/// the later one came from a forged or damaged frame. Another exchange gives the numbers.
 static void correct_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
                          const message_frame_t* const frame)
 {
@@ -339,8 +338,7 @@ static void answer(message_endpoint_t* const endpoint, message_channel_t* const 
                    const message_frame_t* const frame)
 {
     if (frame->kind == MESSAGE_SYNC) {
-        (void)send_frame(endpoint, channel, MESSAGE_SYNC_ACK, NULL,
-                         0U); // If refused, the peer sends SYNC again.
+        (void)send_frame(endpoint, channel, MESSAGE_SYNC_ACK, NULL, 0U); // If refused, SYNC comes again.
     }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the socket port makes of answers of the kernel that the loopback interface does not give: calls that are
-// interrupted, full buffers, routes that vanish, descriptors that run out. The system calls are mocked; what a real
-// kernel does is in test/contract/osal/test_socket.c.
+// What the socket port makes of answers of the kernel that the loopback interface does not give: calls that
+// are interrupted, full buffers, routes that vanish, descriptors that run out. The system calls are mocked;
+// what a real kernel does is in test/contract/osal/test_socket.c.
 #define _GNU_SOURCE
 #include "osal/include/osal/socket.h"
 
