@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+// The counted hand-over of frames over SocketCAN, with a mocked controller: frames that come late, never, unannounced
+// or back, and a controller that is full or gone. The counts are in real shared memory.
+#define _GNU_SOURCE
+#include "osal/include/osal/can_interface.h"
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/shm.h"
+#include "osal/posix/can_port.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+static char name[64];
+static osal_can_t node;
+static osal_can_t wire;
+static bool is_virtual;
+static uint64_t now_ns;
+static uint32_t id_to_come;
+static osal_can_frame_t frame = {.id = 0x181U, .length = 8U};
+
+status_t __wrap_osal_can_interface_look(const char* interface, osal_can_interface_t* out_seen)
+{
+    assert_string_equal("can7", interface);
+    *out_seen = (osal_can_interface_t){.is_virtual = is_virtual};
+    return mock_type(status_t);
+}
+
+uint64_t __wrap_osal_clock_monotonic_ns(void)
+{
+    return now_ns;
+}
+
+status_t __wrap_can_socket_open(osal_can_t* can, const char* interface)
+{
+    (void)can;
+    assert_string_equal("can7", interface);
+    return mock_type(status_t);
+}
+
+void __wrap_can_socket_close(osal_can_t* can)
+{
+    (void)can;
+    function_called();
+}
+
+status_t __wrap_can_socket_send(osal_can_t* can, const osal_can_frame_t* sent)
+{
+    (void)sent;
+    check_expected_ptr(can);
+    return mock_type(status_t);
+}
+
+status_t __wrap_can_socket_receive(osal_can_t* can, osal_can_frame_t* out_frame)
+{
+    check_expected_ptr(can);
+    *out_frame    = frame;
+    out_frame->id = id_to_come;
+    return mock_type(status_t);
+}
+
+/// Time goes on to the end of a wait in vain.
+bool __wrap_can_socket_wait(const osal_can_t* can, uint64_t until_ns)
+{
+    check_expected_ptr(can);
+    const bool has_come = mock_type(bool);
+    now_ns              = has_come ? now_ns : until_ns;
+    return has_come;
+}
+
+static void will_send(const osal_can_t* can, const status_t status)
+{
+    expect_value(__wrap_can_socket_send, can, can);
+    will_return(__wrap_can_socket_send, status);
+}
+
+static void will_receive(const osal_can_t* can, const status_t status)
+{
+    expect_value(__wrap_can_socket_receive, can, can);
+    will_return(__wrap_can_socket_receive, status);
+}
+
+static void will_wait(const osal_can_t* can, const bool has_come)
+{
+    expect_value(__wrap_can_socket_wait, can, can);
+    will_return(__wrap_can_socket_wait, has_come);
+}
+
+static void expect_counts(const uint32_t frames, const uint32_t late, const uint32_t lost,
+                          const uint32_t foreign, const uint32_t cuts)
+{
+    osal_can_hand_over_t counts;
+    assert_int_equal(STATUS_OK, can_counted_look(name, &counts));
+    assert_int_equal(frames, counts.frames);
+    assert_int_equal(late, counts.late);
+    assert_int_equal(lost, counts.lost);
+    assert_int_equal(foreign, counts.foreign);
+    assert_int_equal(cuts, counts.cuts);
+}
+
+static void create(const bool carries_errors)
+{
+    is_virtual = carries_errors;
+    will_return(__wrap_osal_can_interface_look, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_create(name, "can7"));
+    node = (osal_can_t){.end = OSAL_CAN_NODE};
+    wire = (osal_can_t){.end = OSAL_CAN_WIRE};
+    will_return_count(__wrap_can_socket_open, STATUS_OK, 2);
+    assert_int_equal(STATUS_OK, can_counted_open(&node, name, "can7"));
+    assert_int_equal(STATUS_OK, can_counted_open(&wire, name, "can7"));
+}
+
+static void destroy(void)
+{
+    expect_function_calls(__wrap_can_socket_close, 2);
+    can_counted_close(&node);
+    can_counted_close(&wire);
+    assert_int_equal(STATUS_OK, osal_shm_remove(name));
+}
+
+static int set_up(void** state)
+{
+    (void)state;
+    (void)snprintf(name, sizeof name, "/osal-can-calls-%d", (int)getpid());
+    (void)osal_shm_remove(name);
+    now_ns     = 1000000000U;
+    id_to_come = frame.id;
+    return 0;
+}
+
+static void a_bus_that_cannot_be_made_or_opened_is_told(void** state)
+{
+    osal_can_hand_over_t counts;
+    osal_can_t can = {.end = OSAL_CAN_NODE};
+    osal_shm_t shm;
+    (void)state;
+    will_return(__wrap_osal_can_interface_look, STATUS_NOT_FOUND);
+    assert_int_equal(STATUS_NOT_FOUND, can_counted_create(name, "can7"));
+    assert_int_equal(STATUS_NOT_FOUND, can_counted_open(&can, name, "can7"));
+    assert_int_equal(STATUS_NOT_FOUND, can_counted_look(name, &counts));
+    for (size_t octets = 8U; octets <= 4096U; octets += 4088U) { // Too small, or without its mark.
+        assert_int_equal(STATUS_OK, osal_shm_create(&shm, name, octets));
+        osal_shm_close(&shm);
+        assert_int_equal(STATUS_NOT_FOUND, can_counted_open(&can, name, "can7"));
+        will_return(__wrap_osal_can_interface_look, STATUS_OK);
+        assert_int_equal(STATUS_EXISTS, can_counted_create(name, "can7"));
+        assert_int_equal(STATUS_OK, osal_shm_remove(name));
+    }
+    will_return(__wrap_osal_can_interface_look, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_create(name, "can7"));
+    will_return(__wrap_can_socket_open, STATUS_CLOSED);
+    assert_int_equal(STATUS_CLOSED, can_counted_open(&can, name, "can7"));
+    assert_int_equal(STATUS_OK, osal_shm_remove(name));
+}
+
+static void frames_are_counted_in_each_direction(void** state)
+{
+    osal_can_frame_t received;
+    (void)state;
+    create(false);
+    for (uint32_t i = 1U; i <= 3U; i++) {
+        will_send(&node, STATUS_OK);
+        assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
+        will_receive(&wire, STATUS_OK);
+        assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
+        will_send(&wire, STATUS_OK);
+        assert_int_equal(STATUS_OK, can_counted_send(&wire, &frame));
+        will_receive(&node, STATUS_OK);
+        assert_int_equal(STATUS_OK, can_counted_receive(&node, &received));
+        expect_counts(2U * i, 0U, 0U, 0U, 0U);
+    }
+    will_receive(&node, STATUS_EMPTY); // None is announced: nobody waits.
+    assert_int_equal(STATUS_EMPTY, can_counted_receive(&node, &received));
+    will_receive(&node, STATUS_OK); // Another program sends on the interface.
+    assert_int_equal(STATUS_OK, can_counted_receive(&node, &received));
+    can_counted_add_foreign(&node, 4U);
+    expect_counts(6U, 0U, 0U, 5U, 0U);
+    destroy();
+}
+
+static void an_announced_frame_is_waited_for(void** state)
+{
+    osal_can_frame_t received;
+    (void)state;
+    create(false);
+    will_send(&node, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
+    will_receive(&wire, STATUS_EMPTY);
+    will_wait(&wire, true);
+    will_receive(&wire, STATUS_EMPTY); // Something that its filters drop.
+    will_wait(&wire, true);
+    will_receive(&wire, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
+    expect_counts(1U, 1U, 0U, 0U, 0U);
+    for (unsigned i = 0U; i < 2U; i++) {
+        will_send(&node, STATUS_OK);
+        assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
+    }
+    will_receive(&wire, STATUS_EMPTY); // They never come.
+    will_wait(&wire, false);
+    const uint64_t before_ns = now_ns;
+    assert_int_equal(STATUS_EMPTY, can_counted_receive(&wire, &received));
+    assert_int_equal(OSAL_CAN_PATIENCE_MS * 1000000ULL, now_ns - before_ns);
+    expect_counts(1U, 1U, 2U, 0U, 0U);
+    will_receive(&wire, STATUS_OK); // If one comes after all, it is not one that is announced later.
+    assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
+    expect_counts(1U, 1U, 2U, 1U, 0U);
+    will_send(&node, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
+    will_receive(&wire, STATUS_EMPTY);
+    will_wait(&wire, true);
+    will_receive(&wire, STATUS_CLOSED);
+    assert_int_equal(STATUS_CLOSED, can_counted_receive(&wire, &received));
+    expect_counts(1U, 1U, 2U, 1U, 1U);
+    destroy();
+}
+
+static void what_the_controller_refuses_is_counted(void** state)
+{
+    osal_can_frame_t received;
+    (void)state;
+    create(false);
+    will_send(&wire, STATUS_FULL);
+    assert_int_equal(STATUS_FULL, can_counted_send(&wire, &frame)); // The node has one overrun more,
+    will_send(&node, STATUS_FULL);
+    assert_int_equal(STATUS_FULL, can_counted_send(&node, &frame)); // the wire end has not.
+    node.kernel_overruns = 10U;
+    will_receive(&node, STATUS_EMPTY);
+    assert_int_equal(STATUS_EMPTY, can_counted_receive(&node, &received));
+    assert_int_equal(11U, node.overruns);
+    wire.kernel_overruns = 10U;
+    will_receive(&wire, STATUS_EMPTY);
+    assert_int_equal(STATUS_EMPTY, can_counted_receive(&wire, &received));
+    assert_int_equal(0U, wire.overruns);
+    will_send(&node, STATUS_CLOSED);
+    assert_int_equal(STATUS_CLOSED, can_counted_send(&node, &frame));
+    will_receive(&node, STATUS_CLOSED);
+    assert_int_equal(STATUS_CLOSED, can_counted_receive(&node, &received));
+    will_send(&node, STATUS_INVALID);
+    assert_int_equal(STATUS_INVALID, can_counted_send(&node, &frame));
+    expect_counts(0U, 0U, 0U, 0U, 2U);
+    destroy();
+}
+
+static void no_more_frames_are_under_way_than_a_ring_holds(void** state)
+{
+    osal_can_frame_t received;
+    (void)state;
+    create(false);
+    for (unsigned i = 0U; i < OSAL_CAN_RING_FRAMES; i++) {
+        will_send(&node, STATUS_OK);
+        assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
+    }
+    assert_int_equal(STATUS_FULL, can_counted_send(&node, &frame)); // The controller is not asked.
+    assert_int_equal(1U, node.refused);
+    will_receive(&wire, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
+    will_send(&node, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
+    assert_int_equal(STATUS_FULL, can_counted_send(&node, &frame));
+    assert_int_equal(2U, node.refused);
+    destroy();
+}
+
+static void a_real_controller_reports_its_own_errors(void** state)
+{
+    const osal_can_frame_t error = {.id = OSAL_CAN_ERROR | OSAL_CAN_ERROR_BUS_OFF, .length = 8U};
+    osal_can_frame_t received;
+    (void)state;
+    create(false);
+    assert_int_equal(STATUS_UNSUPPORTED, can_counted_send(&wire, &error));
+    id_to_come = error.id;
+    will_receive(&node, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_receive(&node, &received));
+    expect_counts(0U, 0U, 0U, 0U, 0U); // Neither handed over nor foreign.
+    destroy();
+    create(true); // A virtual interface has none: the wire end makes them.
+    will_send(&wire, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_send(&wire, &error));
+    will_receive(&node, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_receive(&node, &received));
+    expect_counts(1U, 0U, 0U, 0U, 0U);
+    destroy();
+}
+
+/// Frames that were sent while an end was not open are passed over when it opens, also those under way.
+static void an_end_that_opens_late_passes_over_what_was_sent(void** state)
+{
+    osal_can_frame_t received;
+    (void)state;
+    create(false);
+    static const status_t answers[] = {STATUS_OK, STATUS_EMPTY, STATUS_CLOSED};
+    for (unsigned ending = 0U; ending < 2U; ending++) {
+        expect_function_call(__wrap_can_socket_close);
+        can_counted_close(&wire);
+        will_send(&node, STATUS_OK);
+        assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
+        will_return(__wrap_can_socket_open, STATUS_OK);
+        for (unsigned i = 0U; i < (2U + ending); i++) { // It is quiet in the end, or closed.
+            will_wait(&wire, true);
+            will_receive(&wire, answers[i]);
+        }
+        if (ending == 0U) {
+            will_wait(&wire, false);
+        }
+        assert_int_equal(STATUS_OK, can_counted_open(&wire, name, "can7"));
+    }
+    will_receive(&wire, STATUS_EMPTY); // Nothing is due.
+    assert_int_equal(STATUS_EMPTY, can_counted_receive(&wire, &received));
+    expect_counts(0U, 0U, 0U, 0U, 0U);
+    destroy();
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(a_bus_that_cannot_be_made_or_opened_is_told, set_up),
+        cmocka_unit_test_setup(frames_are_counted_in_each_direction, set_up),
+        cmocka_unit_test_setup(an_announced_frame_is_waited_for, set_up),
+        cmocka_unit_test_setup(what_the_controller_refuses_is_counted, set_up),
+        cmocka_unit_test_setup(no_more_frames_are_under_way_than_a_ring_holds, set_up),
+        cmocka_unit_test_setup(a_real_controller_reports_its_own_errors, set_up),
+        cmocka_unit_test_setup(an_end_that_opens_late_passes_over_what_was_sent, set_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
