@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The counted hand-over of frames over SocketCAN, with a mocked controller: frames that come late, never, unannounced
-// or back, and a controller that is full or gone. The counts are in real shared memory.
+// The counted hand-over of frames over SocketCAN, with a mocked controller: frames that come late, never,
+// unannounced or back, and a controller that is full or gone. The counts are in real shared memory.
 #define _GNU_SOURCE
 #include "osal/include/osal/can_interface.h"
 #include "osal/include/osal/clock.h"

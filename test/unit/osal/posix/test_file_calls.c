@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the file port makes of answers of the kernel that a healthy disk does not give: calls that are
-// interrupted, parts of a transfer, full disks, errors. The system calls are mocked; what a real disk does is
-// in test/contract/osal/test_file.c.
+// interrupted, parts of a transfer, full disks, errors. The system calls are mocked; what a real disk does
+// is in test/contract/osal/test_file.c.
 #define _GNU_SOURCE
 #include "osal/include/osal/file.h"
 
