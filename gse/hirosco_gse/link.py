@@ -214,7 +214,7 @@ class StepDriver:
         self._is_served = is_served
 
     def _send(self):
-        """Octets sent; while nobody serves the connection they wait."""
+        """Octets sent; while the connection is not served, they wait."""
         if not self._is_served:
             return 0
         try:

@@ -209,7 +209,7 @@ class Session:
                 self._give_up(verification.whole, verification.failure)
 
     def _forget_refused(self):
-        """Of what may be over without a word, keep the newest: each that is kept takes in all reports of its subsystem."""
+        """Keep the newest of the requests that may end without a report: each one kept receives all reports of its subsystem."""
         for verification in [found for found in self._open.values() if found.is_finished][:-ENDED]:
             del self._open[verification.request_id]
 

@@ -44,7 +44,7 @@ def kernel_package():
 
 
 def update_lists():
-    """Read the package lists anew, where this user may."""
+    """Read the package lists again, if this user may."""
     as_root = [] if os.geteuid() == 0 else ["sudo", "-n"]
     try:
         subprocess.run([*as_root, "apt-get", "update", "-qq"], stdin=subprocess.DEVNULL)

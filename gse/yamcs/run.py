@@ -33,7 +33,7 @@ def render(out, mission, ground_port, http_port):
 
 
 def lacking(mission):
-    """What is not there yet, with the next step; empty if all is."""
+    """What is missing, with the next step; empty if nothing is."""
     missions = sorted(path.name.removesuffix(".xtce.xml") for path in GENERATED.glob("*.xtce.xml"))
     if mission not in missions:
         return f"--mission {mission}: expected one of {', '.join(missions) or 'none yet'}; `make` makes build/generated/MISSION.xtce.xml"

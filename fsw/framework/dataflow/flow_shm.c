@@ -284,8 +284,7 @@ status_t flow_shm_read(flow_shm_t* const flow, void* const out_value)
     if (!flow->is_open || flow->setup.is_writer) {
         return STATUS_CLOSED;
     }
-    const bool was_alive =
-        is_alive(&flow->shm); // Checked first, so that everything written before the end is read.
+    const bool was_alive   = is_alive(&flow->shm); // Before reading, so that no last value is missed.
     region_t* const region = region_of(flow);
     const status_t status = (flow->setup.shape.kind == FLOW_SHM_LATEST) ? read_latest(flow, region, out_value)
                                                                         : read_queue(flow, region, out_value);

@@ -228,8 +228,7 @@ static uint64_t step_own_loop(component_t* const component)
     component_take_reload(component);
     watch_supervisor(component);
     watch_pools(component);
-    (void)pus_events_step(&component->events,
-                          now_ns); // Further ones are reported in the step of a status report.
+    (void)pus_events_step(&component->events, now_ns); // Others wait for the step of a status report.
     if (now_ns >= component->next_status_ns) {
         report_status(component);
         component->next_status_ns = next_on_grid(now_ns, component->config.status_interval_ns);
