@@ -47,11 +47,12 @@ typedef struct { // Private: the interfaces of one bus, "" where it has none.
     osal_can_claim_t claim;
 } launcher_bus_t;
 
-typedef struct { // Private: the process that holds the grant of the calendar.
+typedef struct { // Private: the process that holds the grant of the calendar; without one, the supervisor.
     unsigned holder;
     uint32_t grants;
     uint64_t since_ns;     // Wall-clock time at which it was first seen with this grant; 0: no holder.
     uint64_t processor_ns; // Processor time that it had used by then.
+    uint64_t step_ns;      // Without a calendar: last step of the supervisor by then.
     uint64_t join_ns;      // Wall-clock time since which time waits for a participant to join; 0: none.
 } launcher_watch_t;
 

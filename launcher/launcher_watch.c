@@ -12,6 +12,7 @@
 /// paced by the wall clock, and without.
 #define REAL_HANG_NS (20U * NS_PER_MS)
 #define STEPPED_HANG_NS (5000U * NS_PER_MS)
+#define FREE_HANG_NS (200U * NS_PER_MS) ///< As it is with clocks of their own.
 /// How long it may wait for something of the system: a disk may take its time.
 #define REAL_WAIT_NS (5000U * NS_PER_MS)
 #define STEPPED_WAIT_NS (20000U * NS_PER_MS)
@@ -35,7 +36,8 @@ static bool is_hanging(const launcher_t* const launcher, const osal_process_look
                        const uint64_t held_ns)
 {
     const bool is_stepped  = launcher->options.is_stepped;
-    const uint64_t hang_ns = is_stepped ? STEPPED_HANG_NS : REAL_HANG_NS;
+    const uint64_t held    = (launcher->calendar != NULL) ? REAL_HANG_NS : FREE_HANG_NS;
+    const uint64_t hang_ns = is_stepped ? STEPPED_HANG_NS : held;
     const uint64_t wait_ns = is_stepped ? STEPPED_WAIT_NS : REAL_WAIT_NS;
     if (look->is_stopped) {
         return held_ns >= hang_ns;
@@ -141,6 +143,32 @@ static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
+/// With clocks of their own nobody on board watches the supervisor: what they see is only that it is late, and
+/// it may wait for its disk.
+static void watch_supervisor(launcher_t* const launcher, const uint64_t now_ns)
+{
+    launcher_watch_t* const watch = &launcher->watch;
+    unsigned index                = 0U;
+    osal_process_look_t look;
+    child_t* const child  = run_block_find(launcher->run, DESCRIPTOR_SUPERVISOR_APID, &index)
+                                ? child_of(launcher, run_participant(index))
+                                : NULL;
+    const run_beat_t beat = run_block_last_beat(launcher->run, index);
+    if ((child == NULL) || (beat.wake_ns == OSAL_CALENDAR_NEVER) ||
+        (osal_process_look(&child->process, &look) != STATUS_OK)) {
+        watch->since_ns = 0U;
+    } else if ((watch->since_ns == 0U) || (watch->step_ns != beat.step_ns)) {
+        *watch = (launcher_watch_t){
+            .since_ns = now_ns, .step_ns = beat.step_ns, .processor_ns = look.processor_ns};
+    } else if ((look.is_stopped || look.is_runnable) &&
+               is_hanging(launcher, &look, now_ns - watch->since_ns)) {
+        suspend(launcher, child);
+        watch->since_ns = 0U;
+    } else {
+        // It has its time, or waits for its disk.
+    }
+}
+
 void launcher_watch_lives(launcher_t* const launcher)
 {
     if (launcher->options.is_image) {
@@ -150,7 +178,9 @@ void launcher_watch_lives(launcher_t* const launcher)
     if (!launcher->options.is_stepped) {
         watch_first_steps(launcher, now_ns);
     }
-    if (launcher->calendar != NULL) { // Otherwise each process has its own clock.
+    if (launcher->calendar == NULL) { // Each process has its own clock.
+        watch_supervisor(launcher, now_ns);
+    } else {
         watch_holder(launcher, now_ns);
         watch_joining(launcher, now_ns);
     }

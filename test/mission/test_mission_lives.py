@@ -142,6 +142,25 @@ def test_free_running_processes_fly_and_one_that_stands_still_is_replaced(folder
     flying.assert_clean(flight)
 
 
+@pytest.mark.parametrize("kind", ["real", "free"])
+def test_a_supervisor_that_stands_still_is_replaced(folder, kind):
+    """By the wall clock; the next one carries requests again."""
+    flight = flying.start(folder, "--time", kind, "--scenario", "none")
+    try:
+        flight.port()
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
+        stopped = flight.children()["supervisor"]
+        os.kill(stopped, signal.SIGSTOP)
+        flying.wait_until(lambda: flight.children().get("supervisor", stopped) != stopped, "it was not started again")
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there again")
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    finally:
+        flight.abandon()
+    assert "supervisor was ended by signal 9 and was restarted" in flight.told(), flight.told()
+    flying.assert_clean(flight)
+
+
 SLEEP = "sleep 4711.5"
 
 
