@@ -143,8 +143,8 @@ static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// With clocks of their own nobody on board watches the supervisor: what they see is only that it is late, and
-/// it may wait for its disk.
+/// If each process has its own clock, no process on board watches the supervisor: the others only see that it
+/// is late, and it may be waiting for its disk.
 static void watch_supervisor(launcher_t* const launcher, const uint64_t now_ns)
 {
     launcher_watch_t* const watch = &launcher->watch;
