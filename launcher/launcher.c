@@ -15,6 +15,7 @@
 #define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to come up.
 #define ASK_NS 1000000000ULL     ///< Wall-clock time for a process to end by itself after its last grant.
 #define KILL_NS 2000000000ULL    ///< The same until it is killed.
+#define DOWN_NS 30000000000ULL   ///< Simulated time for the mission to go down; the supervisor needs 12 s.
 #define ABANDONED 1U             ///< As abandon_ns: at once, even before time begins.
 
 void launcher_give_up(launcher_t* const launcher, const char* const what, const char* const detail)
@@ -63,9 +64,13 @@ bool launcher_is_flag(const uint32_t* const flag)
     return __atomic_load_n(flag, __ATOMIC_ACQUIRE) != 0U;
 }
 
+/// If every process that could follow hangs, the flight ends all the same.
 static void request_stop(launcher_t* const launcher)
 {
     __atomic_store_n(&launcher->run->is_stop_requested, 1U, __ATOMIC_RELEASE);
+    if (launcher->abandon_ns == 0U) {
+        launcher->abandon_ns = launcher_now_ns(launcher) + DOWN_NS;
+    }
 }
 
 static void describe_end(const child_t* const child, text_t* const text)
@@ -305,6 +310,10 @@ static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
     }
     const bool is_abandoned = (launcher->abandon_ns == ABANDONED) ||
                               ((launcher->abandon_ns > 0U) && (simulated >= launcher->abandon_ns));
+    if (is_abandoned && (launcher->abandon_ns != ABANDONED) &&
+        !launcher_is_flag(&launcher->run->is_finished)) {
+        launcher_give_up(launcher, "the mission did not go down in time; it was ended", "; see console.log");
+    }
     return launcher_is_flag(&launcher->run->is_finished) || is_abandoned || has_stalled(launcher, simulated);
 }
 

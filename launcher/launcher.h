@@ -91,7 +91,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint64_t first_simulated_ns;
     uint64_t last_wall_ns;
     uint64_t last_simulated_ns;
-    uint64_t abandon_ns;         // Simulated time at which a run without supervisor is given up.
+    uint64_t abandon_ns;         // Simulated time at which a run is ended that cannot go down by itself.
     uint64_t left_ns;            // Simulated time at which the operator left in good order, + 1.
     uint64_t moved_simulated_ns; // Simulated time when it was last seen to move, and when that was.
     uint64_t moved_wall_ns;

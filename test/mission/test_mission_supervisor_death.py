@@ -290,6 +290,19 @@ def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
     assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
 
 
+def test_a_mission_of_which_all_hang_is_ended(folder):
+    """Nobody is left who could follow the request to shut down: the launcher ends the flight after its patience of 30 s."""
+    folder.mkdir()
+    names = ("SUPERVISOR", "COMMUNICATION", "JOYSTICK", "MANIPULATOR")
+    path = flying.write_scenario(folder / "all.scn", *(f"2.5 fault hang {name}" for name in names))
+    flight = flying.start(folder / "flight", "--scenario", path, "--form", "processes", "--duration", 3)
+    flight.wait()
+    assert flight.facts["exit_code"] == 1, flight.told()
+    assert "did not go down" in flight.facts["exit_reason"]
+    assert flight.facts["simulated_s"] < 40
+    flying.wait_until(lambda: not flight.leftovers(), "processes of the flight are left")
+
+
 def test_death_in_the_image(folder, undisturbed):
     """In one address space the same octets."""
     points = _draw(1, "image")[0]
