@@ -169,7 +169,7 @@ def case_bad_interfaces_are_refused_with_the_next_step():
         "the mission has no such bus: arm=can0": ["--mission", "classic", "--bus", "can", "--interface", "arm=can0",
                                                   "--time", "real"],
         "flight and simulator need separate controllers": ["--mission", "classic", "--bus", "can", "--interface", "robot=can0",
-                                                        "--sim-interface", "robot=can0"],
+                                                           "--sim-interface", "robot=can0"],
     }
     ip("link", "set", "can1", "type", "can", "bitrate", "1000000")
     wrong_rate = ""
