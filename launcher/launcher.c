@@ -287,6 +287,18 @@ static bool has_stalled(launcher_t* const launcher, const uint64_t simulated)
     return has;
 }
 
+static bool is_abandoned(launcher_t* const launcher, uint64_t simulated)
+{
+    if ((launcher->abandon_ns == ABANDONED) || (launcher->abandon_ns == 0U)) {
+        return launcher->abandon_ns == ABANDONED;
+    }
+    const bool is_late = simulated >= launcher->abandon_ns;
+    if (is_late) {
+        launcher_give_up(launcher, "the mission did not go down in time; it was ended", "; see console.log");
+    }
+    return is_late;
+}
+
 static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
 {
     const unsigned stops = osal_process_stop_count();
@@ -308,13 +320,8 @@ static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
         launcher->is_cut_short = true;
         request_stop(launcher);
     }
-    const bool is_abandoned = (launcher->abandon_ns == ABANDONED) ||
-                              ((launcher->abandon_ns > 0U) && (simulated >= launcher->abandon_ns));
-    if (is_abandoned && (launcher->abandon_ns != ABANDONED) &&
-        !launcher_is_flag(&launcher->run->is_finished)) {
-        launcher_give_up(launcher, "the mission did not go down in time; it was ended", "; see console.log");
-    }
-    return launcher_is_flag(&launcher->run->is_finished) || is_abandoned || has_stalled(launcher, simulated);
+    return launcher_is_flag(&launcher->run->is_finished) || is_abandoned(launcher, simulated) ||
+           has_stalled(launcher, simulated);
 }
 
 void launcher_fly(launcher_t* const launcher)
